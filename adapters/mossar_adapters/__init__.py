@@ -1,0 +1,1 @@
+"""Sources, sinks, file formats, sensors and engines around `mossar_stream`."""

@@ -1,0 +1,71 @@
+"""What every source of frames looks like to the pipeline."""
+
+from collections.abc import Iterator
+from typing import Protocol
+
+import msgspec
+
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+
+class Meta(msgspec.Struct, frozen=True):
+    """Announces a performer: comes before its first frames, and again when its skeleton changes.
+
+    Args:
+        performer: Name of the performer.
+        skeleton: Joints in the order of the frames that follow.
+        fps: Nominal rate in Hz if the source knows it.
+        unit: What one unit of the original was taken for, if it had to be guessed; for the user to read.
+    """
+
+    performer: str
+    skeleton: Skeleton
+    fps: float | None = None
+    unit: str = "m"
+
+
+class Source(Protocol):
+    """Frames from a file, a socket or a sensor.
+
+    A live source yields None when nothing came for about a tenth of a second, so that its reader can notice
+    a stall or a wish to stop.
+    """
+
+    name: str  # the URL or path, for messages
+    live: bool  # whether frames arrive at their own pace
+
+    def items(self) -> Iterator[Meta | Frames | None]:
+        """Yield metas and chunks of frames until the source ends or is closed."""
+
+    def close(self) -> None:
+        """Release the socket, file or device; `items` ends soon after. May be called twice."""
+
+
+class Recording(msgspec.Struct, frozen=True):
+    """A recording on disk, opened by a reader of `mossar_adapters.files`.
+
+    Args:
+        path: Where it lies.
+        skeleton: Joints in the order of the frames.
+        fps: Nominal rate in Hz, None if the file only has times.
+        chunks: Called for a fresh pass over the frames, from the first one.
+        notes: What the user should know, one line each (the unit that was guessed, rows skipped).
+        frame_count: Number of frames if known without reading them all.
+        performers: Names of the performers if there are several; they share the skeleton.
+    """
+
+    path: str
+    skeleton: Skeleton
+    fps: float | None
+    chunks: "Chunks"
+    notes: tuple[str, ...] = ()
+    frame_count: int | None = None
+    performers: tuple[str, ...] = ("p1",)
+
+
+class Chunks(Protocol):
+    """One pass over the frames of a recording."""
+
+    def __call__(self) -> Iterator[Frames]:
+        """Yield the frames in chunks of a few hundred."""

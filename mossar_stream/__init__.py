@@ -1,0 +1,1 @@
+"""Streaming Mossar: tells, live, where one human motion ends and the next begins."""

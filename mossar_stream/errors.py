@@ -1,0 +1,21 @@
+"""Errors of the package, as one tree.
+
+Misuse by the calling program raises `ValueError` or `TypeError`; the classes here are for what comes from
+outside: settings written by users, frames sent by others, files and snapshots of unknown origin.
+"""
+
+
+class MossarError(Exception):
+    """Root of every error that a user, a sender or a file can cause."""
+
+
+class SettingsError(MossarError, ValueError):
+    """A setting has an unknown name or an illegal value; the message names field, value and legal range."""
+
+
+class FrameError(MossarError, ValueError):
+    """A frame cannot be used (wrong shape, too many joints); a live stream counts it and goes on."""
+
+
+class SnapshotError(MossarError, ValueError):
+    """A snapshot is damaged, truncated, or written by a newer version."""

@@ -1,0 +1,60 @@
+"""Frames: what goes into a segmenter."""
+
+import math
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_PERFORMER_NAME = 64
+
+
+class Frames(msgspec.Struct, frozen=True):
+    """A chunk of consecutive frames of one performer.
+
+    Args:
+        positions: (n, J, 3) float32, metres; NaN where a joint is missing.
+        times: (n,) float64, seconds on the source's clock.
+        confidence: (n, J) float32 in 0..1, or None. 0 marks a joint as missing.
+        performer: Name of the performer.
+        first_frame: Number of the first frame, or None to count on from the frames before.
+    """
+
+    positions: NDArray[np.float32]
+    times: NDArray[np.float64]
+    confidence: NDArray[np.float32] | None = None
+    performer: str = "p1"
+    first_frame: int | None = None
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+def performer_name(name: str) -> str:
+    """Return `name` as a performer name: printable, without `/`, dot and space, at most 64 characters.
+
+    Example:
+        >>> performer_name("192.168.0.7:5000")
+        '192_168_0_7:5000'
+    """
+    clean = "".join("_" if c in "/. " else c for c in name if c.isprintable())
+    return clean[:MAX_PERFORMER_NAME] or "p1"
+
+
+def constant_times(count: int, fps: float, first_frame: int = 0) -> NDArray[np.float64]:
+    """Return the times of `count` frames at a constant rate.
+
+    Args:
+        count: Number of frames.
+        fps: Rate, Hz.
+        first_frame: Number of the first one.
+
+    Returns:
+        (count,) float64, seconds.
+
+    Raises:
+        ValueError: If `fps` is not a positive number.
+    """
+    if not (math.isfinite(fps) and fps > 0):
+        raise ValueError(f"fps must be a positive number, not {fps!r}")
+    return np.arange(first_frame, first_frame + count, dtype=np.float64) / fps

@@ -1,0 +1,1 @@
+"""Programs built on mossar-stream: command line, dashboard, evaluation, benchmark."""
