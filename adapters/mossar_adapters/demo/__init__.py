@@ -1,0 +1,19 @@
+"""The built-in performer: seeded full-body motion whose true cuts are known.
+
+Rest, walk, punch, kick, jump, wave, squat and turn of an adult 1.70 m tall, made of minimum-jerk strokes, seen
+by a sensor with noise, jitter and losses if wanted. It serves the demo, and tests that need exact truth.
+
+Reproducible: the same arguments give the same bytes wherever numpy's generators give the same numbers (numpy
+promises that of the bit generator PCG64, and changes what distributions make of it only with notice).
+
+Standing still is not perfectly still: the performer breathes, about a millimetre at the head. There is no other
+sway; `noise` is the sensor's alone.
+"""
+
+from mossar_adapters.demo.body import SKELETON
+from mossar_adapters.demo.performance import Performance, performance
+from mossar_adapters.demo.source import DemoSource
+from mossar_adapters.demo.stream import Cut, stream
+from mossar_adapters.demo.style import Style
+
+__all__ = ["SKELETON", "Cut", "DemoSource", "Performance", "Style", "performance", "stream"]

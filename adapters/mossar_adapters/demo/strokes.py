@@ -1,0 +1,155 @@
+"""Strokes: the min-jerk pieces that a motion is made of.
+
+A channel follows the sum of its strokes: each adds its amount times a time law that runs from 0 over the
+stroke's duration. Point-to-point movements of people follow the minimum-jerk law (Flash and Hogan 1985), and
+movements that run into each other are well described by overlapping strokes that add up (Flash and Henis
+1991).
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from mossar_adapters.demo.body import Floats
+
+Law = Callable[[Floats], Floats]  # share of the stroke's duration, 0..1 -> share of its amount
+
+GRAVITY: Final = 9.81
+
+
+class Stroke(msgspec.Struct, frozen=True):
+    """One piece of motion.
+
+    Args:
+        start: Seconds from the start of the performance.
+        duration: Seconds.
+        law: How the share of `amount` runs over the duration.
+        amount: (C,) what the channels gain, metres and radians.
+        lasting: Whether the channels keep the amount afterwards; else the law ends at 0.
+    """
+
+    start: float
+    duration: float
+    law: Law
+    amount: Floats
+    lasting: bool
+
+    @property
+    def end(self) -> float:
+        """Seconds from the start of the performance."""
+        return self.start + self.duration
+
+    def at(self, times: Floats) -> Floats:
+        """Return what the stroke adds at `times` (n,), s: (n, C)."""
+        share = self.law(np.clip((times - self.start) / self.duration, 0.0, 1.0))
+        return share[:, None] * self.amount
+
+
+def minimum_jerk(x: Floats) -> Floats:
+    """Return 10x³ - 15x⁴ + 6x⁵: from rest to rest with the least jerk."""
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
+
+
+def there_and_back(x: Floats) -> Floats:
+    """Return a smooth bump of height 1 that starts and ends at rest."""
+    return (4.0 * x * (1.0 - x)) ** 3
+
+
+def ballistic(x: Floats) -> Floats:
+    """Return the parabola of height 1 of a body in free flight."""
+    return 4.0 * x * (1.0 - x)
+
+
+def cruise(rise: float, fall: float) -> Law:
+    """Return a law that gathers speed over the share `rise`, keeps it, and brakes over the share `fall`."""
+
+    def ramp(x: Floats, share: float) -> Floats:
+        y = np.clip(x / share, 0.0, 1.0)
+        return share * y**4 * (2.5 + y * (y - 3.0))  # the integral of a minimum-jerk rise of speed
+
+    def law(x: Floats) -> Floats:
+        steady = np.clip(x, rise, 1.0 - fall) - rise
+        return (ramp(x, rise) + steady + fall / 2 - ramp(1.0 - x, fall)) / (1.0 - rise / 2 - fall / 2)
+
+    return law
+
+
+def shaking(cycles: int) -> Law:
+    """Return a law that swings to and fro `cycles` times, growing and fading over the first and last half."""
+
+    def law(x: Floats) -> Floats:
+        grown = minimum_jerk(np.clip(2.0 * cycles * np.minimum(x, 1.0 - x), 0.0, 1.0))
+        return grown * np.sin(2.0 * np.pi * cycles * x)
+
+    return law
+
+
+class Hop(msgspec.Struct, frozen=True):
+    """The height of the hips over a jump on the spot, metres above standing: a law that is not normalised.
+
+    Crouch, push, flight, landing and straightening up join with equal speed and acceleration: quintics (the
+    minimum-jerk paths between such ends), and a parabola for the flight.
+
+    Args:
+        speed: Upward speed at take-off, m/s.
+    """
+
+    speed: float
+
+    @property
+    def pieces(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...]:
+        """Duration (s) and (height, speed, acceleration) at both ends of the five pieces."""
+        ease, low = (0.0, 0.0, 0.0), (-0.27, 0.0, 5.0)
+        off, on = (0.05, self.speed, -GRAVITY), (0.05, -self.speed, -GRAVITY)
+        deep = (-0.19, 0.0, 6.0)
+        push, brake = 0.63 / self.speed, 0.52 / self.speed
+        ends = ((0.38, ease, low), (push, low, off), (self.flight, off, on), (brake, on, deep))
+        return (*ends, (0.46, deep, ease))
+
+    @property
+    def flight(self) -> float:
+        """Seconds in the air."""
+        return 2.0 * self.speed / GRAVITY
+
+    @property
+    def rise(self) -> float:
+        """Metres from take-off to the top."""
+        return self.speed**2 / (2.0 * GRAVITY)
+
+    @property
+    def take_off(self) -> float:
+        """Seconds from the start to the moment the toes leave the floor."""
+        return self.pieces[0][0] + self.pieces[1][0]
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start of the crouch to standing."""
+        return sum(piece[0] for piece in self.pieces)
+
+    def __call__(self, x: Floats) -> Floats:
+        """Return the heights (m) at shares `x` of the duration."""
+        pieces = self.pieces
+        seconds = x * self.duration
+        begins = np.concatenate([[0.0], np.cumsum([piece[0] for piece in pieces])[:-1]])
+        conditions = [seconds >= begin for begin in begins[::-1]]
+        heights = [
+            _quintic(seconds - begin, *piece) for begin, piece in zip(begins[::-1], pieces[::-1], strict=True)
+        ]
+        return np.select(conditions, heights)
+
+
+def _quintic(
+    seconds: Floats, duration: float, start: tuple[float, float, float], end: tuple[float, float, float]
+) -> Floats:
+    """Return the quintic between two (position, speed, acceleration) states."""
+    (p0, v0, a0), (p1, v1, a1) = start, end
+    d, x = duration, seconds / duration
+    rest = p1 - p0 - v0 * d - a0 * d * d / 2
+    speed = (v1 - v0 - a0 * d) * d
+    bend = (a1 - a0) * d * d
+    c3 = 10 * rest - 4 * speed + bend / 2
+    c4 = -15 * rest + 7 * speed - bend
+    c5 = 6 * rest - 3 * speed + bend / 2
+    return p0 + x * (v0 * d + x * (a0 * d * d / 2 + x * (c3 + x * (c4 + x * c5))))
