@@ -83,6 +83,7 @@ class Pacer:
                 return math.inf
             if self._origin is None:
                 self._origin = now - source_time * self._seconds
+                return 0.0
             return (self._origin + source_time * self._seconds - now) if self._seconds else 0.0
 
     def _sleep(self, seconds: float) -> None:

@@ -11,9 +11,9 @@ sway; `noise` is the sensor's alone.
 """
 
 from mossar_adapters.demo.body import SKELETON
-from mossar_adapters.demo.performance import Performance, performance
 from mossar_adapters.demo.source import DemoSource
-from mossar_adapters.demo.stream import Cut, stream
+from mossar_adapters.demo.stream import Cut
 from mossar_adapters.demo.style import Style
+from mossar_adapters.demo.take import Performance, performance
 
-__all__ = ["SKELETON", "Cut", "DemoSource", "Performance", "Style", "performance", "stream"]
+__all__ = ["SKELETON", "Cut", "DemoSource", "Performance", "Style", "performance"]

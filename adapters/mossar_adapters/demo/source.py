@@ -125,13 +125,14 @@ class DemoSource:
     def items(self) -> Iterator[Meta | Frames | None]:
         """Yield a meta per performer, then chunks of about 1/30 s; None while paused or slow.
 
-        A second call goes on where the first was left.
+        To be iterated once.
         """
         yield from (Meta(name, SKELETON, self._style.fps) for name in self._names)
         per_chunk = max(1, round(self._style.fps * _CHUNK))
         for chunk in itertools.count(1):
             until = chunk * per_chunk / self._style.fps
             parts = [part for feed in self._feeds for part in feed.before(until)]
+            parts.sort(key=lambda part: float(part[0].times[0]))
             due = max((float(frames.times[-1]) for frames, _ in parts), default=0.0)
             while parts and not self.pacer.wait_until(due, timeout=_IDLE):
                 if self._closed:

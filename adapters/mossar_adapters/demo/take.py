@@ -1,4 +1,4 @@
-"""Performance: a whole take of the built-in performer, with its true cuts."""
+"""Take: a whole performance of the built-in performer, with its true cuts."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -18,7 +18,7 @@ MAX_FRAMES: Final = 1_000_000  # of a whole performance: 252 MB
 
 
 class Performance(msgspec.Struct, frozen=True):
-    """A whole take.
+    """A whole performance.
 
     Args:
         skeleton: Joints in the order of the frames, named like the bones of Unity's humanoid.
@@ -47,7 +47,7 @@ def performance(
     tempo: float = 1.0,
     place: tuple[float, float] = (0.0, 0.0),
 ) -> Performance:
-    """Return a whole take; the same arguments give the same bytes (see the package).
+    """Return a whole performance; the same arguments give the same bytes (see the package).
 
     Args:
         seed: 0 or more.

@@ -1,0 +1,81 @@
+"""The plan: names of moves, their order, pauses and true cuts."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from mossar_adapters.demo.plan import FIRST_ROUND, MOVES, Wish, beats, default_moves, parse_move
+from mossar_adapters.demo.script import Stance
+from mossar_stream.errors import SettingsError
+
+
+def planned(seed, *moves, tempo=1.0):
+    rng = np.random.default_rng(seed)
+    return list(beats(iter([parse_move(move) for move in moves]), rng, Stance(), tempo))
+
+
+def test_moves_are_read_with_side_and_length():
+    assert parse_move("punch") == Wish("punch")
+    assert parse_move(" kick_left ") == Wish("kick", "left")
+    assert parse_move("stand:20") == Wish("stand", "", 20.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("dance", "no move is called 'dance'; there are rest, walk, punch"),
+        ("", "no move is called ''"),
+        ("jump_left", "sides can be chosen as punch_left"),
+        ("punch_", "sides can be chosen as"),
+        ("punch_up", "sides can be chosen as"),
+        ("walk:3", "only rest and stand have a length"),
+        ("stand:0", "only rest and stand have a length"),
+        ("stand:nan", "in seconds from 0 to 86400"),
+        ("rest:long", "only rest and stand have a length"),
+    ],
+)
+def test_a_move_that_does_not_exist_is_refused_with_what_does(text, message):
+    with pytest.raises(SettingsError, match=message):
+        parse_move(text)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_first_round_has_every_kind_but_stand_and_goes_from_rest_to_rest(seed):
+    moves = list(itertools.islice(default_moves(np.random.default_rng(seed)), FIRST_ROUND))
+    assert {move.kind for move in moves} == set(MOVES) - {"stand"}
+    assert moves[0].kind == moves[-1].kind == "rest"
+    assert all(a.kind != "rest" or b.kind != "rest" for a, b in itertools.pairwise(moves))
+
+
+def test_a_cut_lies_in_the_middle_of_the_pause_or_where_the_moves_touch():
+    kinds = set()
+    for before, after in itertools.pairwise(planned(3, *["punch", "kick", "jump", "wave"] * 10)):
+        pause = after.start - before.end
+        assert after.cut == pytest.approx((before.end + after.start) / 2)
+        assert pause == 0 if after.cut_kind == "flow" else 0.1 <= pause <= 0.5
+        kinds.add(after.cut_kind)
+    assert kinds == {"pause", "flow"}
+
+
+def test_a_rest_has_a_cut_at_both_ends():
+    punch, rest, kick = planned(1, "punch", "rest", "kick")
+    assert (rest.cut, rest.cut_kind) == (punch.end, "rest")
+    assert (kick.cut, kick.cut_kind) == (rest.end, "rest")
+    assert punch.cut is None
+
+
+def test_there_is_no_cut_between_two_rests():
+    assert [beat.cut for beat in planned(1, "rest", "stand:5", "rest")] == [None] * 3
+
+
+def test_names_tell_the_side_that_was_chosen():
+    names = {beat.name for beat in planned(2, *["punch", "turn"] * 10, "jump", "walk")}
+    assert names == {"punch_left", "punch_right", "turn_left", "turn_right", "jump", "walk"}
+
+
+def test_double_tempo_halves_the_time_of_moves_and_pauses_but_not_of_falling():
+    slow, fast = (planned(4, "wave", "kick", tempo=tempo)[-1] for tempo in (1.0, 2.0))
+    assert fast.end == pytest.approx(slow.end / 2)
+    (slow,), (fast,) = (planned(4, "jump", tempo=tempo) for tempo in (1.0, 2.0))
+    assert fast.end == slow.end
