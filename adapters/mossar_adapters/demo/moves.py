@@ -43,7 +43,7 @@ def kick(script: Script, side: str, size: float) -> Stance:
     script.to(0.0, 0.34, hips_x=-0.08 * sign, hips_y=0.905, torso_pitch=0.1, **limb(other, **GUARD))
     script.to(0.0, 0.34, **limb(side, azimuth=0.3, elevation=-0.2, reach=0.40))
     script.to(0.10, 0.42, **limb(side, x=foot, y=0.50, z=0.42, pitch=0.3))
-    script.to(0.40, 0.62, **limb(side, y=0.84 + 0.16 * size, z=0.84, pitch=-0.8))
+    script.to(0.40, 0.62, **limb(side, y=0.84 + 0.16 * size, z=0.94, pitch=-0.8))
     script.to(0.40, 0.62, torso_pitch=-0.25, hips_pitch=-0.25, hips_yaw=-0.2 * sign, hips_z=0.06)
     script.to(0.40, 0.62, **limb(side, azimuth=0.7, elevation=-1.9, reach=0.5))
     script.to(0.64, 0.86, **limb(side, y=0.45, z=0.36, pitch=0.3), torso_pitch=0.08, hips_pitch=0.0)
