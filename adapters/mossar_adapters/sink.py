@@ -1,0 +1,42 @@
+"""What every consumer of events, or of replayed frames, looks like to the pipeline."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from mossar_adapters.source import Meta
+from mossar_stream.events import Event
+from mossar_stream.frames import Frames
+
+
+class Sink(Protocol):
+    """Takes events. Never blocks for long: what a slow receiver cannot take is dropped and counted.
+
+    All methods are called from one thread.
+    """
+
+    name: str  # the URL or path, for messages
+    dropped: int  # events that could not be handed over
+
+    def announce(self, meta: Meta) -> None:
+        """Take note of a performer, before its first events and when its skeleton changes."""
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Hand events over, in order."""
+
+    def close(self) -> None:
+        """Flush and release what is held. May be called twice."""
+
+
+class FrameSink(Protocol):
+    """Takes frames: what `mossar replay` and `mossar record` write to."""
+
+    name: str
+
+    def announce(self, meta: Meta) -> None:
+        """Take note of a performer, before its first frames and when its skeleton changes."""
+
+    def send_frames(self, frames: Frames) -> None:
+        """Hand frames over, in order."""
+
+    def close(self) -> None:
+        """Flush and release what is held. May be called twice."""

@@ -1,0 +1,167 @@
+"""Block: rows of performers that share skeleton and settings, and the compiled calls on them.
+
+`Segmenter` owns a block of one row, `Performers` blocks of many.
+"""
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream import similarity
+from mossar_stream.layout import REGIONS, Shape, header, region
+from mossar_stream.location import LOCATIONS
+from mossar_stream.presets import bundle_name, level_strength
+from mossar_stream.ranges import POLICIES
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+from mossar_stream.stream import most_events
+from mossar_stream.trail import trail_size
+
+SMOOTHINGS = ("none", "moving_average", "one_euro")
+ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
+LONGEST_TRAIL = 30.0  # s
+
+
+class Plan:
+    """How rows are laid out and filled in: follows from skeleton, settings and rate.
+
+    Args:
+        skeleton: Joints.
+        settings: As the user gave them.
+        fps: Nominal rate, Hz, or None.
+        ring: Places in the velocity ring; None to follow from the rate.
+        collect: Whether closed segments are handed out instead of remerged in a window (offline).
+    """
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        settings: Settings,
+        fps: float | None = None,
+        ring: int | None = None,
+        *,
+        collect: bool = False,
+    ) -> None:
+        self.skeleton = skeleton
+        self.bundle = bundle_name(settings)
+        self.settings = resolved = settings.resolved()
+        if resolved.range == "file":
+            raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
+        self.fps = fps
+        self.collect = collect
+        self.center = skeleton.root if resolved.center == "root" else -1
+        joints = len(skeleton)
+        lanes = Shape.pad(joints)
+        self.params = similarity.make_params(resolved, joints, lanes, self.center)
+        kept = (
+            resolved.refine + min(resolved.remerge_seconds, LONGEST_TRAIL)
+            if resolved.location == "free"
+            else 0.0
+        )
+        self.shape = Shape(
+            joints=joints,
+            ring=ring or math.ceil(resolved.window * max(fps or ASSUMED_FPS, 1.0)) + 8,
+            slot=similarity.slot_size(resolved, self.params),
+            window=resolved.remerge_window,
+            smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
+            one_euro=resolved.smoothing == "one_euro",
+            tempo=resolved.tempo,
+            trail=trail_size(kept),
+        )
+
+    @cached_property
+    def row_bytes(self) -> int:
+        """Length of a row."""
+        return self.shape.offsets()[1]
+
+    @property
+    def most_events(self) -> int:
+        """Most events that one frame, or the end of a take, can cause."""
+        return int(most_events(self.settings.remerge_window))
+
+    def strength(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for with these settings."""
+        return level_strength(level, self.settings, self.bundle)
+
+    def prepare(self, row: NDArray[np.uint8], index: int) -> None:
+        """Fill in the part of a row that does not change while frames come in.
+
+        Args:
+            row: Bytes of the row; zeros, or a row of the same plan.
+            index: Its place in the block.
+        """
+        h, shape, chosen = header(row), self.shape, self.settings
+        moving = max(1, shape.joints - 1 if self.center >= 0 else shape.joints)
+        values: dict[str, float] = {
+            "row": index,
+            "joints": shape.joints,
+            "lanes": shape.lanes,
+            "center": self.center,
+            "moving_joints": moving,
+            "ring": shape.ring,
+            "slot": shape.slot,
+            "slot_count": shape.slots,
+            "memo_size": shape.memo,
+            "trail_size": shape.trail,
+            "capacity": shape.window,
+            "window": chosen.window,
+            "smoothing": SMOOTHINGS.index(chosen.smoothing),
+            "smoothing_window": chosen.smoothing_window,
+            "one_euro_cutoff": chosen.one_euro_cutoff,
+            "one_euro_beta": chosen.one_euro_beta,
+            "theta": chosen.sig_threshold,
+            "range_policy": POLICIES.index(chosen.range),
+            "range_min": chosen.range_min,
+            "range_max": chosen.range_max or 0.0,
+            "range_half_life": chosen.range_half_life,
+            "range_floor": chosen.range_floor * moving,
+            "max_gap": chosen.max_gap,
+            "max_speed": chosen.max_speed,
+            "max_pause": chosen.max_pause,
+            "hold": chosen.remerge_seconds,
+            "level": self.strength(chosen.level),
+            "location": LOCATIONS.index(chosen.location),
+            "refine": chosen.refine,
+            "pre_roll": chosen.pre_roll,
+            "post_roll": chosen.post_roll,
+            "tempo": int(chosen.tempo),
+            "collect": int(self.collect),
+            "closed": -1,
+        }
+        for name, offset in shape.offsets()[0].items():
+            values[f"at_{name}"] = offset
+        for name, value in values.items():
+            h[name] = value
+
+    def new_rows(self, count: int) -> NDArray[np.uint8]:
+        """Return prepared rows, (count, row_bytes)."""
+        rows = np.zeros((count, self.row_bytes), np.uint8)
+        for index, row in enumerate(rows):
+            self.prepare(row, index)
+        return rows
+
+    def with_larger_ring(self, settings: Settings) -> "Plan":
+        """Return the same plan with twice the places in the velocity ring."""
+        return Plan(self.skeleton, settings, self.fps, 2 * self.shape.ring, collect=self.collect)
+
+
+def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:
+    """Copy a performer's state into a row with a larger velocity ring.
+
+    Args:
+        old: The row so far, laid out by `before`.
+        new: The row from now on, prepared by `after`.
+    """
+    was, now = header(old), header(new)
+    kept = {name: now[name] for name in now.dtype.names if name.startswith("at_") or name == "ring"}
+    for name in was.dtype.names:
+        now[name] = kept.get(name, was[name])
+    tail = (int(was["head"]) - int(was["filled"])) % before.shape.ring
+    for name, _ in REGIONS:
+        source, target = region(old, before.shape, name), region(new, after.shape, name)
+        if name.startswith("ring_"):
+            source = np.roll(source, -tail)
+        target[: len(source)] = source
+    now["head"] = was["filled"]

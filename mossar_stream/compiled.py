@@ -1,0 +1,71 @@
+"""How kernels are compiled: numba, without the interpreter lock, cached on disk per state of the sources.
+
+Numba's own cache notices a change of the file that holds a kernel, but not of the kernels it calls. Ours lies in
+a folder named after all sources of this package, so that no stale kernel is ever loaded.
+"""
+
+import contextlib
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def _digest() -> str:
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    facts = [f"{file.name}:{(stat := file.stat()).st_mtime_ns}:{stat.st_size}" for file in files]
+    return hashlib.sha256("\n".join([numba.__version__, *facts]).encode()).hexdigest()[:16]
+
+
+def _cache_folder() -> Path:
+    """Return the folder for compiled kernels, made if need be, and remove those of older sources."""
+    name = f"kernels-{_digest()}"
+    own = Path(__file__).parent / "__pycache__"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream"
+    for parent in (own, home, Path(tempfile.gettempdir()) / "mossar-stream"):
+        folder = parent / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            for stale in parent.glob("kernels-*"):
+                if stale != folder:
+                    shutil.rmtree(stale, ignore_errors=True)
+            return folder
+    return Path(tempfile.mkdtemp(prefix="mossar-stream-"))
+
+
+CACHE_FOLDER = _cache_folder()
+
+
+@contextlib.contextmanager
+def _numba_cache_in(folder: Path) -> Iterator[None]:
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def compiled(function: F) -> F:
+    """Compile a kernel on its first call (decorator).
+
+    No fastmath: it gains nothing here, and it permits dropping NaN checks and reordering sums, which breaks the
+    frame-for-frame equality with the reference.
+    """
+    with _numba_cache_in(CACHE_FOLDER):
+        return cast("F", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def is_warm() -> bool:
+    """Tell whether kernels were compiled before, so that building a segmenter will not take seconds."""
+    return any(CACHE_FOLDER.rglob("*.nbi"))

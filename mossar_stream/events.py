@@ -1,0 +1,138 @@
+"""Events: what comes out of a segmenter.
+
+One frozen record per kind of message, the same fields on every wire (JSON lines, msgpack, WebSocket). The life
+of a key frame, by its `status`:
+
+    candidate ──▶ withdrawn                       a lower minimum, a crossing or the end of the take came first
+        │
+        ▼
+    confirmed ──▶ merged ◀──▶ restored            as context arrives or the user moves the level
+        │            │            │
+        └────────────┴────────────┴──▶ final or merged, with `decided` true: the last message about this id
+
+Onsets and offsets start at `confirmed`. `rev` counts the messages about one id from 1.
+"""
+
+from typing import Literal
+
+import msgspec
+
+SCHEMA_VERSION = 1
+
+KeyFrameStatus = Literal["candidate", "withdrawn", "confirmed", "merged", "restored", "final"]
+KeyFrameKind = Literal["onset", "offset", "minimum"]
+SegmentStatus = Literal["closed", "withdrawn", "final"]
+SegmentState = Literal["moving", "resting"]
+StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
+
+KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
+    "candidate",
+    "withdrawn",
+    "confirmed",
+    "merged",
+    "restored",
+    "final",
+)
+KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
+SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
+SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
+
+
+class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_frame", kw_only=True):
+    """News about one key frame.
+
+    Args:
+        id: `performer/take/frame` with Algorithm 2's frame; stays the same over all messages.
+        rev: Counts the messages about this id from 1.
+        frame: Frame number; a `final` message may carry another one than the id (setting `refine`).
+        time: Time of that frame, s on the source's clock.
+        decided_frame: The frame that caused this message.
+        decided_time: Its time, s.
+        velocity: Velocity at the key frame, as a share of the range at that moment.
+        strength: Strength at which it falls (Algorithm 3); None until first computed.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    status: KeyFrameStatus
+    decided: bool
+    kind: KeyFrameKind
+    take: int
+    frame: int
+    time: float
+    decided_frame: int
+    decided_time: float
+    velocity: float
+    strength: float | None
+
+
+class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment", kw_only=True):
+    """News about one segment between two standing key frames, or between one and an end of the take.
+
+    Args:
+        id: `performer/take/start-end` in Algorithm 2's frames.
+        rev: Counts the messages about this id from 1.
+        start_frame: First frame of the segment.
+        end_frame: Frame of the key frame that ends it; the take's last frame for the last one.
+        active_joints: At most 5 joints with the largest path lengths relative to the centre.
+        similarity: To the segment before, in 0..1; None for the first of a take.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    status: SegmentStatus
+    state: SegmentState
+    take: int
+    start_frame: int
+    end_frame: int
+    start_time: float
+    end_time: float
+    active_joints: tuple[str, ...]
+    similarity: float | None
+
+
+class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True):
+    """A take started or ended, or frames stopped and came back."""
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    event: StreamChange
+    take: int
+    reason: str = ""
+
+
+class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True):
+    """Counters of one performer's stream since it began; made by the pipeline, not by the core."""
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    frames: int
+    fps: float
+    out_of_order: int
+    outliers: int
+    held: int
+    gaps: int
+    malformed: int
+    kernel_drops: int
+    queue_dropped: int
+    latency_p50_ms: float | None = None
+    latency_p99_ms: float | None = None
+
+
+Event = KeyFrameEvent | SegmentEvent | StreamEvent | StatsEvent
+
+_encoder = msgspec.json.Encoder()
+
+
+def to_json(event: Event) -> bytes:
+    """Return the event as one line of JSON, without the line's end.
+
+    Example:
+        >>> to_json(StreamEvent(performer="p1", event="started", take=0))
+        b'{"type":"stream","v":1,"performer":"p1","event":"started","take":0,"reason":""}'
+    """
+    return _encoder.encode(event)

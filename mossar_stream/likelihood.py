@@ -1,0 +1,230 @@
+"""Likelihood: how much better two segments are described apart than together.
+
+Every dimension of the pose (positions relative to the centre, distances between joints, log speeds) gets a
+Gaussian per segment. Merging segments a and b costs
+
+    g = Σ_d w_d [ T_ab log(σ²_ab,d + r) - T_a log(σ²_a,d + r) - T_b log(σ²_b,d + r) ]
+
+with T the durations in seconds and r a floor on the variance (`algorithm.md` 3b). The cost weighs evidence by
+duration and needs nothing but sums: it is mergeable, and no frame is kept.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.compiled import compiled
+from mossar_stream.layout import LANES
+from mossar_stream.settings import ResolvedSettings
+from mossar_stream.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
+
+MOST_DISTANCES = 120  # about as many joint pairs as carry information; more only cost time
+
+LIKELIHOOD = np.dtype(
+    [
+        ("start", "i8"),  # where the sums begin in a slot
+        ("dimensions", "i8"),  # padded, all groups
+        ("positions", "i8"),  # padded dimensions of each group; 0 if it has no weight
+        ("speeds", "i8"),
+        ("offsets", "i8"),  # number of offsets k of the joint pairs (i, i + k mod J)
+        ("stride", "i8"),  # between those offsets
+        ("position_weight", "f8"),  # per dimension
+        ("speed_weight", "f8"),
+        ("distance_weight", "f8"),
+        ("position_floor", "f8"),
+        ("speed_floor", "f8"),
+        ("distance_floor", "f8"),
+        ("short", "f8"),  # s, setting short_segment
+    ],
+)
+
+
+def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int) -> NDArray[np.void]:
+    """Return the parameters of the likelihood as one record, for compiled code.
+
+    Args:
+        settings: Of the segmenter.
+        joints: J.
+        lanes: J, padded.
+        center: Index of the root, -1 for the centroid.
+    """
+    weights, floors = settings.features, settings.variance_floor
+    moving = max(1, joints - 1 if center >= 0 else joints)
+    half = max(1, joints // 2)
+    stride = max(1, round(joints * half / MOST_DISTANCES))
+    offsets = math.ceil(half / stride) if weights.distances and joints > 1 else 0
+    p = np.zeros(1, LIKELIHOOD)
+    p["positions"] = 3 * lanes if weights.positions else 0
+    p["speeds"] = lanes if weights.log_speed else 0
+    p["offsets"], p["stride"] = offsets, stride
+    p["dimensions"] = p["positions"] + p["speeds"] + offsets * lanes
+    p["start"] = PATH + lanes
+    p["position_weight"] = weights.positions / (3 * moving)
+    p["speed_weight"] = weights.log_speed / moving
+    p["distance_weight"] = weights.distances / max(1, offsets * joints)
+    p["position_floor"], p["speed_floor"] = floors.positions, floors.log_speed
+    p["distance_floor"] = floors.distances
+    p["short"] = settings.short_segment
+    return p
+
+
+def slot_size(params: NDArray[np.void]) -> int:
+    """Return the length of a summary, float64 numbers."""
+    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // LANES) * LANES
+
+
+@compiled
+def add_frame(params, slot, pose, step, joints, weight, moving):
+    """Add one frame to a summary.
+
+    Args:
+        params: Record of `make_params`.
+        slot: The summary.
+        pose: (4, lanes) m relative to the centre (3) and log speed (1).
+        step: (lanes,) m, path of each joint in this frame.
+        joints: J.
+        weight: s that the frame stands for; negative to take a frame out.
+        moving: Whether it is in a moving period.
+    """
+    slot[FRAMES] += 1.0
+    slot[MOVING] += moving
+    lanes = len(step)
+    for j in range(lanes):
+        slot[PATH + j] += step[j]
+    add_pose(params, slot, pose, joints, weight)
+
+
+@compiled
+def add_pose(params, slot, pose, joints, weight):
+    """Add the pose alone: to the duration and the sums, not to frames and paths."""
+    slot[DURATION] += weight
+    lanes = pose.shape[1]
+    first = params.start
+    second = first + params.dimensions
+    if params.positions > 0:
+        _add(
+            slot[first : first + 3 * lanes],
+            slot[second : second + 3 * lanes],
+            pose[:3].reshape(3 * lanes),
+            weight,
+        )
+    at = params.positions
+    if params.speeds > 0:
+        _add(slot[first + at : first + at + lanes], slot[second + at : second + at + lanes], pose[3], weight)
+    at += params.speeds
+    if params.offsets > 0:
+        distances = joint_distances(pose, joints, params.offsets, params.stride)
+        size = len(distances)
+        _add(slot[first + at : first + at + size], slot[second + at : second + at + size], distances, weight)
+
+
+@compiled
+def _add(sums, squares, values, weight):
+    for d in range(len(values)):
+        weighted = weight * values[d]
+        sums[d] += weighted
+        squares[d] += weighted * values[d]
+
+
+@compiled
+def joint_distances(pose, joints, offsets, stride):
+    """Return the distances of the joint pairs (i, i + k mod J) for every stride-th k from 1, m.
+
+    Rows of equal k over coordinates that are stored twice: contiguous, without index lists, so that it
+    vectorises. Padding lanes are 0.
+    """
+    lanes = pose.shape[1]
+    twice = np.empty((3, 2 * lanes))
+    for axis in range(3):
+        for j in range(joints):
+            twice[axis, j] = pose[axis, j]
+            twice[axis, joints + j] = pose[axis, j]
+    distances = np.zeros(offsets * lanes)
+    for row in range(offsets):
+        k = 1 + row * stride
+        for i in range(joints):
+            x = twice[0, i] - twice[0, i + k]
+            y = twice[1, i] - twice[1, i + k]
+            z = twice[2, i] - twice[2, i + k]
+            distances[row * lanes + i] = np.sqrt(x * x + y * y + z * z)
+    return distances
+
+
+@compiled
+def merge_into(params, target, other):
+    """Make `target` the summary of both segments; neither order nor grouping matters beyond rounding."""
+    for d in range(len(target)):
+        target[d] += other[d]
+
+
+@compiled
+def close(params, slot):
+    """Set a summary's TERM: T Σ_d w_d log(σ²_d + r)."""
+    slot[TERM] = 0.0
+    duration = slot[DURATION]
+    if duration <= SHORTEST:
+        return
+    first, second = params.start, params.start + params.dimensions
+    at = 0
+    total = 0.0
+    if params.positions > 0:
+        size = params.positions
+        total += params.position_weight * _log_sum(slot, first, second, size, duration, params.position_floor)
+        at += size
+    if params.speeds > 0:
+        size = params.speeds
+        total += params.speed_weight * _log_sum(
+            slot, first + at, second + at, size, duration, params.speed_floor
+        )
+        at += size
+    if params.offsets > 0:
+        size = params.dimensions - at
+        total += params.distance_weight * _log_sum(
+            slot, first + at, second + at, size, duration, params.distance_floor
+        )
+    slot[TERM] = duration * total
+
+
+@compiled
+def _log_sum(slot, first, second, size, duration, floor):
+    """Σ log(σ² + floor): one logarithm for the product of sixteen variances instead of sixteen logarithms."""
+    scale = 1.0 / duration
+    total = 0.0
+    lane = np.empty(8)
+    for block in range(0, size, 64):
+        lane[:] = 1.0
+        for i in range(block, min(block + 64, size), 8):
+            for k in range(8):
+                mean = slot[first + i + k] * scale
+                lane[k] *= max(slot[second + i + k] * scale - mean * mean, 0.0) + floor
+        total += np.log(lane[0] * lane[1]) + np.log(lane[2] * lane[3])
+        total += np.log(lane[4] * lane[5]) + np.log(lane[6] * lane[7])
+    return total
+
+
+@compiled
+def strength(params, left, right, both):
+    """Return the cost of merging two closed neighbours, >= 0.
+
+    Args:
+        params: Record of `make_params`.
+        left: Summary of the earlier segment, closed.
+        right: Summary of the later one, closed.
+        both: Set to the summary of both, closed.
+    """
+    both[:] = left
+    merge_into(params, both, right)
+    close(params, both)
+    if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
+        return 0.0
+    cost = both[TERM] - left[TERM] - right[TERM]
+    if params.short > 0.0:
+        cost *= min(1.0, left[DURATION] / params.short) * min(1.0, right[DURATION] / params.short)
+    return cost if cost > 0.0 else 0.0
+
+
+@compiled
+def similarity(params, left, right, both):
+    """Return 1/(1 + cost), in 0..1."""
+    return 1.0 / (1.0 + strength(params, left, right, both))

@@ -1,0 +1,109 @@
+"""Presets and levels: named sets of settings, found by evaluation on labelled recordings.
+
+A preset is where settings start from. A level is a strength; a named level also brings a bundle of the settings
+that decide what a strength means. Moving the level of a running segmenter changes the strength only; the strength
+that a name stands for then depends on the bundle that the segmenter was started with.
+"""
+
+from collections.abc import Mapping
+
+from mossar_stream.errors import SettingsError
+from mossar_stream.settings import Features, LevelName, Settings
+
+PRESETS: dict[str, dict[str, object]] = {
+    "default": {},
+    # The paper's values: 1 s window, θ = 0.01, Algorithm 3 with the normalised path kernel, N = 20, L = 1.
+    "paper": {
+        "window": 1.0,
+        "sig_threshold": 0.01,
+        "range_floor": 0.0,
+        "similarity": "path_kernel",
+        "kernel_form": "normalised",
+        "edges": 20,
+        "layers": 1,
+        "location": "none",
+        "pre_roll": 0.0,
+        "post_roll": 0.0,
+        "tempo": False,
+    },
+    # For games: a short window and an early decision.
+    "game": {"window": 0.15, "remerge_seconds": 1.0, "remerge_window": 4},
+}
+
+_MOTION: dict[str, object] = {
+    "window": 0.2,
+    "features": Features(positions=0.75, log_speed=0.25),
+    "short_segment": 0.0,
+    "location": "free",
+    "refine": 0.3,
+    "pre_roll": 0.5,
+    "post_roll": 0.5,
+    "tempo": True,
+    "remerge_seconds": 2.5,
+}
+_CLUSTER: dict[str, object] = {
+    "window": 0.25,
+    "features": Features(distances=0.25, log_speed=0.75),
+    "short_segment": 1.0,
+    "location": "candidates",
+    "refine": 1.0,
+    "pre_roll": 0.0,
+    "post_roll": 0.0,
+    "tempo": False,
+    "remerge_seconds": 4.5,
+}
+BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "cluster": _CLUSTER}
+RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall
+
+# Strengths that the names stand for, by what computes them: (similarity or kernel form, bundle).
+STRENGTHS: dict[tuple[str, str], dict[LevelName, float]] = {
+    ("likelihood", "motion"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
+    ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.3},
+    ("damped", "motion"): {"posture": 0.0, "motion": 0.25, "cluster": 0.7},
+    ("damped", "cluster"): {"posture": 0.0, "motion": 0.25, "cluster": 0.7},
+    ("normalised", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
+    ("normalised", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
+    ("sum", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
+    ("sum", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
+}
+
+
+def preset_values(name: str) -> Mapping[str, object]:
+    """Return the fields that a preset sets.
+
+    Raises:
+        SettingsError: If there is no preset of that name.
+    """
+    try:
+        return PRESETS[name]
+    except KeyError:
+        raise SettingsError(f"no preset called {name!r}; there are {', '.join(PRESETS)}") from None
+
+
+def bundle_name(settings: Settings) -> str:
+    """Return which bundle the level brings: the cluster's for `cluster`, else the motion's."""
+    return "cluster" if settings.level == "cluster" else "motion"
+
+
+def bundle_values(settings: Settings) -> Mapping[str, object]:
+    """Return the values of the fields that are left to the level's bundle."""
+    values = dict(BUNDLES[bundle_name(settings)])
+    if settings.similarity == "path_kernel" and values["location"] == "free":
+        values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
+    window = settings.window if settings.window is not None else values["window"]
+    values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
+    return values
+
+
+def level_strength(level: LevelName | float, settings: Settings, bundle: str) -> float:
+    """Return the strength that a level stands for.
+
+    Args:
+        level: A name or a strength.
+        settings: Resolved settings of the segmenter.
+        bundle: Name of the bundle that it was started with.
+    """
+    if not isinstance(level, str):
+        return float(level)
+    measure = settings.kernel_form if settings.similarity == "path_kernel" else settings.similarity
+    return STRENGTHS[measure, bundle][level]

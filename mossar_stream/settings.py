@@ -1,0 +1,264 @@
+"""Settings of a segmenter: one frozen record, validated once.
+
+Fields that are None take their value from the bundle of the named level (`presets.py`); `Settings.resolved`
+fills them in. The names are those of the command line's `--set name=value`.
+"""
+
+from collections.abc import Mapping
+from typing import Literal, get_args
+
+import msgspec
+
+from mossar_stream.errors import SettingsError
+
+Smoothing = Literal["none", "moving_average", "one_euro"]
+RangePolicy = Literal["running", "file", "fixed", "decay"]
+Center = Literal["root", "centroid"]
+SimilarityName = Literal["likelihood", "path_kernel"]
+KernelForm = Literal["damped", "sum", "normalised"]
+Location = Literal["none", "free", "candidates"]
+LevelName = Literal["posture", "motion", "cluster"]
+LEVEL_NAMES: tuple[str, ...] = get_args(LevelName)
+
+
+class Features(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Weights of the feature groups in the likelihood; each is shared equally by the group's dimensions."""
+
+    positions: float = 0.0
+    distances: float = 0.0
+    log_speed: float = 0.0
+
+
+class VarianceFloor(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Floor on the variance of each feature group: m², m², and log(m/s) squared."""
+
+    positions: float = 0.001
+    distances: float = 0.003
+    log_speed: float = 0.1
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Everything that can be set on a segmenter.
+
+    Args:
+        window: Trailing velocity window, s (equation 1; the paper's is 1 s).
+        smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
+        smoothing_window: Length of the moving average, frames (wSize).
+        one_euro_cutoff: Minimum cut-off frequency of the One-Euro filter, Hz.
+        one_euro_beta: Speed coefficient of the One-Euro filter, Hz per m/s.
+        sig_threshold: θ (sigThre), as a share of the velocity range.
+        range: Where the range for normalisation comes from: the largest value so far (`running`), the whole
+            recording (`file`, offline only), `fixed` bounds, or a `decay`-ing maximum.
+        range_min: Lower bound for `fixed`, m of path summed over the joints within the window.
+        range_max: Upper bound for `fixed`, m.
+        range_half_life: Half-life of the maximum for `decay`, s.
+        range_floor: `running` and `decay` never fall below this, m per joint over the window.
+        center: Body centre that positions are relative to: the skeleton's `root`, or the `centroid`.
+        similarity: What compares neighbouring segments: `likelihood` or `path_kernel`.
+        features: Weights of the likelihood's feature groups.
+        variance_floor: Floors on the variances of the likelihood's feature groups.
+        edges: N, the edges of a segment graph, 1 to 45.
+        layers: L, the layers of the temporal pyramid, 1 to 5.
+        kernel_form: `damped` (ours), `sum` or `normalised` (the paper's).
+        short_segment: Merge costs weigh less on sides shorter than this, s; 0 is off.
+        location: Whether a final key frame moves to the likeliest place: `none`, anywhere near (`free`), or
+            to another candidate of Algorithm 2 (`candidates`).
+        refine: How far it may move, s.
+        pre_roll: How long the first posture is taken to have been held before the take, s.
+        post_roll: The same for the last posture, after the take.
+        tempo: Whether the level scales with the performer's tempo.
+        level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
+        max_key_frames: α of Algorithm 3: stop merging at this many key frames (offline), or None.
+        remerge_window: W, the undecided key frames kept while streaming.
+        remerge_seconds: Time until the oldest undecided key frame is decided, s of frame time.
+        max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
+        max_speed: A joint faster than this is an outlier, m/s.
+        max_pause: A gap or a step back in time longer than this starts a new take, s.
+
+    Raises:
+        SettingsError: If a value is outside its legal range; the message names field, value and range.
+
+    Example:
+        >>> Settings(level="cluster").resolved().remerge_seconds
+        4.5
+    """
+
+    window: float | None = None
+    smoothing: Smoothing = "none"
+    smoothing_window: int = 1
+    one_euro_cutoff: float = 1.5
+    one_euro_beta: float = 2.0
+    sig_threshold: float = 0.05
+    range: RangePolicy = "running"
+    range_min: float = 0.0
+    range_max: float | None = None
+    range_half_life: float = 300.0
+    range_floor: float | None = None
+    center: Center = "root"
+    similarity: SimilarityName = "likelihood"
+    features: Features | None = None
+    variance_floor: VarianceFloor = VarianceFloor()
+    edges: int = 20
+    layers: int = 1
+    kernel_form: KernelForm = "damped"
+    short_segment: float | None = None
+    location: Location | None = None
+    refine: float | None = None
+    pre_roll: float | None = None
+    post_roll: float | None = None
+    tempo: bool | None = None
+    level: LevelName | float = "motion"
+    max_key_frames: int | None = None
+    remerge_window: int = 8
+    remerge_seconds: float | None = None
+    max_gap: float = 0.25
+    max_speed: float = 15.0
+    max_pause: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
+        if not isinstance(self.level, str) and not 0 <= self.level < 1e9:
+            raise SettingsError(f"setting level is {self.level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
+        _check_groups(self)
+        if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
+            raise SettingsError("setting range=fixed needs range_max above range_min (m over the window)")
+
+    @classmethod
+    def build(cls, preset: str = "default", overrides: Mapping[str, object] | None = None) -> "Settings":
+        """Return the settings of a preset with some fields overridden.
+
+        Args:
+            preset: `paper`, `default` or `game`.
+            overrides: Field names and values; numbers may be given as text. `features` and `variance_floor`
+                take a mapping or one field each as `features.positions`.
+
+        Raises:
+            SettingsError: If a name is unknown or a value illegal.
+        """
+        from mossar_stream.presets import preset_values  # noqa: PLC0415 - presets are made of settings
+
+        values: dict[str, object] = dict(preset_values(preset))
+        for name, value in (overrides or {}).items():
+            _override(values, name, value)
+        try:
+            return msgspec.convert(values, cls, strict=False)
+        except msgspec.ValidationError as error:
+            raise SettingsError(_explain(str(error), values)) from None
+
+    def replace(self, **changes: object) -> "Settings":
+        """Return a copy with some fields changed, validated."""
+        return msgspec.structs.replace(self, **changes)
+
+    def resolved(self) -> "ResolvedSettings":
+        """Return a copy in which every field left to the level's bundle has its value."""
+        from mossar_stream.presets import bundle_values  # noqa: PLC0415 - bundles are made of settings
+
+        values = msgspec.structs.asdict(self)
+        for name, value in bundle_values(self).items():
+            if values[name] is None:
+                values[name] = value
+        return ResolvedSettings(**values)
+
+
+class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Settings with nothing left to a bundle."""
+
+    window: float
+    range_floor: float
+    features: Features
+    short_segment: float
+    location: Location
+    refine: float
+    pre_roll: float
+    post_roll: float
+    tempo: bool
+    remerge_seconds: float
+
+
+LIMITS: dict[str, tuple[float, float]] = {
+    "window": (0.01, 10.0),
+    "smoothing_window": (1, 1000),
+    "one_euro_cutoff": (0.01, 100.0),
+    "one_euro_beta": (0.0, 1000.0),
+    "sig_threshold": (0.0, 1.0),
+    "range_min": (0.0, 1e6),
+    "range_max": (0.0, 1e6),
+    "range_half_life": (0.1, 1e6),
+    "range_floor": (0.0, 1e3),
+    "edges": (1, 45),
+    "layers": (1, 5),
+    "short_segment": (0.0, 60.0),
+    "refine": (0.0, 5.0),
+    "pre_roll": (0.0, 60.0),
+    "post_roll": (0.0, 60.0),
+    "max_key_frames": (0, 1_000_000),
+    "remerge_window": (1, 1024),
+    "remerge_seconds": (0.05, 1e9),
+    "max_gap": (0.0, 60.0),
+    "max_speed": (0.1, 1e4),
+    "max_pause": (0.05, 3600.0),
+}
+
+
+def _check_groups(settings: Settings) -> None:
+    groups: list[tuple[str, Features | VarianceFloor | None, float]] = [
+        ("features", settings.features, 0.0),
+        ("variance_floor", settings.variance_floor, 1e-12),
+    ]
+    for field, group, low in groups:
+        for name in group.__struct_fields__ if group is not None else ():
+            value = getattr(group, name)
+            if not low <= value <= 1e3:
+                raise SettingsError(
+                    f"setting {field}.{name} is {value}; it must lie between {low:g} and 1000"
+                )
+    if settings.features is not None and not any(msgspec.structs.astuple(settings.features)):
+        raise SettingsError("setting features has no weight above 0")
+
+
+def _override(values: dict[str, object], name: str, value: object) -> None:
+    field, _, part = name.partition(".")
+    if field not in Settings.__struct_fields__:
+        raise SettingsError(f"no setting called {name!r}; there are {', '.join(Settings.__struct_fields__)}")
+    if not part:
+        values[field] = _parse_group(field, value) if isinstance(value, str) else value
+        return
+    group = values.get(field)
+    if field not in ("features", "variance_floor"):
+        raise SettingsError(f"setting {field} has no part called {part!r}")
+    base = msgspec.to_builtins(group) if group is not None else {}
+    values[field] = {**base, part: value}
+
+
+def _parse_group(field: str, value: str) -> object:
+    """Read `positions:0.75,log_speed:0.25` and the words none/null/auto of optional fields."""
+    if field in ("features", "variance_floor"):
+        parts = [part.partition(":") for part in value.split(",")]
+        return {name.strip(): number for name, _, number in parts}
+    if value in ("none", "null", "auto") and field not in ("smoothing", "location"):
+        return None
+    return value
+
+
+def _explain(message: str, values: Mapping[str, object]) -> str:
+    """Turn msgspec's message into one that names the field, its value and what is legal."""
+    text, _, path = message.partition(" - at `$.")
+    field = path.rstrip("`").partition(".")[0]
+    if not field:
+        return message
+    if field == "level":
+        return (
+            f"setting level is {values.get('level')!r}; it must be {', '.join(LEVEL_NAMES)} or a number >= 0"
+        )
+    choices = get_args(Settings.__annotations__.get(field))
+    legal = (
+        f"; it must be one of {', '.join(map(str, choices))}"
+        if choices and isinstance(choices[0], str)
+        else ""
+    )
+    if legal:
+        return f"setting {field} is {values.get(field)!r}{legal}"
+    return f"setting {field} is {values.get(field)!r}: {text[0].lower()}{text[1:]}"

@@ -1,0 +1,115 @@
+"""Similarity: the small protocol that lets one remerge work with any measure, and the measures there are.
+
+A measure is a module with
+
+    add_frame(params, slot, pose, step, joints, weight, moving)   one frame into a summary
+    add_pose(params, slot, pose, joints, weight)                  its pose alone, in or out (weight < 0)
+    merge_into(params, target, other)                             two neighbours into one summary
+    close(params, slot)                                           what is kept about a whole segment
+    strength(params, left, right, both)                           at which the key frame between them falls, >= 0
+    similarity(params, left, right, both)                         in 0..1, for people to read
+
+all compiled, on summaries as described in `summary.py`, and a numpy record type for its parameters. The type of
+the record that is passed selects the module when a kernel is compiled, so that using one measure does not
+compile the others. A new measure is one such module and one row in `MEASURES`.
+"""
+
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+from numpy.typing import NDArray
+
+from mossar_stream import likelihood
+from mossar_stream.settings import ResolvedSettings, SimilarityName
+
+MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
+    "likelihood": (likelihood, likelihood.LIKELIHOOD),
+}
+
+
+def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int) -> NDArray[np.void]:
+    """Return the parameters of the measure that the settings name, as a one-element record array."""
+    return MEASURES[settings.similarity][0].make_params(settings, joints, lanes, center)  # type: ignore[no-any-return]
+
+
+def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
+    """Return the length of a summary, float64 numbers."""
+    return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
+
+
+def _chosen(params: types.Record, name: str) -> Callable[..., object]:
+    for module, dtype in MEASURES.values():
+        if set(dtype.names or ()) == set(params.fields):
+            return getattr(module, name)  # type: ignore[no-any-return]
+    raise TypeError(f"no similarity measure has the parameters {sorted(params.fields)}")
+
+
+def add_frame(params, slot, pose, step, joints, weight, moving):
+    """Add one frame to a summary."""
+    raise NotImplementedError
+
+
+def add_pose(params, slot, pose, joints, weight):
+    """Add a frame's pose to a summary, or take it out."""
+    raise NotImplementedError
+
+
+def merge_into(params, target, other):
+    """Make a summary that of two neighbouring segments."""
+    raise NotImplementedError
+
+
+def close(params, slot):
+    """Finish a summary."""
+    raise NotImplementedError
+
+
+def strength(params, left, right, both):
+    """Return the strength of the key frame between two segments."""
+    raise NotImplementedError
+
+
+def similarity(params, left, right, both):
+    """Return the similarity of two segments."""
+    raise NotImplementedError
+
+
+@overload(add_frame)
+def _add_frame(params, slot, pose, step, joints, weight, moving):
+    chosen = _chosen(params, "add_frame")
+    return lambda params, slot, pose, step, joints, weight, moving: chosen(
+        params, slot, pose, step, joints, weight, moving
+    )
+
+
+@overload(add_pose)
+def _add_pose(params, slot, pose, joints, weight):
+    chosen = _chosen(params, "add_pose")
+    return lambda params, slot, pose, joints, weight: chosen(params, slot, pose, joints, weight)
+
+
+@overload(merge_into)
+def _merge_into(params, target, other):
+    chosen = _chosen(params, "merge_into")
+    return lambda params, target, other: chosen(params, target, other)
+
+
+@overload(close)
+def _close(params, slot):
+    chosen = _chosen(params, "close")
+    return lambda params, slot: chosen(params, slot)
+
+
+@overload(strength)
+def _strength(params, left, right, both):
+    chosen = _chosen(params, "strength")
+    return lambda params, left, right, both: chosen(params, left, right, both)
+
+
+@overload(similarity)
+def _similarity(params, left, right, both):
+    chosen = _chosen(params, "similarity")
+    return lambda params, left, right, both: chosen(params, left, right, both)

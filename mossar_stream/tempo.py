@@ -1,0 +1,54 @@
+"""Tempo: how slowly a performer moves, so that the level asks as much of slow people as of quick ones.
+
+T = sqrt(S / V): S is the joint-mean squared distance from a slow mean of the pose, V the joint-mean squared speed,
+both leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T
+relative to an ordinary tempo, within limits.
+"""
+
+import numpy as np
+
+from mossar_stream.compiled import compiled
+
+ORDINARY = 0.15  # s
+SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
+HALF_LIFE = 20.0  # s, of the sums
+MEAN_TIME = 5.0  # s, of the mean pose
+PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
+PRIOR_SPEED = 0.5  # m/s
+
+
+@compiled
+def start_tempo(h, mean_pose, pose):
+    """Begin a take with the prior."""
+    h.tempo_spread = PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
+    h.tempo_speed = PRIOR_TIME * PRIOR_SPEED**2
+    mean_pose[:, :] = pose[:3]
+    h.pace = 1.0
+
+
+@compiled
+def follow_tempo(h, mean_pose, pose, step, dt):
+    """Take a frame in and set `h.pace`, the factor that costs are divided by.
+
+    Args:
+        h: Header of the row.
+        mean_pose: (3, lanes) m, slow mean of the pose.
+        pose: (4, lanes) m relative to the centre.
+        step: (lanes,) m, path of each joint since the last frame.
+        dt: s since then.
+    """
+    if dt <= 0.0:
+        return
+    keep = np.exp2(-dt / HALF_LIFE)
+    follow = 1.0 - np.exp(-dt / MEAN_TIME)
+    spread = 0.0
+    speed = 0.0
+    for j in range(h.joints):
+        for axis in range(3):
+            off = pose[axis, j] - mean_pose[axis, j]
+            mean_pose[axis, j] += follow * off
+            spread += ((1.0 - follow) * off) ** 2
+        speed += step[j] * step[j]
+    h.tempo_spread = h.tempo_spread * keep + spread / h.moving_joints * dt
+    h.tempo_speed = h.tempo_speed * keep + speed / h.moving_joints / dt
+    h.pace = min(max(np.sqrt(h.tempo_spread / h.tempo_speed) / ORDINARY, QUICKEST), SLOWEST)
