@@ -16,7 +16,6 @@ from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.ranges import POLICIES
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.stream import most_events
 from mossar_stream.trail import trail_size
 
 SMOOTHINGS = ("none", "moving_average", "one_euro")
@@ -79,7 +78,7 @@ class Plan:
     @property
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
-        return int(most_events(self.settings.remerge_window))
+        return 6 * self.settings.remerge_window + 32
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
@@ -100,6 +99,9 @@ class Plan:
             "lanes": shape.lanes,
             "center": self.center,
             "moving_joints": moving,
+            "filter_lanes": shape.lanes * shape.one_euro,
+            "tempo_lanes": shape.lanes * shape.tempo,
+            "average_size": shape.smoothing_window,
             "ring": shape.ring,
             "slot": shape.slot,
             "slot_count": shape.slots,
@@ -128,7 +130,6 @@ class Plan:
             "post_roll": chosen.post_roll,
             "tempo": int(chosen.tempo),
             "collect": int(self.collect),
-            "closed": -1,
         }
         for name, offset in shape.offsets()[0].items():
             values[f"at_{name}"] = offset
