@@ -44,6 +44,38 @@ class Layout(msgspec.Struct, frozen=True):
     first: tuple[int, ...]
 
 
+class AmcFile(msgspec.Struct, frozen=True):
+    """A recording whose skeleton and layout are known.
+
+    Args:
+        path: The file.
+        acclaim: Its skeleton.
+        layout: Of every frame.
+        count: Number of whole frames.
+        cut: Whether one more was cut off.
+    """
+
+    path: Path
+    acclaim: Acclaim
+    layout: Layout
+    count: int
+    cut: bool
+
+
+class AmcBlock(msgspec.Struct, frozen=True):
+    """The numbers of consecutive frames.
+
+    Args:
+        start: Index of the first frame, from 0.
+        lines: Line number of each frame.
+        cells: The numbers of each frame, as written.
+    """
+
+    start: int
+    lines: list[int]
+    cells: list[list[str]]
+
+
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read the positions of the bone ends."""
     skeleton = read_skeleton(skeleton_path(path, options.skeleton))
@@ -63,21 +95,21 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     """Read joint rotations; each joint is the beginning of its bone, and bones without children get an end."""
     acclaim = read_skeleton(skeleton_path(path, options.skeleton))
     layout = _layout(path, acclaim)
-    count, cut = _count_frames(path, layout)
+    amc = AmcFile(path, acclaim, layout, *_count_frames(path, layout))
     fps = options.fps or USUAL_FPS
     names, parents, offsets = _joints(acclaim)
-    scale = _scale(path, acclaim, layout, count, options)
+    scale = _scale(amc, options)
 
     def chunks() -> Iterator[MotionChunk]:
-        for start, words, lines in _blocks(path, layout, count):
-            yield _motion_chunk(path, acclaim, layout, (start, words, lines), fps, scale.metres)
+        for block in _blocks(amc):
+            yield _motion_chunk(amc, block, fps, scale.metres)
 
     notes = [scale.note] if scale.note else []
     if options.fps is None:
         notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set fps to change")
-    if cut:
-        notes.append(f"the file is cut off in its last frame; {count} frames are whole")
-    return JointMotion(names, parents, offsets * scale.metres, fps, count, chunks, tuple(notes))
+    if amc.cut:
+        notes.append(f"the file is cut off in its last frame; {amc.count} frames are whole")
+    return JointMotion(names, parents, offsets * scale.metres, fps, amc.count, chunks, tuple(notes))
 
 
 def _joints(acclaim: Acclaim) -> tuple[tuple[str, ...], tuple[int, ...], NDArray[np.float64]]:
@@ -144,8 +176,8 @@ def _layout(path: Path, acclaim: Acclaim) -> Layout:
 def _count_frames(path: Path, layout: Layout) -> tuple[int, bool]:
     """Return the number of whole frames and whether one more was cut off."""
     count, last = 0, list[str]()
-    for _, last in _frame_blocks(path):
-        count += 1
+    for _, words in _frame_blocks(path):
+        count, last = count + 1, words
     cut = len(last) < layout.width or (ends_in_mid_line(path) and not _is_number(last[-1]))
     if count == cut:
         raise FileError(path, "there is no whole frame in the file")
@@ -160,45 +192,39 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _blocks(path: Path, layout: Layout, count: int) -> Iterator[tuple[int, list[list[str]], list[int]]]:
-    """Yield index of the first frame, the numbers of up to `CHUNK` frames as words, and their lines."""
-    done, rows, lines = 0, list[list[str]](), list[int]()
-    for line, words in _frame_blocks(path):
-        if done + len(rows) == count:
+def _blocks(amc: AmcFile) -> Iterator[AmcBlock]:
+    """Yield the whole frames, up to `CHUNK` at a time."""
+    done, lines, cells = 0, list[int](), list[list[str]]()
+    for line, words in _frame_blocks(amc.path):
+        if done + len(cells) == amc.count:
             break
-        if len(words) != layout.width or any(words[at] != name for at, name in layout.names):
-            raise FileError(path, "the frame has other bones or values than the first one", line)
-        rows.append([words[column] for column in layout.columns])
+        if len(words) != amc.layout.width or any(words[at] != name for at, name in amc.layout.names):
+            raise FileError(amc.path, "the frame has other bones or values than the first one", line)
         lines.append(line)
-        if len(rows) == CHUNK:
-            yield done, rows, lines
-            done, rows, lines = done + CHUNK, [], []
-    if rows:
-        yield done, rows, lines
+        cells.append([words[column] for column in amc.layout.columns])
+        if len(cells) == CHUNK:
+            yield AmcBlock(done, lines, cells)
+            done, lines, cells = done + CHUNK, [], []
+    if cells:
+        yield AmcBlock(done, lines, cells)
 
 
-def _motion_chunk(
-    path: Path,
-    acclaim: Acclaim,
-    layout: Layout,
-    block: tuple[int, list[list[str]], list[int]],
-    fps: float,
-    metres: float,
-) -> MotionChunk:
-    start, rows, lines = block
-    values = numbers(rows, path, lines)
-    _, parents, offsets = _joints(acclaim)
+def _motion_chunk(amc: AmcFile, block: AmcBlock, fps: float, metres: float) -> MotionChunk:
+    values = numbers(block.cells, amc.path, block.lines)
+    _, parents, offsets = _joints(amc.acclaim)
     rotations = np.broadcast_to(np.eye(3), (len(values), len(parents), 3, 3)).copy()
     translations = np.broadcast_to(offsets, (len(values), len(parents), 3)).copy()
-    axes = acclaim.own_axes()
-    for i, bone in enumerate(acclaim.bones):
-        if layout.first[i] >= 0:
-            own = values[:, layout.first[i] : layout.first[i] + len(bone.dofs)]
-            rotations[:, i] = axes[i] @ _own_rotations(bone, own, degrees=acclaim.degrees) @ axes[i].T
-            for k, dof in enumerate(bone.dofs):
-                if i == 0 and dof[0] == "t":
-                    translations[:, 0, "xyz".index(dof[1])] = own[:, k]
-    return MotionChunk(rotations, translations * metres, constant_times(len(values), fps, start))
+    axes = amc.acclaim.own_axes()
+    for i, bone in enumerate(amc.acclaim.bones):
+        first = amc.layout.first[i]
+        if first < 0:
+            continue
+        own = values[:, first : first + len(bone.dofs)]
+        rotations[:, i] = axes[i] @ _own_rotations(bone, own, degrees=amc.acclaim.degrees) @ axes[i].T
+        for k, dof in enumerate(bone.dofs):
+            if i == 0 and dof[0] == "t":
+                translations[:, 0, "xyz".index(dof[1])] = own[:, k]
+    return MotionChunk(rotations, translations * metres, constant_times(len(values), fps, block.start))
 
 
 def _own_rotations(bone: Bone, own: NDArray[np.float64], *, degrees: bool) -> NDArray[np.float64]:
@@ -209,10 +235,9 @@ def _own_rotations(bone: Bone, own: NDArray[np.float64], *, degrees: bool) -> ND
     return euler_rotations(np.radians(angles) if degrees else angles, "".join(axes))
 
 
-def _scale(path: Path, acclaim: Acclaim, layout: Layout, count: int, options: ReadOptions) -> Scale:
-    block = next(_blocks(path, layout, count))
-    chunk = _motion_chunk(path, acclaim, layout, block, USUAL_FPS, 1.0)
-    positions = joint_positions(chunk, _joints(acclaim)[1])
-    if PEOPLE[0] <= height(positions) * acclaim.metres <= PEOPLE[1]:
-        return given(options, acclaim.metres)
-    return guessed(options, positions)
+def _scale(amc: AmcFile, options: ReadOptions) -> Scale:
+    chunk = _motion_chunk(amc, next(_blocks(amc)), USUAL_FPS, 1.0)
+    tall = height(joint_positions(chunk, _joints(amc.acclaim)[1]))
+    if PEOPLE[0] <= tall * amc.acclaim.metres <= PEOPLE[1]:
+        return given(options, amc.acclaim.metres)
+    return guessed(options, tall)

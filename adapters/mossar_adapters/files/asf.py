@@ -138,11 +138,11 @@ def _root(path: Path, section: list[tuple[int, list[str]]]) -> Bone:
 
 
 def _bones(path: Path, section: list[tuple[int, list[str]]]) -> Iterator[Bone]:
-    bone, length, direction = Bone("", np.zeros(3)), 0.0, (0.0, 0.0, 0.0)
+    bone, length, direction = Bone("", np.zeros(3)), 0.0, tuple[float, ...]()
     for line, words in section:
         match words[0].lower():
             case "begin":
-                bone, length, direction = Bone("", np.zeros(3)), 0.0, (0.0, 0.0, 0.0)
+                bone, length, direction = Bone("", np.zeros(3)), 0.0, ()
             case "name":
                 bone.name = " ".join(words[1:])
             case "direction":
@@ -155,8 +155,8 @@ def _bones(path: Path, section: list[tuple[int, list[str]]]) -> Iterator[Bone]:
             case "dof":
                 bone.dofs = _dofs(path, line, words[1:])
             case "end":
-                if not bone.name:
-                    raise FileError(path, "a bone without a name ends here", line)
+                if not bone.name or not direction:
+                    raise FileError(path, "a bone without name or direction ends here", line)
                 bone.vector = np.array(direction) * length
                 yield bone
 
@@ -174,7 +174,9 @@ def _hang_together(path: Path, bones: list[Bone], section: list[tuple[int, list[
                 raise FileError(path, f"there is no bone called {shown(name)}", line)
         for name in words[1:]:
             if words[0] not in seen or name in seen:
-                raise FileError(path, f"{shown(name)} hangs on a bone that is not on the root yet, or twice", line)
+                raise FileError(
+                    path, f"{shown(name)} hangs on a bone that is not on the root yet, or twice", line
+                )
             seen.add(name)
             bones[place[name]].parent = place[words[0]]
     if len(seen) < len(bones):

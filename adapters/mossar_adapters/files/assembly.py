@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.errors import FileError, shown
-from mossar_adapters.files.units import Scale
+from mossar_adapters.files.units import Scale, height
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
@@ -96,24 +96,20 @@ def in_metres(recording: Recording, scale: Scale) -> Recording:
     def chunks() -> Iterator[Frames]:
         for frames in recording.chunks():
             scaled = frames.positions.astype(np.float64) * scale.metres
-            yield sane_frames(
-                scaled, frames.times, frames.confidence, frames.performer, frames.first_frame
-            )
+            yield sane_frames(scaled, frames.times, frames.confidence, frames.performer, frames.first_frame)
 
     return msgspec.structs.replace(recording, chunks=chunks, notes=notes)
 
 
-def scaled_by_first(
-    recording: Recording, choose: Callable[[NDArray[np.float32]], Scale]
-) -> Recording:
+def scaled_by_height(recording: Recording, choose: Callable[[float], Scale]) -> Recording:
     """Return the recording in metres, where the scale follows from the first frames.
 
     Args:
         recording: Coordinates in the file's unit.
-        choose: Makes the scale of the first (n, J, 3) positions.
+        choose: Makes the scale of the height in the file's unit.
     """
     first = first_chunk(Path(recording.path), recording.chunks)
-    return in_metres(recording, choose(first.positions))
+    return in_metres(recording, choose(height(first.positions)))
 
 
 def parent_indices(path: Path, names: Sequence[str], parent_names: Sequence[str | None]) -> tuple[int, ...]:

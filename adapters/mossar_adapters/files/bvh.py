@@ -17,12 +17,18 @@ from mossar_adapters.files.assembly import sane_frames, skeleton_of, unique_name
 from mossar_adapters.files.bvh_hierarchy import BvhJoint, Hierarchy, parse_hierarchy
 from mossar_adapters.files.cells import numbers
 from mossar_adapters.files.errors import FileError
-from mossar_adapters.files.kinematics import JointMotion, MotionChunk, euler_rotations, joint_positions
+from mossar_adapters.files.kinematics import (
+    JointMotion,
+    MotionChunk,
+    euler_rotations,
+    joint_positions,
+    rest_positions,
+)
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_step
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
 from mossar_adapters.files.text import numbered_lines
-from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed
+from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed, height
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times
 
@@ -50,7 +56,9 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     if options.fps is None and not plausible_rate(rate_of_step(step)):
         raise FileError(path, f"a frame time of {step} s is impossible; set fps", last_line)
     rows = survey(path, last_line + 1, str.split, hierarchy.width)
-    rows = msgspec.structs.replace(rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count)
+    rows = msgspec.structs.replace(
+        rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count
+    )
     if rows.count == 0:
         raise FileError(path, "the motion has 0 frames", last_line)
     fps = options.fps or rate_of_step(step)
@@ -87,18 +95,18 @@ def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, s
 
 
 def _scale(hierarchy: Hierarchy, rows: Rows, names: tuple[str, ...], options: ReadOptions) -> Scale:
-    block = next(rows.blocks())
-    chunk = _motion_chunk(block, rows, hierarchy, 1.0, 1.0)
-    positions = joint_positions(chunk, tuple(joint.parent for joint in hierarchy.joints))
+    chunk = _motion_chunk(next(rows.blocks()), rows, hierarchy, 1.0, 1.0)
+    parents = tuple(joint.parent for joint in hierarchy.joints)
+    rest = rest_positions(np.array([joint.offset for joint in hierarchy.joints]), parents)
+    # People may begin curled up, and rest poses may be folded: the taller of the two is closer to the truth.
+    tall = max(height(rest), height(joint_positions(chunk, parents)))
     units = METRES
     if {"lhipjoint", "rhipjoint"} <= {name.lower() for name in names}:
-        units = {**METRES, "1/0.45 inch (CMU)": ACCLAIM_INCH}  # conversions of CMU recordings keep its unit
-    return guessed(options, positions, units)
+        units = {**METRES, "inch/0.45 (CMU)": ACCLAIM_INCH}  # conversions of CMU recordings keep its unit
+    return guessed(options, tall, units)
 
 
-def _motion_chunk(
-    block: Block, rows: Rows, hierarchy: Hierarchy, fps: float, metres: float
-) -> MotionChunk:
+def _motion_chunk(block: Block, rows: Rows, hierarchy: Hierarchy, fps: float, metres: float) -> MotionChunk:
     values = numbers(block.cells, rows.path, block.lines)  # (n, channels)
     count = len(hierarchy.joints)
     rotations = np.empty((len(values), count, 3, 3))

@@ -10,10 +10,8 @@ from mossar_adapters.files.errors import FileError, shown
 
 LARGEST = 1e30  # what is larger is damage, and would overflow when squared
 
-_MISSING = frozenset(
-    ("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "null", "none", "na", "n/a", "#n/a", "-", "inf", "-inf")
-    + ("1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind", "1.#inf", "-1.#inf", "infinity", "-infinity")
-)
+_NOT_A_NUMBER = {"", "nan", "nan(ind)", "null", "none", "na", "n/a", "#n/a", "inf", "infinity"}
+_NOT_A_NUMBER |= {"1.#qnan", "1.#ind", "1.#inf"}
 
 
 def number(cell: str) -> float:
@@ -25,9 +23,10 @@ def number(cell: str) -> float:
     try:
         return float(cell)
     except ValueError:
-        if cell.strip().strip('"').lower() in _MISSING:
+        plain = cell.strip().strip('"')
+        if plain.lower().lstrip("+-") in _NOT_A_NUMBER:
             return float("nan")
-        return float(cell.strip().strip('"').replace(",", "."))
+        return float(plain.replace(",", "."))
 
 
 def numbers(rows: Sequence[Sequence[str]], path: Path, lines: Sequence[int]) -> NDArray[np.float64]:

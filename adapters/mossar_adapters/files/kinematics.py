@@ -113,6 +113,16 @@ def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np
     return positions
 
 
+def rest_positions(offsets: NDArray[np.float64], parents: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return where the joints are when none of them turns.
+
+    Returns:
+        (1, J, 3) float64, in the unit of the offsets.
+    """
+    unturned = np.broadcast_to(np.eye(3), (1, len(parents), 3, 3))
+    return joint_positions(MotionChunk(unturned, offsets[None], np.zeros(1)), parents)
+
+
 def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotations as unit quaternions.
 
@@ -127,7 +137,9 @@ def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     m = rotations
     trace = np.trace(m, axis1=-2, axis2=-1)
     squares = np.stack([*(2 * m[..., k, k] - trace for k in range(3)), trace], axis=-1) + 1.0  # 4·component²
-    skew = np.stack([m[..., (k + 2) % 3, (k + 1) % 3] - m[..., (k + 1) % 3, (k + 2) % 3] for k in range(3)], -1)
+    skew = np.stack(
+        [m[..., (k + 2) % 3, (k + 1) % 3] - m[..., (k + 1) % 3, (k + 2) % 3] for k in range(3)], -1
+    )
     outer = np.empty((*m.shape[:-2], 4, 4))  # 4·component_i·component_j
     outer[..., :3, :3] = m + np.swapaxes(m, -1, -2)
     outer[..., 3, :3] = outer[..., :3, 3] = skew
@@ -135,4 +147,5 @@ def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     best = np.argmax(squares, axis=-1)
     row = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
     row = row / np.linalg.norm(row, axis=-1, keepdims=True)
-    return np.where(row[..., 3:] < 0, -row, row)
+    turned: NDArray[np.float64] = row * np.where(row[..., 3:] < 0, -1.0, 1.0)
+    return turned

@@ -50,11 +50,31 @@ class Format(msgspec.Struct, frozen=True):
         """Return whether what it needs is installed."""
         return self.library is None or importlib.util.find_spec(self.library) is not None
 
+
 _HERE = "mossar_adapters.files"
 
 FORMATS: tuple[Format, ...] = (
-    Format("BVH", (".bvh",), sniff.text(sniff.bvh), f"{_HERE}.bvh", "skeleton and joint rotations", motion=True),
-    Format("AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True),
+    Format(
+        "BVH", (".bvh",), sniff.text(sniff.bvh), f"{_HERE}.bvh", "skeleton and joint rotations", motion=True
+    ),
+    Format(
+        "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
+    ),
+    Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
+    Format(
+        "JSON lines",
+        (".jsonl", ".ndjson", ".json"),
+        sniff.text(sniff.json_lines),
+        f"{_HERE}.jsonl",
+        "frames as JSON",
+    ),
+    Format(
+        "CSV",
+        (".csv", ".tsv", ".txt"),
+        sniff.text(sniff.any_text),
+        f"{_HERE}.table",
+        "table of joint positions",
+    ),
 )
 
 

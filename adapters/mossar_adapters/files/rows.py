@@ -92,8 +92,8 @@ def survey(
         FileError: If there is no whole row.
     """
     count, last = 0, ""
-    for _, last in row_lines(path, first_line):
-        count += 1
+    for _, text in row_lines(path, first_line):
+        count, last = count + 1, text
     cut = count > 0 and not _is_whole(split(last), width, pad=pad, open_end=ends_in_mid_line(path))
     if count == cut:
         raise FileError(path, "there is no whole frame in the file")

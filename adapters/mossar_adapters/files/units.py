@@ -52,19 +52,16 @@ def given(options: ReadOptions, stated: float) -> Scale:
     return Scale(METRES.get(options.unit, stated))
 
 
-def guessed(
-    options: ReadOptions, positions: NDArray[np.floating], candidates: Mapping[str, float] = METRES
-) -> Scale:
+def guessed(options: ReadOptions, tall: float, candidates: Mapping[str, float] = METRES) -> Scale:
     """Return the scale of a format that does not state its unit.
 
     Args:
         options: The user's word, taken if there is one.
-        positions: (n, J, 3) first frames of the file.
+        tall: Height of the skeleton in the file's unit, 0 if it cannot be measured.
         candidates: Names of units and their metres.
     """
     if options.unit != "auto":
         return Scale(METRES[options.unit])
-    tall = height(positions)
     if tall <= 0:
         return Scale(1.0, "unit taken as m (the height cannot be measured); set --unit to change")
     unit = min(candidates, key=lambda name: abs(np.log(tall * candidates[name] / USUAL_HEIGHT)))
@@ -74,11 +71,10 @@ def guessed(
     )
 
 
-def fitted(options: ReadOptions, positions: NDArray[np.floating]) -> Scale:
+def fitted(options: ReadOptions, tall: float) -> Scale:
     """Return the scale of coordinates that have no unit: the skeleton becomes 1.7 m tall."""
     if options.unit != "auto":
         return Scale(METRES[options.unit])
-    tall = height(positions)
     if tall <= 0:
         return Scale(1.0, "coordinates have no unit and the height cannot be measured; taken as metres")
     return Scale(
