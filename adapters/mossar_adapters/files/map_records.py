@@ -42,10 +42,12 @@ class Survey(msgspec.Struct):
         misfits: Frames that came with another skeleton.
         first_times: Times of the first frames of the first performer.
         cut: Whether the last record was cut off.
+        now: Skeleton of each performer at this place of the file.
     """
 
     metas: dict[str, Meta]
     counts: dict[str, int]
+    now: dict[str, Skeleton] = msgspec.field(default_factory=dict)
     misfits: int = 0
     first_times: list[float | None] = msgspec.field(default_factory=list)
     cut: bool = False
@@ -98,6 +100,7 @@ def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
                     meta = meta_of_map(record.map)
                     found.counts.setdefault(meta.performer, 0)
                     found.metas.setdefault(meta.performer, meta)
+                    found.now[meta.performer] = meta.skeleton
                 case FrameMap():
                     _survey_frame(found, record.map)
         except FrameError as error:
@@ -114,8 +117,9 @@ def _survey_frame(found: Survey, frame: FrameMap) -> None:
     if name not in found.metas:
         unnamed = Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)
         found.metas[name] = Meta(name, by_count(joints) or unnamed)
+        found.now[name] = found.metas[name].skeleton
         found.counts[name] = 0
-    if joints != len(found.metas[name].skeleton):
+    if joints != len(found.now[name]) or found.now[name] != found.metas[name].skeleton:
         found.misfits += 1
         return
     if (frame.t is None) != (frame.t is None if not found.first_times else found.first_times[0] is None):
@@ -146,11 +150,15 @@ def _chunks(
 ) -> Iterator[Frames]:
     """Yield frames; times from the maps, or counted at `clock` Hz if that is given."""
     waiting = {name: Gathered() for name in performers}
+    fits = dict.fromkeys(performers, True)
     for record in records():
+        if isinstance(record.map, MetaMap):
+            meta = meta_of_map(record.map)
+            fits[meta.performer] = meta.skeleton == skeleton
         if not isinstance(record.map, FrameMap):
             continue
         name = performer_name(record.map.performer)
-        if name not in waiting or len(positions_of_map(record.map)) != len(skeleton):
+        if name not in waiting or not fits[name] or len(positions_of_map(record.map)) != len(skeleton):
             continue
         gathered = waiting[name]
         if gathered.maps and not _continues(gathered.maps[-1], record.map):

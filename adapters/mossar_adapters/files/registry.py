@@ -61,6 +61,7 @@ FORMATS: tuple[Format, ...] = (
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
     Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
+    Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
         "JSON lines",
         (".jsonl", ".ndjson", ".json"),

@@ -42,3 +42,8 @@ def json_lines(head: str) -> bool:
 def any_text(head: str) -> bool:
     """Return whether this is text at all."""
     return bool(head.strip())
+
+
+def c3d(head: bytes, _path: Path) -> bool:
+    """Return whether this is C3D."""
+    return len(head) > 1 and head[1] == 0x50
