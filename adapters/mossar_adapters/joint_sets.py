@@ -89,6 +89,12 @@ MIXAMO = _skeleton(
     " RightUpLeg<Hips RightLeg<RightUpLeg RightFoot<RightLeg RightToeBase<RightFoot",
     root="Hips",
 )
+MOTIVE = _skeleton(
+    "Hip Ab<Hip Chest<Ab Neck<Chest Head<Neck LShoulder<Chest LUArm<LShoulder LFArm<LUArm LHand<LFArm"
+    " RShoulder<Chest RUArm<RShoulder RFArm<RUArm RHand<RFArm LThigh<Hip LShin<LThigh LFoot<LShin LToe<LFoot"
+    " RThigh<Hip RShin<RThigh RFoot<RShin RToe<RFoot",
+    root="Hip",
+)
 
 JOINT_SETS: dict[str, Skeleton] = {
     "coco17": COCO_17,
@@ -100,6 +106,7 @@ JOINT_SETS: dict[str, Skeleton] = {
     "cmu31": CMU_31,
     "humanoid": HUMANOID,
     "mixamo": MIXAMO,
+    "motive": MOTIVE,
 }
 
 _CENTRES = ("hips", "pelvis", "midhip", "hipcenter", "spinebase", "hipcentre", "root", "hip", "sacrum")

@@ -2,6 +2,7 @@
 
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.kinematics import JointMotion, MotionChunk
+from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import FORMATS, Format, open_motion, open_recording
 
@@ -11,6 +12,7 @@ __all__ = [
     "Format",
     "JointMotion",
     "MotionChunk",
+    "MskWriter",
     "ReadOptions",
     "open_motion",
     "open_recording",

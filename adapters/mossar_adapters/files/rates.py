@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-REGULAR = 0.02  # largest departure of a step from the median step, as share of it, at a constant rate
+JITTER = 0.25  # share of the median step by which most steps may depart from it
+NEARLY_WHOLE = 5e-4  # a rate nearer than this to a whole one is meant to be that; 23.976 is not 24
 
 
 def rate_of_step(step: str) -> float:
@@ -37,16 +38,18 @@ def rate_of_step(step: str) -> float:
 
 
 def rate_of_times(times: NDArray[np.float64]) -> float | None:
-    """Return the rate of frames at these times, or None if they do not come at a constant rate.
+    """Return the nominal rate of frames at these times, or None if they come too irregularly to have one.
 
     Args:
         times: (n,) seconds.
     """
     steps = np.diff(times)
-    if not len(steps) or not (np.isfinite(steps).all() and (steps > 0).all()):
+    steps = steps[np.isfinite(steps) & (steps > 0)]
+    if not len(steps):
         return None
-    step = (times[-1] - times[0]) / len(steps)
-    if np.abs(steps - step).max() > REGULAR * step:
+    usual = np.abs(steps - np.median(steps)) <= JITTER * np.median(steps)
+    if 2 * usual.sum() < len(steps):
         return None
+    step = float(steps[usual].mean())
     whole = max(1, round(1 / step))
-    return float(whole) if abs(whole * step - 1) < 1e-3 else float(1 / step)
+    return float(whole) if abs(whole * step - 1) < NEARLY_WHOLE else 1 / step

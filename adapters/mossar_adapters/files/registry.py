@@ -61,6 +61,14 @@ FORMATS: tuple[Format, ...] = (
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
     Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
+    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text"),
+    Format(
+        "Motive CSV", (".csv",), sniff.text(sniff.motive), f"{_HERE}.motive", "OptiTrack skeletons or markers"
+    ),
+    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers"),
+    Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
+    Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
+    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings"),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
         "JSON lines",
@@ -68,6 +76,14 @@ FORMATS: tuple[Format, ...] = (
         sniff.text(sniff.json_lines),
         f"{_HERE}.jsonl",
         "frames as JSON",
+    ),
+    Format(
+        "pose JSON",
+        (".json",),
+        sniff.pose_json,
+        f"{_HERE}.pose_json",
+        "MediaPipe, OpenPose; a file, or a folder with a file per frame",
+        folder=True,
     ),
     Format(
         "CSV",

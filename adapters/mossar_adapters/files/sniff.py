@@ -34,9 +34,17 @@ def amc(head: str) -> bool:
 
 
 def json_lines(head: str) -> bool:
-    """Return whether this is JSON with one object per line."""
+    """Return whether this is JSON with a meta or frame map per line."""
     first, _, rest = head.lstrip().partition("\n")
-    return first.startswith("{") and first.rstrip().endswith("}") and rest.lstrip()[:1] in {"{", ""}
+    one_line = first.startswith("{") and first.rstrip().endswith("}")
+    return one_line and '"type"' in first and rest.lstrip()[:1] in {"{", ""}
+
+
+def pose_json(head: bytes, path: Path) -> bool:
+    """Return whether this is JSON, or a folder with some."""
+    if path.is_dir():
+        return any(entry.suffix.lower() == ".json" for entry in path.iterdir())
+    return head_text(head).lstrip()[:1] in {"{", "["}
 
 
 def any_text(head: str) -> bool:
@@ -47,3 +55,29 @@ def any_text(head: str) -> bool:
 def c3d(head: bytes, _path: Path) -> bool:
     """Return whether this is C3D."""
     return len(head) > 1 and head[1] == 0x50
+
+
+def trc(head: str) -> bool:
+    """Return whether this is TRC."""
+    return head.lstrip().lower().startswith("pathfiletype")
+
+
+def motive(head: str) -> bool:
+    """Return whether this is Motive's CSV."""
+    return head.lstrip('"').lower().startswith("format version")
+
+
+def qtm(head: str) -> bool:
+    """Return whether this is QTM's export."""
+    return head.lstrip().upper().startswith("NO_OF_FRAMES")
+
+
+def msrc12(head: str) -> bool:
+    """Return whether the first line is 81 numbers."""
+    words = head.lstrip().partition("\n")[0].split()
+    return len(words) == 81 and words[0].isdecimal()
+
+
+def ntu(head: str) -> bool:
+    """Return whether the first lines are counts."""
+    return re.match(r"\s*\d{1,9}\s*\n\s*\d{1,2}\s*(\n|$)", head) is not None
