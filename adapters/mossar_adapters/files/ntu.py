@@ -92,7 +92,7 @@ def _survey(path: Path) -> tuple[int, int, dict[str, int]]:
     announced = _count(path, lines, 10**9)
     whole, bodies = 0, dict[str, int]()
     try:
-        for whole in range(announced):  # noqa: B007 - its last value is the number of whole frames
+        for whole in range(announced):
             for found in _frame(path, lines, whole):
                 bodies[found.body] = bodies.get(found.body, 0) + 1
     except Cut:

@@ -69,6 +69,15 @@ FORMATS: tuple[Format, ...] = (
     Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
     Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings"),
+    Format(
+        "XDF",
+        (".xdf",),
+        sniff.magic(b"XDF:"),
+        f"{_HERE}.xdf",
+        "motion capture stream of Lab Streaming Layer",
+        extra="files",
+        library="pyxdf",
+    ),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
         "JSON lines",
