@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from mossar_adapters.source import Meta
@@ -19,7 +20,7 @@ from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 VERSION = 1
 
 
-class FrameMap(msgspec.Struct, omit_defaults=True):
+class FrameMap(msgspec.Struct):
     """One frame of one performer; fields as the interface names them."""
 
     performer: str = "p1"
@@ -27,19 +28,19 @@ class FrameMap(msgspec.Struct, omit_defaults=True):
     t: float | None = None
     shape: tuple[int, ...] | None = None
     xyz: bytes | list[list[float | None] | None] = b""
-    conf: bytes | list[float | None] | None = None
+    conf: bytes | list[float | None] | UnsetType | None = UNSET
     v: int = VERSION
     type: str = "frame"
 
 
-class MetaMap(msgspec.Struct, omit_defaults=True):
+class MetaMap(msgspec.Struct):
     """What is known of a performer; fields as the interface names them."""
 
     names: tuple[str, ...]
     performer: str = "p1"
     parents: tuple[int, ...] = ()
     root: int = 0
-    fps: float | None = None
+    fps: float | UnsetType | None = UNSET
     unit: str = "m"
     v: int = VERSION
     type: str = "meta"
@@ -51,18 +52,25 @@ def meta_of_map(found: MetaMap) -> Meta:
     Raises:
         FrameError: If the skeleton or the rate is impossible.
     """
-    if found.fps is not None and not 0 < found.fps <= 1e5:
-        raise FrameError(f"a rate of {found.fps} Hz is impossible")
+    fps = found.fps or None  # UNSET is false
+    if fps is not None and not 0 < fps <= 1e5:
+        raise FrameError(f"a rate of {fps} Hz is impossible")
     if found.unit != "m":
         raise FrameError(f"frames are in metres, not in {found.unit[:20]!r}")
     skeleton = Skeleton(found.names, found.parents, found.root)
-    return Meta(performer_name(found.performer), skeleton, found.fps)
+    return Meta(performer_name(found.performer), skeleton, fps)
 
 
 def map_of_meta(meta: Meta) -> MetaMap:
     """Return a meta as a map."""
     skeleton = meta.skeleton
-    return MetaMap(skeleton.names, meta.performer, skeleton.parents, skeleton.root, meta.fps)
+    return MetaMap(
+        skeleton.names,
+        meta.performer,
+        skeleton.parents,
+        skeleton.root,
+        UNSET if meta.fps is None else meta.fps,
+    )
 
 
 def positions_of_map(found: FrameMap) -> NDArray[np.float32]:
@@ -93,7 +101,7 @@ def confidence_of_map(found: FrameMap, joints: int) -> NDArray[np.float32] | Non
     Raises:
         FrameError: If there is not one number per joint.
     """
-    if found.conf is None:
+    if found.conf is None or found.conf is UNSET:
         return None
     if isinstance(found.conf, bytes):
         values = np.frombuffer(found.conf, "<f4") if len(found.conf) == 4 * joints else np.empty(0)
@@ -119,7 +127,7 @@ def maps_of_frames(frames: Frames, first_seq: int) -> list[FrameMap]:
             t=float(frames.times[i]),
             shape=shape,
             xyz=frames.positions[i].astype("<f4").tobytes(),
-            conf=None if frames.confidence is None else frames.confidence[i].astype("<f4").tobytes(),
+            conf=UNSET if frames.confidence is None else frames.confidence[i].astype("<f4").tobytes(),
         )
         for i in range(len(frames))
     ]

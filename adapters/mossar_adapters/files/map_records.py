@@ -6,11 +6,12 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from mossar_adapters.files.assembly import sane_frames
+from mossar_adapters.files.assembly import in_metres, sane_frames
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
+from mossar_adapters.files.units import given
 from mossar_adapters.frame_maps import FrameMap, MetaMap, confidence_of_map, meta_of_map, positions_of_map
 from mossar_adapters.joint_sets import by_count
 from mossar_adapters.source import Meta, Recording
@@ -19,6 +20,7 @@ from mossar_stream.frames import Frames, performer_name
 from mossar_stream.skeleton import Skeleton
 
 USUAL_FPS = 30.0
+_ABSENT = (None, msgspec.UNSET)
 
 
 class MapRecord(msgspec.Struct, frozen=True):
@@ -86,7 +88,8 @@ def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: R
         return _chunks(records, chosen.skeleton, performers, clock)
 
     count = sum(found.counts[name] for name in performers)
-    return Recording(str(path), chosen.skeleton, fps, chunks, tuple(notes), count, performers)
+    recording = Recording(str(path), chosen.skeleton, fps, chunks, tuple(notes), count, performers)
+    return in_metres(recording, given(options, 1.0))
 
 
 def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
@@ -173,7 +176,7 @@ def _chunks(
 
 def _continues(before: FrameMap, after: FrameMap) -> bool:
     """Return whether two frames can stand in one chunk: both or neither with confidence."""
-    return (before.conf is None) == (after.conf is None)
+    return (before.conf in _ABSENT) == (after.conf in _ABSENT)
 
 
 def _frames(name: str, gathered: Gathered, clock: float | None) -> Frames:
