@@ -87,7 +87,7 @@ def positions_of_map(found: FrameMap) -> NDArray[np.float32]:
             raise FrameError(
                 f"xyz has {len(found.xyz)} bytes, which is not 12 for each of 1 to {MAX_JOINTS} joints"
             )
-        positions = np.frombuffer(found.xyz, "<f4").reshape(-1, 3).astype(np.float32)
+        positions = np.frombuffer(found.xyz, "<f4").reshape(-1, 3).astype(np.float32, copy=False)
     else:
         positions = _listed(found.xyz)
     if found.shape is not None and found.shape != positions.shape:

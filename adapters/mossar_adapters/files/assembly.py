@@ -69,7 +69,7 @@ def sane_frames(
     """
     with np.errstate(invalid="ignore"):
         present = (np.abs(positions) < FARTHEST).all(axis=2)
-    clean = np.where(present[:, :, None], positions, np.nan).astype(np.float32)
+        clean = np.where(present[:, :, None], positions, np.nan).astype(np.float32)
     if confidence is not None:
         confidence = np.clip(np.nan_to_num(confidence, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
     return Frames(clean, np.ascontiguousarray(times, np.float64), confidence, performer, first_frame)

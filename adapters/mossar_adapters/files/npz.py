@@ -134,7 +134,8 @@ def _positions_member(path: Path, members: dict[str, Member]) -> Member:
 def _blocks(path: Path, member: Member) -> Iterator[NDArray[np.float64]]:
     """Yield (n, J, 3) blocks of up to `CHUNK` frames."""
     if member.fortran:
-        whole = _array(path, member).astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            whole = _array(path, member).astype(np.float64)
         yield from (whole[i : i + CHUNK] for i in range(0, len(whole), CHUNK))
         return
     frame_size = member.shape[1] * 3 * member.dtype.itemsize
@@ -145,7 +146,9 @@ def _blocks(path: Path, member: Member) -> Iterator[NDArray[np.float64]]:
             while left:
                 data = file.read(min(CHUNK, left) * frame_size)
                 block = np.frombuffer(data, member.dtype).reshape(-1, member.shape[1], 3)
-                yield block.astype(np.float64)
+                with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
+                    wide = block.astype(np.float64)
+                yield wide
                 left -= len(block)
     except _DAMAGE as error:
         raise FileError(path, f"{shown(member.name)} is damaged ({error})") from None

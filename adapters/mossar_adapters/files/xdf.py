@@ -44,7 +44,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
 
     def chunks() -> Iterator[Frames]:
         for start in range(0, len(series), CHUNK):
-            rows = series[start : start + CHUNK].astype(np.float64)
+            with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
+                rows = series[start : start + CHUNK].astype(np.float64)
             confidence = rows[:, list(columns.confidence)] if columns.confidence else None
             positions = rows[:, order].reshape(len(rows), -1, 3)
             yield sane_frames(positions, times[start : start + CHUNK], confidence, name)

@@ -161,7 +161,7 @@ def motive():
     what = ["", ""] + (["Rotation"] * 4 + ["Position"] * 3) * 4
     axes = ["Frame", "Time (Seconds)"] + list("XYZWXYZ") * 4
     first = ["Format Version", "1.25", "Take Name", "t", "Export Frame Rate", "60", "Total Exported Frames"]
-    lines = [first + [str(FRAMES), "Length Units", "Meters"], [""] * 30, kinds, names, parents, what, axes]
+    lines = [[*first, str(FRAMES), "Length Units", "Meters"], [""] * 30, kinds, names, parents, what, axes]
     for i, frame in enumerate(walk()):
         lines.append(
             [f"{i}", f"{i / 60:.5f}"] + [v for p in frame for v in ["0", "0", "0", "1", *map(str, p)]]
@@ -215,7 +215,7 @@ def openpose(dimensions=3):
     return json.dumps({"version": 1.3, "people": [{f"pose_keypoints_{dimensions}d": values}]}).encode()
 
 
-def c3d(machine=84, *, integer=False, frames=FRAMES, first=1, labels=JOINTS, unit="mm", cut_parameters=False):
+def c3d(machine=84, *, integer=False, frames=FRAMES, first=1, labels=JOINTS, unit="mm"):
     """Return a C3D file in the byte order of Intel (84), DEC (85) or SGI (86)."""
     order = ">" if machine == 86 else "<"
 
