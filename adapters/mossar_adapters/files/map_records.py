@@ -114,6 +114,8 @@ def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
 
 
 def _survey_frame(found: Survey, frame: FrameMap) -> None:
+    if frame.t is not None and not abs(frame.t) < 1e15:
+        raise FrameError(f"t = {frame.t} is no time")
     name = performer_name(frame.performer)
     joints = len(positions_of_map(frame))
     confidence_of_map(frame, joints)
@@ -127,8 +129,6 @@ def _survey_frame(found: Survey, frame: FrameMap) -> None:
         return
     if (frame.t is None) != (frame.t is None if not found.first_times else found.first_times[0] is None):
         raise FrameError("some frames have a time t and others do not")
-    if frame.t is not None and not abs(frame.t) < 1e15:
-        raise FrameError(f"t = {frame.t} is no time")
     found.counts[name] += 1
     if len(found.first_times) < CHUNK and name == next(iter(found.metas)):
         found.first_times.append(frame.t)
