@@ -100,7 +100,7 @@ def _frames(
 
 def _announced_frames(header: C3dHeader, parameters: dict[str, Value]) -> int:
     """Return the number of frames; the header's 16 bits are too few for long recordings."""
-    if header.last_frame < 65535:
+    if header.first_frame <= header.last_frame < 65535:
         return header.last_frame - header.first_frame + 1
     first, last = (_long(parameters.get(f"TRIAL:ACTUAL_{end}_FIELD")) for end in ("START", "END"))
     if first is not None and last is not None and last >= first:

@@ -27,8 +27,11 @@ from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames
 
 USUAL_FPS = 30.0
-MAX_SIZE = 256 << 20  # bytes of a JSON file, which has to be read as a whole
+MAX_SIZE = 128 << 20  # bytes of a JSON file, which has to be read as a whole
 MAX_PERFORMERS = 16
+_MENDED_DEPTH = 2  # frames stand in a list, at most within an object
+_BRACKET = re.compile(rb'"(?:[^"\\]|\\.)*"?|[][{}]', re.DOTALL)
+_CLOSING = bytes.maketrans(b"[{", b"]}")
 _RATES = ("fps", "frame_rate", "frameRate", "framerate", "ticksPerSecond", "FPS")
 
 
@@ -157,25 +160,20 @@ def _decoded(path: Path) -> tuple[Any, bool]:
 
 
 def _mended(data: bytes) -> Any:
-    """Return what is whole of JSON that was cut off: up to the last closed bracket that can be mended."""
-    open_brackets: list[int] = []
-    ends: list[tuple[int, bytes]] = []  # after each of the last frames: position and what is open there
-    quoted = escaped = False
-    for i, byte in enumerate(data):
-        if quoted:
-            quoted, escaped = escaped or byte != 0x22, byte == 0x5C and not escaped
-        elif byte == 0x22:
-            quoted = True
-        elif byte in b"[{":
-            open_brackets.append(byte)
-        elif byte in b"]}" and open_brackets:
-            open_brackets.pop()
-            if len(open_brackets) <= 2:
-                ends = [*ends[-3:], (i + 1, bytes(open_brackets))]
-    for end, still_open in reversed(ends):
-        closing = bytes(0x5D if byte == 0x5B else 0x7D for byte in reversed(still_open))
+    """Return what is whole of JSON that was cut off: up to a closed bracket near the end, None if hopeless."""
+    still_open = bytearray()
+    ends: list[tuple[int, bytes]] = []  # the last places where an element of an outer list or object ends
+    for token in _BRACKET.finditer(data):
+        bracket = token[0]
+        if bracket in b"[{":
+            still_open += bracket
+        elif bracket in b"]}" and still_open:
+            still_open.pop()
+            if len(still_open) <= _MENDED_DEPTH:
+                ends = [*ends[-3:], (token.end(), bytes(still_open))]
+    for end, brackets in reversed(ends):
         try:
-            return msgspec.json.decode(data[:end] + closing)
+            return msgspec.json.decode(data[:end] + brackets[::-1].translate(_CLOSING))
         except (msgspec.DecodeError, UnicodeError, RecursionError):
             continue
     return None

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.heading import splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
-from mossar_adapters.files.table import splitter
 from mossar_adapters.files.text import numbered_lines
 from mossar_adapters.source import Recording
 

@@ -33,8 +33,9 @@ class Rows(msgspec.Struct, frozen=True):
         path: The file.
         first_line: Number of the line from which on rows are looked for.
         split: Makes cells of a line.
-        width: Cells per row; more are cut off.
+        width: Cells per row.
         pad: Whether a short row is filled with empty cells instead of being an error.
+        exact: Whether a long row is an error instead of being cut.
         count: Number of whole rows.
         cut: Whether the last row of the file was not whole.
     """
@@ -44,6 +45,7 @@ class Rows(msgspec.Struct, frozen=True):
     split: Callable[[str], list[str]]
     width: int
     pad: bool
+    exact: bool
     count: int
     cut: bool
 
@@ -51,7 +53,7 @@ class Rows(msgspec.Struct, frozen=True):
         """Yield the rows in blocks of `CHUNK`.
 
         Raises:
-            FileError: If a row is too short.
+            FileError: If a row has the wrong width.
         """
         done, lines, cells = 0, list[int](), list[list[str]]()
         for line, text in row_lines(self.path, self.first_line):
@@ -67,13 +69,10 @@ class Rows(msgspec.Struct, frozen=True):
 
     def _row(self, line: int, text: str) -> list[str]:
         row = self.split(text)
-        if len(row) > self.width:
-            return row[: self.width]
-        if len(row) < self.width:
-            if not self.pad:
-                raise FileError(self.path, f"the row has {len(row)} values instead of {self.width}", line)
-            row += [""] * (self.width - len(row))
-        return row
+        short = self.width - len(row)
+        if (short > 0 and not self.pad) or (short < 0 and self.exact):
+            raise FileError(self.path, f"the row has {len(row)} values instead of {self.width}", line)
+        return row[: self.width] + [""] * short
 
 
 def row_lines(path: Path, first_line: int) -> Iterator[tuple[int, str]]:
@@ -84,7 +83,13 @@ def row_lines(path: Path, first_line: int) -> Iterator[tuple[int, str]]:
 
 
 def survey(
-    path: Path, first_line: int, split: Callable[[str], list[str]], width: int, *, pad: bool = False
+    path: Path,
+    first_line: int,
+    split: Callable[[str], list[str]],
+    width: int,
+    *,
+    pad: bool = False,
+    exact: bool = False,
 ) -> Rows:
     """Count the rows of a file and see whether the last one is whole.
 
@@ -97,7 +102,7 @@ def survey(
     cut = count > 0 and not _is_whole(split(last), width, pad=pad, open_end=ends_in_mid_line(path))
     if count == cut:
         raise FileError(path, "there is no whole frame in the file")
-    return Rows(path, first_line, split, width, pad, count - cut, cut)
+    return Rows(path, first_line, split, width, pad, exact, count - cut, cut)
 
 
 def _is_whole(row: list[str], width: int, *, pad: bool, open_end: bool) -> bool:

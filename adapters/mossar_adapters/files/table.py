@@ -8,62 +8,50 @@ Our own layout, which is also the one to write when exporting from elsewhere::
 
 The comment line and each of its words are optional, the time too; an empty cell is a missing coordinate;
 `hips.confidence` (0 to 1) may be added for all joints. Tables of other programs with such columns read as well:
-semicolons, tabs, decimal commas, other spellings of the headings (see `columns`), Kinect tables.
+semicolons, tabs, decimal commas, headings of one or two lines and other spellings (see `heading`, `columns`),
+Kinect tables, numbered landmarks of pose estimators.
 """
 
-import csv
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.assembly import first_chunk, in_metres, sane_frames, scaled_by_height, skeleton_of
 from mossar_adapters.files.cells import numbers
 from mossar_adapters.files.clock import seconds, unit_of_steps
-from mossar_adapters.files.columns import Columns, find_columns
+from mossar_adapters.files.columns import Columns
 from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.heading import Heading, read_heading
 from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
-from mossar_adapters.files.text import numbered_lines
-from mossar_adapters.files.units import given, guessed
-from mossar_adapters.joint_sets import KINECT_20, KINECT_25, with_known_parents
+from mossar_adapters.files.units import fitted, given, guessed
+from mossar_adapters.joint_sets import (
+    BLAZEPOSE_33,
+    COCO_17,
+    KINECT_20,
+    KINECT_25,
+    by_count,
+    with_known_parents,
+)
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times
 from mossar_stream.skeleton import Skeleton
 
 USUAL_FPS = 30.0
-MAX_PREAMBLE = 50  # lines before the headings
 _KINECT = {*KINECT_20.names, *KINECT_25.names}
-
-
-class Preamble(msgspec.Struct, frozen=True):
-    """What stands before the rows.
-
-    Args:
-        facts: Words `key=value` of comment lines.
-        columns: By the headings.
-        first_line: Number of the first line after the headings.
-        split: Makes cells of a line.
-        width: Number of headings.
-    """
-
-    facts: dict[str, str]
-    columns: Columns
-    first_line: int
-    split: Callable[[str], list[str]]
-    width: int
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read a table of joint positions."""
-    preamble = _preamble(path)
-    columns = preamble.columns
-    rows = survey(path, preamble.first_line, preamble.split, preamble.width)
-    fps, time_unit, notes = _clock(path, preamble, rows, options)
+    heading = read_heading(path)
+    columns = heading.columns
+    rows = survey(path, heading.first_line, heading.split, heading.width)
+    fps, time_unit, notes = _clock(path, heading, rows, options)
     zeros = set(columns.joints) <= _KINECT and not _is_centred(rows, columns)
 
     def chunks() -> Iterator[Frames]:
@@ -76,64 +64,17 @@ def read(path: Path, options: ReadOptions) -> Recording:
                 confidence,
             )
 
-    skeleton = _skeleton(path, columns, preamble.facts)
+    skeleton = _skeleton(path, columns, heading.facts)
     recording = Recording(str(path), skeleton, fps, chunks, (*cut_note(rows), *notes), rows.count)
-    unit = preamble.facts.get("unit", "auto")
+    unit = heading.facts.get("unit", "auto")
     if unit != "auto" and unit not in METRES:
         raise FileError(path, f"unit={unit[:20]} is none of {', '.join(METRES)}")
     if unit in METRES:
         return in_metres(recording, given(options, METRES[unit]))
     if set(columns.joints) <= _KINECT:
         return in_metres(recording, given(options, 1.0))  # the sensor's camera space
-    return scaled_by_height(recording, lambda tall: guessed(options, tall))
-
-
-def splitter(delimiter: str | None, *, decimal_comma: bool = False) -> Callable[[str], list[str]]:
-    """Return a function that makes cells of a line.
-
-    Args:
-        delimiter: One character, or None for any white space.
-        decimal_comma: Whether numbers are written `0,5`.
-    """
-
-    def split(text: str) -> list[str]:
-        if decimal_comma:
-            text = text.replace(",", ".")
-        if delimiter and '"' in text:
-            return next(csv.reader([text], delimiter=delimiter), [])
-        return text.split(delimiter)
-
-    return split
-
-
-def delimiter_of(header: str) -> str | None:
-    """Return what separates headings: the most frequent of tab, semicolon and comma, else white space."""
-    best = max("\t;,", key=header.count)
-    return best if best in header else None
-
-
-def _preamble(path: Path) -> Preamble:
-    facts: dict[str, str] = {}
-    lines = numbered_lines(path)
-    for line, text in lines:
-        if line > MAX_PREAMBLE:
-            break
-        if text.startswith("#"):
-            facts.update(word.partition("=")[::2] for word in text[1:].split() if "=" in word)
-            continue
-        delimiter = delimiter_of(text)
-        header = splitter(delimiter)(text)
-        columns = find_columns(header)
-        if columns:
-            sample = next((text for _, text in lines if text.strip()), "")
-            decimal_comma = delimiter != "," and "," in sample and "." not in sample
-            split = splitter(delimiter, decimal_comma=decimal_comma)
-            return Preamble(facts, columns, line + 1, split, _last_column(columns) + 1)
-    raise FileError(path, "no headings with x, y and z of joints, such as: time,hips.x,hips.y,hips.z")
-
-
-def _last_column(columns: Columns) -> int:
-    return max(columns.time, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
+    normalised = _is_normalised(skeleton.names, first_chunk(path, chunks).positions)
+    return scaled_by_height(recording, lambda tall: (fitted if normalised else guessed)(options, tall))
 
 
 def _positions(
@@ -165,13 +106,13 @@ def _stamps(block: Block, rows: Rows, columns: Columns) -> NDArray[np.float64]:
 
 
 def _clock(
-    path: Path, preamble: Preamble, rows: Rows, options: ReadOptions
+    path: Path, heading: Heading, rows: Rows, options: ReadOptions
 ) -> tuple[float | None, float | None, tuple[str, ...]]:
     """Return the rate, the seconds per unit of the time column (None to count frames instead), and notes."""
     if options.fps is not None:
         return options.fps, None, ()
-    columns = preamble.columns
-    stated = _stated_rate(path, preamble.facts)
+    columns = heading.columns
+    stated = _stated_rate(path, heading.facts)
     if columns.time < 0:
         if stated is not None:
             return stated, None, ()
@@ -201,7 +142,7 @@ def _stated_rate(path: Path, facts: dict[str, str]) -> float | None:
 
 
 def _skeleton(path: Path, columns: Columns, facts: dict[str, str]) -> Skeleton:
-    names = columns.joints
+    names = _known_names(columns.joints)
     parents: Sequence[int]
     parents, root = with_known_parents(names)
     if "parents" in facts:
@@ -214,6 +155,25 @@ def _skeleton(path: Path, columns: Columns, facts: dict[str, str]) -> Skeleton:
             raise FileError(path, f"root={shown(facts['root'])} is not a joint")
         root = names.index(facts["root"])
     return skeleton_of(path, names, parents, root)
+
+
+def _known_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of a known set where the file only numbers its joints (`x1`, `landmark_0_x`)."""
+    found = [re.search(r"(\d{1,3})$", name) for name in names]
+    numbers = [int(match[1]) for match in found if match]
+    known = by_count(len(names))
+    if known and numbers in (list(range(len(names))), list(range(1, len(names) + 1))):
+        return known.names
+    return names
+
+
+def _is_normalised(names: tuple[str, ...], positions: NDArray[np.float32]) -> bool:
+    """Return whether these are landmarks in shares of an image: all between 0 and 1, which no room is."""
+    if not set(names) <= {*BLAZEPOSE_33.names, *COCO_17.names}:
+        return False
+    plane = positions[:, :, :2]
+    inside = (plane > -0.2) & (plane < 1.2)
+    return bool(inside.mean() > 0.95 and (plane[np.isfinite(plane)] >= 0).mean() > 0.9)
 
 
 def _is_centred(rows: Rows, columns: Columns) -> bool:

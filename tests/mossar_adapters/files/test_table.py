@@ -3,6 +3,7 @@ import pytest
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.files.columns import find_columns
+from mossar_adapters.files.units import height
 
 ROWS = [
     (0.0, 0.1, 1.0, 0.2, 0.1, 1.7, 0.2),
@@ -159,3 +160,21 @@ def test_a_line_of_absurd_length_is_refused_before_it_is_read_whole(tmp_path):
     path.write_text(HEAD + "\n" + "1" * (5 << 20))
     with pytest.raises(FileError, match="line 2: the line has more than"):
         open_recording(path)
+
+
+def test_names_above_axes_are_joined_with_rate_and_unit_as_optical_systems_write_them(tmp_path):
+    text = "Trajectories\n100\n,,LFHD,,,RFHD,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm\n"
+    text += "1,0,100,1000,200,100,1700,200\n2,0,100,1000,300,,,\n"
+    recording = open_recording(table(tmp_path, text))
+    assert recording.skeleton.names == ("LFHD", "RFHD")
+    assert (recording.fps, recording.frame_count, recording.notes) == (100, 2, ())
+    np.testing.assert_allclose(positions_of(recording)[0], EXPECTED[0], rtol=1e-6)
+
+
+def test_numbered_landmarks_get_their_names_and_image_coordinates_a_person_s_size(tmp_path):
+    head = "class," + ",".join(f"x{k},y{k},z{k},v{k}" for k in range(1, 34))
+    row = "wave," + ",".join(f"0.5,{0.1 + k * 0.02:.2f},0.1,0.9" for k in range(33))
+    recording = open_recording(table(tmp_path, f"{head}\n{row}\n{row}\n"))
+    assert recording.skeleton.names[:2] == ("nose", "left_eye_inner")
+    assert height(positions_of(recording)) == pytest.approx(1.7)
+    assert "coordinates have no unit" in "".join(recording.notes)
