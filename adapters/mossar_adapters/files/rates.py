@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files.options import plausible_rate
+
 JITTER = 0.25  # share of the median step by which most steps may depart from it
 _USUAL = (
     10,
@@ -78,4 +80,5 @@ def rate_of_times(times: NDArray[np.float64]) -> float | None:
         return None
     step = float(steps[usual].mean())
     whole = max(1, round(1 / step))
-    return float(whole) if abs(whole * step - 1) < NEARLY_WHOLE else 1 / step
+    fps = float(whole) if abs(whole * step - 1) < NEARLY_WHOLE else 1 / step
+    return fps if plausible_rate(fps) else None

@@ -27,13 +27,14 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
             skeleton = skeleton.select(options.joints)
     except FrameError as error:
         raise FileError(recording.path, str(error)) from None
-    performers = recording.performers
+    performers, count = recording.performers, recording.frame_count
     if options.performer is not None:
         if options.performer not in performers:
             raise FileError(
                 recording.path,
                 f"no performer called {options.performer!r}; there are {', '.join(performers[:40])}",
             )
+        count = count if len(performers) == 1 else None
         performers = (options.performer,)
     joints = np.array([recording.skeleton.index(name) for name in options.joints], dtype=np.intp)
 
@@ -42,7 +43,9 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
             if frames.performer in performers:
                 yield _of_joints(frames, joints)
 
-    return msgspec.structs.replace(recording, skeleton=skeleton, performers=performers, chunks=chunks)
+    return msgspec.structs.replace(
+        recording, skeleton=skeleton, performers=performers, frame_count=count, chunks=chunks
+    )
 
 
 def _of_joints(frames: Frames, joints: NDArray[np.intp]) -> Frames:

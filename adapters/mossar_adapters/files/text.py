@@ -32,9 +32,11 @@ def encoding_of(head: bytes) -> str | None:
 
 
 def head_text(head: bytes) -> str:
-    """Return the beginning of a file as text, empty if it is not text; for sniffing."""
+    """Return the beginning of a file as text with plain line ends, empty if it is not text; for sniffing."""
     encoding = encoding_of(head)
-    return "" if encoding is None else head.decode(encoding, "replace").lstrip("\ufeff")
+    if encoding is None:
+        return ""
+    return head.decode(encoding, "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:

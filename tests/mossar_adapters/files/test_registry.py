@@ -160,7 +160,7 @@ def test_that_a_file_is_cut_off_is_noted(sample, kind):
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
-@pytest.mark.parametrize("ends", ["\r\n", "\n"])
+@pytest.mark.parametrize("ends", ["\r\n", "\r", "\n"])
 def test_encodings_and_line_ends_do_not_matter(sample, encoding, ends):
     for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu"):
         path = sample(kind)
