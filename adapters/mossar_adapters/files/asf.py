@@ -1,6 +1,5 @@
 """ASF: the skeleton that belongs to an AMC recording."""
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from mossar_stream.skeleton import MAX_JOINTS
 
 INCH = 0.0254  # m; an ASF states its length as a share of an inch
 _DOFS = {"rx", "ry", "rz", "tx", "ty", "tz", "l"}
-_ORDER = re.compile(r"[xyz]{1,3}", re.IGNORECASE)
 
 
 class Bone(msgspec.Struct):
@@ -151,7 +149,8 @@ def _bones(path: Path, section: list[tuple[int, list[str]]]) -> Iterator[Bone]:
                 length = _numbers(path, line, words[1:], 1)[0]
             case "axis":
                 bone.axis = _numbers(path, line, words[1:4], 3)
-                bone.axis_order = _order(path, line, words[-1])
+                if len(words) > 4:
+                    bone.axis_order = _order(path, line, words[4])
             case "dof":
                 bone.dofs = _dofs(path, line, words[1:])
             case "end":
@@ -195,7 +194,7 @@ def _numbers(path: Path, line: int, words: list[str], count: int) -> tuple[float
 
 
 def _order(path: Path, line: int, word: str) -> str:
-    if not _ORDER.fullmatch(word):
+    if sorted(word.lower()) != ["x", "y", "z"]:
         raise FileError(path, f"{shown(word)} is no order of axes", line)
     return word.lower()
 

@@ -32,8 +32,9 @@ from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed, height
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times
 
-_FRAMES = re.compile(r"\s*frames\s*:?\s*(\d{1,12})\s*$", re.IGNORECASE)
-_FRAME_TIME = re.compile(r"\s*frame\s+time\s*:?\s*([0-9.,eE+-]+)\s*$", re.IGNORECASE)
+_FRAMES = re.compile(r"frames\s*:?\s*(\d{1,12})$", re.IGNORECASE)
+_FRAME_TIME = re.compile(r"frame\s+time\s*:?\s*([0-9.,eE+-]+)$", re.IGNORECASE)
+_LONGEST_HEADER = 100  # characters
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -85,11 +86,12 @@ def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, s
     frames: int | None = None
     line = 0
     for line, text in lines:
+        text = text.strip()[:_LONGEST_HEADER]
         if found := _FRAMES.match(text):
             frames = int(found[1])
         elif (found := _FRAME_TIME.match(text)) and frames is not None:
             return frames, found[1].replace(",", "."), line
-        elif text.strip():
+        elif text:
             break
     raise FileError(path, "MOTION is not followed by 'Frames: N' and 'Frame Time: S'", line or None)
 

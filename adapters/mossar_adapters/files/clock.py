@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SPAN = re.compile(r"(?:(\d{1,6})\s*days?\s*,?\s*)?(\d{1,4}):(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
+LONGEST = 64  # characters
 _USUAL_STEPS = ((1.0, 1e-4, 2.0), (1e-3, 2.0, 1500.0), (1e-6, 1500.0, 1.5e6), (1e-9, 1.5e6, 1.5e10))
 
 
@@ -21,7 +22,7 @@ def seconds(cell: str) -> float:
         >>> seconds("0 days 00:00:40.129000000")
         40.129
     """
-    cell = cell.strip().strip('"')
+    cell = cell.strip().strip('"')[:LONGEST]
     try:
         return float(cell)
     except ValueError:

@@ -29,6 +29,8 @@ _TIME = re.compile(
     r"[\s_.]*[(\[]?(?P<unit>seconds|secs?|s|msecs?|ms|milliseconds|us|microseconds|ns|nanoseconds)?[)\]]?",
     re.IGNORECASE,
 )
+MAX_COLUMNS = 20_000
+MAX_HEADING = 160  # characters; what is longer is no heading and would make the patterns slow
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 
 
@@ -52,7 +54,9 @@ class Columns(msgspec.Struct, frozen=True):
 
 def find_columns(header: Sequence[str]) -> Columns | None:
     """Return what the headings say, or None if there is no joint among them."""
-    cells = [cell.strip().strip('"').strip() for cell in header]
+    if len(header) > MAX_COLUMNS:
+        return None
+    cells = [cell.strip().strip('"').strip() if len(cell) <= MAX_HEADING else "" for cell in header]
     triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
     if not triples:
         return None

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_adapters.files.columns import Columns, find_columns
+from mossar_adapters.files.columns import MAX_COLUMNS, MAX_HEADING, Columns, find_columns
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import METRES
 from mossar_adapters.files.text import numbered_lines
@@ -80,10 +80,18 @@ def splitter(delimiter: str | None, *, decimal_comma: bool = False) -> Callable[
         if decimal_comma:
             text = text.replace(",", ".")
         if delimiter and '"' in text:
-            return next(csv.reader([text], delimiter=delimiter), [])
+            return quoted_cells(text, delimiter)
         return text.split(delimiter)
 
     return split
+
+
+def quoted_cells(text: str, delimiter: str) -> list[str]:
+    """Return the cells of a line in which some may stand in quotes."""
+    try:
+        return next(csv.reader([text], delimiter=delimiter), [])
+    except csv.Error:  # a quote without end, for instance
+        return text.split(delimiter)
 
 
 def delimiter_of(header: str) -> str | None:
@@ -114,10 +122,10 @@ def _heading(
 def _two_lines(names: Sequence[str], axes: Sequence[str]) -> list[str]:
     """Return headings put together of a line of names, blank where a name goes on, and one of axes."""
     plain = [cell.strip().lower() for cell in axes]
-    if sum(cell in {"x", "y", "z"} for cell in plain) < 3:
+    if len(axes) > MAX_COLUMNS or sum(cell in {"x", "y", "z"} for cell in plain) < 3:
         return []
     headings, name = [], ""
     for i, axis in enumerate(axes):
-        name = (names[i].strip() if i < len(names) else "") or name
+        name = (names[i].strip()[:MAX_HEADING] if i < len(names) else "") or name
         headings.append(f"{name}.{axis.strip()}" if plain[i] in {"x", "y", "z"} and name else axis)
     return headings

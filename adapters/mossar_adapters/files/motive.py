@@ -1,13 +1,12 @@
 """Motive: CSV of OptiTrack's program; bones of a skeleton, else labelled markers, else rigid bodies."""
 
-import csv
 from pathlib import Path
 
 import msgspec
 
 from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError
-from mossar_adapters.files.heading import splitter
+from mossar_adapters.files.heading import quoted_cells, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
@@ -72,7 +71,7 @@ def _heading(path: Path) -> Heading:
     heading = Heading({})
     unlabelled: list[list[str]] = []
     for line, text in numbered_lines(path):
-        cells = [cell.strip() for cell in next(csv.reader([text]), [])]
+        cells = [cell.strip() for cell in quoted_cells(text, ",")]
         if line == 1:
             heading.facts = {key.lower(): value for key, value in zip(cells[::2], cells[1::2], strict=False)}
         elif cells and cells[0].lower() == "frame":

@@ -4,6 +4,9 @@ Read as a stream, member by member, so that neither a long recording nor a damag
 Nothing is unpickled.
 """
 
+import math
+import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -28,7 +31,20 @@ SMALL = 64 << 20  # bytes, for everything but the positions
 USUAL_FPS = 30.0
 _RATES = ("fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 _BODY_MODEL = {"poses", "smpl_poses", "body_pose", "pose_body", "fullpose", "betas"}
-_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
+_DAMAGE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    OSError,
+    ValueError,
+    NotImplementedError,
+    RuntimeError,
+    struct.error,
+    tokenize.TokenError,  # of a damaged header
+    SyntaxError,
+    MemoryError,
+)
+_PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}  # what numpy writes; others may ask for any memory
 
 
 class Member(msgspec.Struct, frozen=True):
@@ -78,6 +94,8 @@ def _members(path: Path) -> dict[str, Member]:
     try:
         with zipfile.ZipFile(path) as archive:
             infos = [info for info in archive.infolist() if info.filename.endswith(".npy")]
+            if any(info.compress_type not in _PACKED for info in infos):
+                raise FileError(path, "it is packed in a way that numpy does not write")
             members = [_member(archive, info) for info in infos[:1000]]
     except _DAMAGE as error:
         raise FileError(path, f"this is no whole .npz archive ({error})") from None
@@ -145,6 +163,8 @@ def _blocks(path: Path, member: Member) -> Iterator[NDArray[np.float64]]:
             left = member.shape[0]
             while left:
                 data = file.read(min(CHUNK, left) * frame_size)
+                if len(data) < min(CHUNK, left) * frame_size:
+                    raise EOFError("it ends too early")
                 block = np.frombuffer(data, member.dtype).reshape(-1, member.shape[1], 3)
                 with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
                     wide = block.astype(np.float64)
@@ -158,6 +178,8 @@ def _array(path: Path, member: Member) -> NDArray[np.generic]:
     """Return a small array as a whole."""
     if member.size > SMALL or member.dtype.hasobject:
         raise FileError(path, f"{shown(member.name)} is too large or holds Python objects")
+    if math.prod(member.shape) * member.dtype.itemsize != member.size:
+        raise FileError(path, f"{shown(member.name)} is damaged: its size is not that of {member.shape}")
     try:
         with zipfile.ZipFile(path) as archive, archive.open(f"{member.name}.npy") as file:
             array: NDArray[np.generic] = np.lib.format.read_array(file, allow_pickle=False)

@@ -1,9 +1,9 @@
 """What the formats look like at their beginning."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
+from mossar_adapters.files.cells import number
 from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
@@ -29,8 +29,12 @@ def bvh(head: str) -> bool:
 
 
 def amc(head: str) -> bool:
-    """Return whether this is AMC: comments and keywords, then a frame number and bones."""
-    return re.search(r"^\s*1?\d*\s*\n\s*[A-Za-z_]\w*(\s+[-+.\deE]+)+\s*$", head, re.MULTILINE) is not None
+    """Return whether this is AMC: after comments and keywords a frame number and a bone with its numbers."""
+    lines = [line.split() for line in head.split("\n") if line and not line.isspace()]
+    frames = [
+        row for row, words in zip(lines[1:], lines, strict=False) if len(words) == 1 and words[0].isdecimal()
+    ]
+    return any(len(row) > 1 and not _is_number(row[0]) and _is_number(row[1]) for row in frames)
 
 
 def json_lines(head: str) -> bool:
@@ -79,5 +83,14 @@ def msrc12(head: str) -> bool:
 
 
 def ntu(head: str) -> bool:
-    """Return whether the first lines are counts."""
-    return re.match(r"\s*\d{1,9}\s*\n\s*\d{1,2}\s*(\n|$)", head) is not None
+    """Return whether the first two lines are counts."""
+    first, second = (head.lstrip() + "\n").split("\n", 2)[:2]
+    return all(line.strip().isdecimal() and len(line.strip()) < 10 for line in (first, second))
+
+
+def _is_number(word: str) -> bool:
+    try:
+        number(word)
+    except ValueError:
+        return False
+    return True
