@@ -53,7 +53,7 @@ def meta_of_map(found: MetaMap) -> Meta:
         FrameError: If the skeleton or the rate is impossible.
     """
     fps = found.fps or None  # UNSET is false
-    if fps is not None and not 0 < fps <= 1e5:
+    if fps is not None and not 0.001 <= fps <= 1e5:
         raise FrameError(f"a rate of {fps} Hz is impossible")
     if found.unit != "m":
         raise FrameError(f"frames are in metres, not in {found.unit[:20]!r}")

@@ -80,7 +80,7 @@ def _heading(path: Path) -> Heading:
         elif "Position" in cells:
             heading.quantities = cells
         elif any(cells):
-            match cells[1].lower() if len(cells) > 1 else "":
+            match (cells[0] or cells[1]).lower() if len(cells) > 1 else "":
                 case "type":
                     heading.kinds = cells
                 case "name":

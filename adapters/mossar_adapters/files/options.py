@@ -1,13 +1,11 @@
 """What a user may say about a recording."""
 
-import math
-
 import msgspec
 
 from mossar_stream.errors import SettingsError
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
-MAX_FPS = 100_000.0
+MIN_FPS, MAX_FPS = 0.001, 100_000.0  # Hz
 
 
 class ReadOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -37,11 +35,11 @@ class ReadOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         if self.fps is not None and not plausible_rate(self.fps):
-            raise SettingsError(f"fps must be above 0 and at most {MAX_FPS:.0f} Hz, not {self.fps}")
+            raise SettingsError(f"fps must be {MIN_FPS} to {MAX_FPS:.0f} Hz, not {self.fps}")
         if self.unit != "auto" and self.unit not in METRES:
             raise SettingsError(f"unit must be auto, {', '.join(METRES)}, not {self.unit!r}")
 
 
 def plausible_rate(fps: float) -> bool:
     """Return whether `fps` can be the rate of a recording."""
-    return math.isfinite(fps) and 0 < fps <= MAX_FPS
+    return MIN_FPS <= fps <= MAX_FPS

@@ -16,15 +16,16 @@ _HEAD = 100  # lines within which the heading ends
 
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
-    facts, columns, line = _heading(path)
+    facts, width, line = _heading(path)
     included = facts.get("DATA_INCLUDED", ["3D"])[0].upper()
     if included != "3D":
         raise FileError(path, f"it holds {shown(included)} data; only 3D markers can be read")
     labels = tuple(name for name in facts.get("MARKER_NAMES", []) if name)
     if not labels:
         raise FileError(path, "there are no MARKER_NAMES")
-    names = [cell.strip().lower() for cell in columns]
-    first = 2 if names[:2] == ["frame", "time"] else 0
+    first = (
+        2 if width >= 3 * len(labels) + 2 else 0
+    )  # frame and time stand in front, with headings or without
     rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True)
     announced = _fact(facts, "NO_OF_FRAMES")
     return read_markers(
@@ -43,17 +44,14 @@ def read(path: Path, options: ReadOptions) -> Recording:
     )
 
 
-def _heading(path: Path) -> tuple[dict[str, list[str]], list[str], int]:
-    """Return the facts, the headings of the columns if there are any, and the number of the first row."""
+def _heading(path: Path) -> tuple[dict[str, list[str]], int, int]:
+    """Return the facts, the width of the first row, and the number of its line."""
     facts: dict[str, list[str]] = {}
-    headings: list[str] = []
     for line, text in numbered_lines(path):
         cells = text.rstrip().split("\t")
-        if cells[0].lower() == "frame":
-            headings = cells
-        elif _is_number(cells[0]) and text.strip():
-            return facts, headings, line
-        elif len(cells) > 1:
+        if _is_number(cells[0]) and text.strip():
+            return facts, len(cells), line
+        if len(cells) > 1:
             facts[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]
         if line > _HEAD:
             break

@@ -92,10 +92,12 @@ def test_motive_takes_markers_where_there_are_no_bones(sample):
     )
 
 
-def test_qtm_with_frame_and_time_columns(sample):
+@pytest.mark.parametrize("headed_columns", [True, False])
+def test_qtm_with_frame_and_time_columns(sample, headed_columns):
     path = sample("qtm")
     lines = path.read_text().splitlines()
-    headed = [*lines[:6], "Frame\tTime\t" + "\t".join(f"m{k}" for k in range(12))]
+    headed = lines[:6]
+    headed += ["Frame\tTime\t" + "\t".join(f"m{k}" for k in range(12))] * headed_columns
     headed += [f"{i + 1}\t{i / 60:.5f}\t{row}" for i, row in enumerate(lines[6:])]
     expected = positions_of(open_recording(path))
     path.write_text("\n".join(headed) + "\n")

@@ -82,7 +82,9 @@ def test_choosing_what_is_not_there_is_an_error(sample, options):
         open_recording(sample("csv"), ReadOptions(**options))
 
 
-@pytest.mark.parametrize("options", [{"fps": 0}, {"fps": float("nan")}, {"fps": -1}, {"unit": "furlong"}])
+@pytest.mark.parametrize(
+    "options", [{"fps": 0}, {"fps": float("nan")}, {"fps": -1}, {"fps": 1e-308}, {"unit": "furlong"}]
+)
 def test_impossible_options_are_refused(options):
     with pytest.raises(ValueError, match="must be"):
         ReadOptions(**options)
