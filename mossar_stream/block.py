@@ -44,6 +44,7 @@ class Plan:
         collect: bool = False,
     ) -> None:
         self.skeleton = skeleton
+        self.given = settings
         self.bundle = bundle_name(settings)
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
@@ -143,9 +144,9 @@ class Plan:
             self.prepare(row, index)
         return rows
 
-    def with_larger_ring(self, settings: Settings) -> "Plan":
+    def with_larger_ring(self) -> "Plan":
         """Return the same plan with twice the places in the velocity ring."""
-        return Plan(self.skeleton, settings, self.fps, 2 * self.shape.ring, collect=self.collect)
+        return Plan(self.skeleton, self.given, self.fps, 2 * self.shape.ring, collect=self.collect)
 
 
 def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:
