@@ -70,7 +70,9 @@ def compiled(function: F) -> F:
 def entry_point(function: F) -> F:
     """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator)."""
     with _numba_cache_in(CACHE_FOLDER):
-        return cast("F", numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function))
+        return cast(
+            "F", numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
+        )
 
 
 def is_warm() -> bool:

@@ -99,7 +99,7 @@ def _leave(h, w, params, passed, frame, time):
     h.left_time = time
     h.left_ordinal = ordinal
     places = h.capacity + 2
-    for i in range(places):
+    for i in range(w.counts.shape[1]):
         w.counts[places, i] = w.counts[ordinal % places, i]
     if frame != oldest:
         # Segments are no longer what they were; what was remembered of them is void.

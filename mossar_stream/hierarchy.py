@@ -57,12 +57,16 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
         if right < count:
             later = nodes[node[after[right]]]
             end = bounds[after[right] + 1]
-            costs[right] = _cost(params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both)
+            costs[right] = _cost(
+                params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both
+            )
         if left >= 0:
             after[left] = right
             earlier = nodes[node[left]]
             start = bounds[before[left] + 1]
-            costs[left] = _cost(params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both)
+            costs[left] = _cost(
+                params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both
+            )
 
 
 @compiled

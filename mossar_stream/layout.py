@@ -49,6 +49,7 @@ KEY = np.dtype(
         ("kind", "i8"),  # index into events.KEY_FRAME_KINDS
         ("standing", "i8"),  # whether it stands at the current level
         ("before", "i8"),  # ordinal of the standing key frame before; LEFT for the window's left end
+        ("place", "i8"),  # in the order in which key frames fall
         ("rev", "i8"),  # messages sent
     ],
 )
@@ -94,7 +95,8 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("pre_roll", "f8"),
     ("post_roll", "f8"),
     ("tempo", "i8"),
-    ("collect", "i8"),  # offline: hand every closed segment out instead of keeping a window
+    ("offline", "i8"),  # keep every key frame until the take ends, and decide then
+    ("keep", "i8"),  # α: this many key frames stand whatever their strength
     # Stream.
     ("take", "i8"),
     ("open", "i8"),  # whether a take is open
@@ -186,6 +188,7 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         tempo: Whether the tempo is followed.
         trail: Poses kept.
+        counted: Whether messages about segments are counted; not offline, where each has one.
     """
 
     joints: int
@@ -196,6 +199,7 @@ class Shape(msgspec.Struct, frozen=True):
     one_euro: bool
     tempo: bool
     trail: int
+    counted: bool
 
     @staticmethod
     def pad(joints: int) -> int:
@@ -234,7 +238,7 @@ class Shape(msgspec.Struct, frozen=True):
             "free": self.slots,
             "order": window + 2,
             "keys": window + 2,
-            "counts": (window + 3) * (window + 2),
+            "counts": (window + 3) * (window + 2) * self.counted,
             "memo": self.memo,
             "marks": self.trail,
             "trail": self.trail * 3 * lanes,
