@@ -89,7 +89,14 @@ def make_room(window: int, slot: int, lanes: int) -> Room:
 
 
 @entry_point
-def act(memory, index, params, room, outbox, reason):
+def act(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    room: Room,
+    outbox: NDArray[np.uint8],
+    reason: int,
+) -> None:
     """Carry out what follows from the last frame.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import similarity
-from mossar_stream.layout import REGIONS, Shape, header, region
+from mossar_stream.layout import HEADER, REGIONS, Shape, header, region
 from mossar_stream.location import LOCATIONS
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.ranges import POLICIES
@@ -166,13 +166,15 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
     """Copy a performer's state into a row with more room.
 
     Args:
-        old: The row so far, laid out by `before`.
-        new: The row from now on, prepared by `after`.
+        old: The row so far.
+        before: Its plan.
+        new: The row from now on, prepared.
+        after: Its plan.
     """
     was, now = header(old), header(new)
     sizes = ("ring", "slot_count", "memo_size", "capacity")
-    kept = {name: int(now[name]) for name in now.dtype.names if name.startswith("at_") or name in sizes}
-    for name in was.dtype.names:
+    kept = {name: int(now[name]) for name in HEADER.names or () if name.startswith("at_") or name in sizes}
+    for name in HEADER.names or ():
         now[name] = kept.get(name, was[name])
     tail = (int(was["head"]) - int(was["filled"])) % before.shape.ring
     for name, _ in REGIONS:

@@ -81,7 +81,7 @@ def _cheapest(costs, count):
 @compiled
 def _cost(params, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    if len(memo) == 0 or a == UNKNOWN or c == UNKNOWN:
+    if len(memo) == 0 or UNKNOWN in (a, c):
         return merge_cost(params, left, right, both)
     place = ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
     known = memo[place]

@@ -7,13 +7,11 @@ stand in the header, in bytes from the row's start.
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
-
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
 
 PATH_JOINTS = 5  # joints named as active in a segment
 LANES = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
@@ -96,7 +94,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("post_roll", "f8"),
     ("tempo", "i8"),
     ("offline", "i8"),  # keep every key frame until the take ends, and decide then
-    ("keep", "i8"),  # α: this many key frames stand whatever their strength
+    ("keep", "i8"),  # alpha of Algorithm 3: this many key frames stand whatever their strength
     # Stream.
     ("take", "i8"),
     ("open", "i8"),  # whether a take is open
@@ -258,12 +256,12 @@ def _item(kind: str) -> np.dtype[np.generic]:
     return _DTYPES[kind] if kind in _DTYPES else np.dtype(kind)
 
 
-def header(row: NDArray[np.uint8]) -> np.recarray:  # type: ignore[type-arg]
-    """Return a row's header as a record that writes through to the row."""
-    return row[:HEADER_BYTES].view(HEADER)[0]  # type: ignore[no-any-return]
+def header(row: NDArray[np.uint8]) -> Any:
+    """Return a row's header as a numpy record that writes through to the row."""
+    return row[:HEADER_BYTES].view(HEADER)[0]
 
 
-def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[np.generic]:
+def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[Any]:
     """Return one of a row's arrays, flat, as a view."""
     kind = _item(dict(REGIONS)[name])
     start = shape.offsets()[0][name]

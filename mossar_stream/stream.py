@@ -11,6 +11,7 @@ One compiled call takes a chunk of frames in; it stops early only to ask somethi
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.compiled import compiled, entry_point
 from mossar_stream.joints import filter_joints, first_joints, step_joints
@@ -30,7 +31,13 @@ MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
 
 @entry_point
-def advance(memory, index, params, positions, times):
+def advance(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+) -> int:
     """Take frames of one performer in until they are used up or something happens.
 
     Args:

@@ -208,7 +208,7 @@ def put_segment(h, w, params, events, start, end, status):
     event.until_time = w.keys[end].time
     if not from_left:
         earlier = w.keys[begin - 1].before
-        before = 0 if earlier == NOT_STANDING or earlier == h.left_ordinal else earlier - first + 1
+        before = 0 if earlier in (NOT_STANDING, h.left_ordinal) else earlier - first + 1
         span(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS)
     has_previous = not from_left or h.has_before == 1
     if from_left and has_previous:
