@@ -115,7 +115,7 @@ def act(
     events = outbox.view(EVENT)
     lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
-    step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
+    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     w = Window(
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
