@@ -67,7 +67,7 @@ class Segmenter:
         self._params = plan.params
         self._memory = plan.new_rows(1) if row is None else row.reshape(1, -1)
         self._header = header(self._memory[0])
-        self._room = make_room(plan.shape.window, plan.shape.slot, plan.shape.lanes)
+        self._room = make_room(plan)
         self._outbox, self._records = make_outbox(plan.most_events)
 
     @property
@@ -281,7 +281,7 @@ class Segmenter:
 def _warm_up(plan: Plan) -> None:
     """Compile the kernels for this plan's measure, or load them, by a take of two frames."""
     memory = plan.new_rows(1)
-    room = make_room(plan.shape.window, plan.shape.slot, plan.shape.lanes)
+    room = make_room(plan)
     outbox, _ = make_outbox(plan.most_events)
     frames = np.zeros((2, plan.shape.joints, 3), np.float32)
     advance(memory, 0, plan.params, frames, np.arange(2) / 100.0)
