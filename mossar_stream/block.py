@@ -16,7 +16,6 @@ from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.ranges import POLICIES
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.stream import most_events
 from mossar_stream.trail import trail_size
 
 SMOOTHINGS = ("none", "moving_average", "one_euro")
@@ -45,6 +44,7 @@ class Plan:
         collect: bool = False,
     ) -> None:
         self.skeleton = skeleton
+        self.given = settings
         self.bundle = bundle_name(settings)
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
@@ -79,7 +79,7 @@ class Plan:
     @property
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
-        return int(most_events(self.settings.remerge_window))
+        return 6 * self.settings.remerge_window + 32
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
@@ -100,6 +100,9 @@ class Plan:
             "lanes": shape.lanes,
             "center": self.center,
             "moving_joints": moving,
+            "filter_lanes": shape.lanes * shape.one_euro,
+            "tempo_lanes": shape.lanes * shape.tempo,
+            "average_size": shape.smoothing_window,
             "ring": shape.ring,
             "slot": shape.slot,
             "slot_count": shape.slots,
@@ -128,7 +131,6 @@ class Plan:
             "post_roll": chosen.post_roll,
             "tempo": int(chosen.tempo),
             "collect": int(self.collect),
-            "closed": -1,
         }
         for name, offset in shape.offsets()[0].items():
             values[f"at_{name}"] = offset
@@ -142,9 +144,9 @@ class Plan:
             self.prepare(row, index)
         return rows
 
-    def with_larger_ring(self, settings: Settings) -> "Plan":
+    def with_larger_ring(self) -> "Plan":
         """Return the same plan with twice the places in the velocity ring."""
-        return Plan(self.skeleton, settings, self.fps, 2 * self.shape.ring, collect=self.collect)
+        return Plan(self.skeleton, self.given, self.fps, 2 * self.shape.ring, collect=self.collect)
 
 
 def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:

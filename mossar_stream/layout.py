@@ -35,9 +35,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
     ("counts", "i8"),  # (W + 3, W + 2) messages sent about each segment of the window
     ("memo", "MEMO"),  # (memo,) strengths computed before
-    ("trail_time", "f8"),  # (trail,) s, of the poses kept to take speeds from and to move key frames
-    ("trail_frame", "i8"),  # (trail,) their frame numbers
-    ("trail_weight", "f8"),  # (trail,) s, that each stands for
+    ("marks", "MARK"),  # (trail,) of the poses kept to take speeds from and to move key frames
     ("trail", "i2"),  # (trail, 3, lanes) 1/8192 m, those poses
 )
 
@@ -54,6 +52,7 @@ KEY = np.dtype(
         ("rev", "i8"),  # messages sent
     ],
 )
+MARK = np.dtype([("time", "f8"), ("frame", "i8"), ("weight", "f8")])  # s, number, s that the pose stands for
 MEMO = np.dtype([("left", "i8"), ("middle", "i8"), ("right", "i8"), ("strength", "f8")])
 
 _HEADER_FIELDS: list[tuple[str, str]] = [
@@ -63,6 +62,9 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("lanes", "i8"),
     ("center", "i8"),  # index of the root, -1 for the centroid
     ("moving_joints", "i8"),  # joints that can move relative to the centre
+    ("filter_lanes", "i8"),  # lanes, or 0 without a One-Euro filter
+    ("tempo_lanes", "i8"),  # lanes, or 0 without tempo
+    ("average_size", "i8"),
     ("ring", "i8"),
     ("slot", "i8"),
     ("slot_count", "i8"),
@@ -137,6 +139,15 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("slot_run", "i8"),
     ("pending_weight", "f8"),  # s
     ("pending_moving", "i8"),
+    # What the splitter found in the last frame.
+    ("happened", "i8"),  # flags of splitter.py; 0 when dealt with
+    ("former_frame", "i8"),  # the candidate that was replaced
+    ("former_time", "f8"),
+    ("former_share", "f8"),
+    ("found_frame", "i8"),  # the candidate that was promoted, forgotten or confirmed
+    ("found_time", "f8"),
+    ("found_share", "f8"),
+    ("closed", "i8"),  # slot of the segment that a key frame ended, -1 if none
     # Window.
     ("free_count", "i8"),
     ("undecided", "i8"),
@@ -157,11 +168,10 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("trail_debt", "f8"),  # s, since the last pose that was kept
     # Between calls.
     ("stop", "i8"),  # why the last call stopped early, see stream.py
-    ("closed", "i8"),  # the slot handed out when collecting, -1 if none
 ]
 HEADER = np.dtype(_HEADER_FIELDS + [(f"at_{name}", "i8") for name, _ in REGIONS])
 HEADER_BYTES = HEADER.itemsize
-_DTYPES = {"KEY": KEY, "MEMO": MEMO}
+_DTYPES = {"KEY": KEY, "MARK": MARK, "MEMO": MEMO}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -226,9 +236,7 @@ class Shape(msgspec.Struct, frozen=True):
             "keys": window + 2,
             "counts": (window + 3) * (window + 2),
             "memo": self.memo,
-            "trail_time": self.trail,
-            "trail_frame": self.trail,
-            "trail_weight": self.trail,
+            "marks": self.trail,
             "trail": self.trail * 3 * lanes,
         }
 

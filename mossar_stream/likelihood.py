@@ -103,52 +103,30 @@ def add_pose(params, slot, pose, joints, weight):
     first = params.start
     second = first + params.dimensions
     if params.positions > 0:
-        _add(
-            slot[first : first + 3 * lanes],
-            slot[second : second + 3 * lanes],
-            pose[:3].reshape(3 * lanes),
-            weight,
-        )
-    at = params.positions
+        for axis in range(3):
+            for j in range(lanes):
+                weighted = weight * pose[axis, j]
+                slot[first + axis * lanes + j] += weighted
+                slot[second + axis * lanes + j] += weighted * pose[axis, j]
+    first += params.positions
+    second += params.positions
     if params.speeds > 0:
-        _add(slot[first + at : first + at + lanes], slot[second + at : second + at + lanes], pose[3], weight)
-    at += params.speeds
-    if params.offsets > 0:
-        distances = joint_distances(pose, joints, params.offsets, params.stride)
-        size = len(distances)
-        _add(slot[first + at : first + at + size], slot[second + at : second + at + size], distances, weight)
-
-
-@compiled
-def _add(sums, squares, values, weight):
-    for d in range(len(values)):
-        weighted = weight * values[d]
-        sums[d] += weighted
-        squares[d] += weighted * values[d]
-
-
-@compiled
-def joint_distances(pose, joints, offsets, stride):
-    """Return the distances of the joint pairs (i, i + k mod J) for every stride-th k from 1, m.
-
-    Rows of equal k over coordinates that are stored twice: contiguous, without index lists, so that it
-    vectorises. Padding lanes are 0.
-    """
-    lanes = pose.shape[1]
-    twice = np.empty((3, 2 * lanes))
-    for axis in range(3):
-        for j in range(joints):
-            twice[axis, j] = pose[axis, j]
-            twice[axis, joints + j] = pose[axis, j]
-    distances = np.zeros(offsets * lanes)
-    for row in range(offsets):
-        k = 1 + row * stride
+        for j in range(lanes):
+            weighted = weight * pose[3, j]
+            slot[first + j] += weighted
+            slot[second + j] += weighted * pose[3, j]
+    first += params.speeds
+    second += params.speeds
+    for row in range(params.offsets):
+        k = 1 + row * params.stride
         for i in range(joints):
-            x = twice[0, i] - twice[0, i + k]
-            y = twice[1, i] - twice[1, i + k]
-            z = twice[2, i] - twice[2, i + k]
-            distances[row * lanes + i] = np.sqrt(x * x + y * y + z * z)
-    return distances
+            other = i + k if i + k < joints else i + k - joints
+            x = pose[0, i] - pose[0, other]
+            y = pose[1, i] - pose[1, other]
+            z = pose[2, i] - pose[2, other]
+            distance = np.sqrt(x * x + y * y + z * z)
+            slot[first + row * lanes + i] += weight * distance
+            slot[second + row * lanes + i] += weight * distance * distance
 
 
 @compiled
@@ -191,15 +169,12 @@ def _log_sum(slot, first, second, size, duration, floor):
     """Σ log(σ² + floor): one logarithm for the product of sixteen variances instead of sixteen logarithms."""
     scale = 1.0 / duration
     total = 0.0
-    lane = np.empty(8)
-    for block in range(0, size, 64):
-        lane[:] = 1.0
-        for i in range(block, min(block + 64, size), 8):
-            for k in range(8):
-                mean = slot[first + i + k] * scale
-                lane[k] *= max(slot[second + i + k] * scale - mean * mean, 0.0) + floor
-        total += np.log(lane[0] * lane[1]) + np.log(lane[2] * lane[3])
-        total += np.log(lane[4] * lane[5]) + np.log(lane[6] * lane[7])
+    for block in range(0, size, 16):
+        product = 1.0
+        for i in range(block, min(block + 16, size)):
+            mean = slot[first + i] * scale
+            product *= max(slot[second + i] * scale - mean * mean, 0.0) + floor
+        total += np.log(product)
     return total
 
 
@@ -213,8 +188,8 @@ def strength(params, left, right, both):
         right: Summary of the later one, closed.
         both: Set to the summary of both, closed.
     """
-    both[:] = left
-    merge_into(params, both, right)
+    for d in range(len(both)):
+        both[d] = left[d] + right[d]
     close(params, both)
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0
@@ -225,6 +200,6 @@ def strength(params, left, right, both):
 
 
 @compiled
-def similarity(params, left, right, both):
+def similarity(params, cost, left, right):
     """Return 1/(1 + cost), in 0..1."""
-    return 1.0 / (1.0 + strength(params, left, right, both))
+    return 1.0 / (1.0 + cost)

@@ -39,10 +39,14 @@ EVENT = np.dtype(
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
-KEY_FRAME, SEGMENT = 0, 1
-CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = range(6)
-ONSET, OFFSET, MINIMUM = range(3)
-SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = range(3)
+KEY_FRAME, SEGMENT = np.arange(2)
+# As numpy integers: a Python integer would make numba compile a version for each value.
+CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
+ONSET, OFFSET, MINIMUM = np.arange(3)
+SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
+FIRST, SECOND = np.int64(1), np.int64(2)  # revisions
+UNDECIDED, DECIDED = np.int64(0), np.int64(1)
+UNKNOWN_STRENGTH = np.float64(np.nan)
 
 
 def make_outbox(most: int) -> tuple[NDArray[np.uint8], NDArray[np.void]]:

@@ -22,7 +22,9 @@ def start_tempo(h, mean_pose, pose):
     """Begin a take with the prior."""
     h.tempo_spread = PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
     h.tempo_speed = PRIOR_TIME * PRIOR_SPEED**2
-    mean_pose[:, :] = pose[:3]
+    for axis in range(3):
+        for j in range(h.lanes):
+            mean_pose[axis, j] = pose[axis, j]
     h.pace = 1.0
 
 

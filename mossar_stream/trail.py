@@ -23,84 +23,59 @@ def trail_size(seconds: float) -> int:
 
 
 @compiled
-def times_of(h, row):
-    """Return the times of the kept poses, (trail,) s."""
-    return row[h.at_trail_time : h.at_trail_time + 8 * h.trail_size].view(np.float64)
+def keep_pose(h, marks, trail, pose, weight):
+    """Keep the pose of the last used frame if the trail is due for one.
 
-
-@compiled
-def frames_of(h, row):
-    """Return the frame numbers of the kept poses, (trail,)."""
-    return row[h.at_trail_frame : h.at_trail_frame + 8 * h.trail_size].view(np.int64)
-
-
-@compiled
-def weights_of(h, row):
-    """Return how long each kept pose stands for, (trail,) s."""
-    return row[h.at_trail_weight : h.at_trail_weight + 8 * h.trail_size].view(np.float64)
-
-
-@compiled
-def poses_of(h, row):
-    """Return the kept poses, (trail, 3, lanes) 1/8192 m."""
-    flat = row[h.at_trail : h.at_trail + 6 * h.trail_size * h.lanes].view(np.int16)
-    return flat.reshape(h.trail_size, 3, h.lanes)
-
-
-@compiled
-def keep_pose(h, row, pose, weight):
-    """Keep the pose of the last used frame if the trail is due for one."""
-    times = times_of(h, row)
+    Args:
+        h: Header of the row.
+        marks: (trail,) MARK.
+        trail: (trail, 3, lanes) 1/8192 m.
+        pose: (4, lanes) m relative to the centre.
+        weight: s since the frame before.
+    """
     h.trail_debt += weight
-    if h.trail_filled > 0 and h.time - times[(h.trail_head - 1) % h.trail_size] < SPACING:
-        return
     here = h.trail_head
-    times[here] = h.time
-    frames_of(h, row)[here] = h.used_frame
-    weights_of(h, row)[here] = h.trail_debt
-    kept = poses_of(h, row)[here]
+    last = here - 1 if here > 0 else h.trail_size - 1
+    if h.trail_filled > 0 and h.time - marks[last].time < SPACING:
+        return
+    marks[here].time = h.time
+    marks[here].frame = h.used_frame
+    marks[here].weight = h.trail_debt
     for axis in range(3):
         for j in range(h.lanes):
-            kept[axis, j] = np.int16(min(max(np.rint(pose[axis, j] / QUANTUM), -MOST), MOST))
+            trail[here, axis, j] = np.int16(min(max(np.rint(pose[axis, j] / QUANTUM), -MOST), MOST))
     h.trail_debt = 0.0
     h.trail_head = here + 1 if here + 1 < h.trail_size else 0
     h.trail_filled = min(h.trail_filled + 1, h.trail_size)
 
 
 @compiled
-def set_log_speeds(h, row, pose, time, newest):
-    """Set pose[3] to log(speed + 0.1 m/s), the speed being the way since about a tenth of a second ago.
+def set_log_speeds(h, marks, trail, pose, speeds, time, newest):
+    """Set `speeds` to log(speed + 0.1 m/s), the speed being the way since about a tenth of a second ago.
 
     Args:
-        pose: (4, lanes) m and log(m/s).
+        h: Header of the row.
+        marks: (trail,) MARK.
+        trail: (trail, 3, lanes) 1/8192 m.
+        pose: (4, lanes) m, the positions now.
+        speeds: (lanes,), which may be a part of `pose`.
         time: s, of the pose.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
-    past = _pose_before(h, row, time, newest)
-    span = time - times_of(h, row)[past] if past >= 0 else 0.0
-    speeds = pose[3]
-    if span < MARGIN:
-        speeds[:] = SPEED_OFFSET
-    else:
-        old = poses_of(h, row)[past]
-        for j in range(h.lanes):
-            x = pose[0, j] - old[0, j] * QUANTUM
-            y = pose[1, j] - old[1, j] * QUANTUM
-            z = pose[2, j] - old[2, j] * QUANTUM
-            speeds[j] = np.sqrt(x * x + y * y + z * z) / span + SPEED_OFFSET
-    logarithm(speeds)
-
-
-@compiled
-def _pose_before(h, row, time, newest):
-    """Return the place of the latest kept pose at least a speed window old, else of the oldest, -1 if none."""
-    times = times_of(h, row)
-    place = -1
+    past = -1
     for back in range(newest + 1, h.trail_filled + 1):
-        place = (h.trail_head - back) % h.trail_size
-        if times[place] <= time - SPEED_WINDOW + MARGIN:
+        past = h.trail_head - back
+        past += h.trail_size if past < 0 else 0
+        if marks[past].time <= time - SPEED_WINDOW + MARGIN:
             break
-    return place
+    span = time - marks[past].time if past >= 0 else 0.0
+    per_second = 1.0 / span if span > MARGIN else 0.0
+    for j in range(h.lanes):
+        x = pose[0, j] - trail[past, 0, j] * QUANTUM
+        y = pose[1, j] - trail[past, 1, j] * QUANTUM
+        z = pose[2, j] - trail[past, 2, j] * QUANTUM
+        speeds[j] = np.sqrt(x * x + y * y + z * z) * per_second + SPEED_OFFSET
+    logarithm(speeds)
 
 
 @compiled
@@ -118,11 +93,10 @@ def logarithm(values):
 
 
 @compiled
-def load_pose(h, row, place, pose):
+def load_pose(h, marks, trail, pose, place):
     """Set `pose` to a kept one, with its log speeds; `place` counts back from the newest, 0."""
     here = (h.trail_head - 1 - place) % h.trail_size
-    kept = poses_of(h, row)[here]
     for axis in range(3):
         for j in range(h.lanes):
-            pose[axis, j] = kept[axis, j] * QUANTUM
-    set_log_speeds(h, row, pose, times_of(h, row)[here], place + 1)
+            pose[axis, j] = trail[here, axis, j] * QUANTUM
+    set_log_speeds(h, marks, trail, pose, pose[3], marks[here].time, place + 1)
