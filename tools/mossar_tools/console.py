@@ -9,6 +9,7 @@ import logging
 import os
 import shutil
 import sys
+import threading
 import time
 from typing import Final, TextIO
 
@@ -20,7 +21,7 @@ _ASCII: Final = {"·": "-", "→": "->", "…": "...", "✓": "hit", "✗": "mis
 
 
 class Console:
-    """Where a program's words go.
+    """Where a program's words go. Any thread may call any method.
 
     Args:
         out: Standard output.
@@ -31,6 +32,7 @@ class Console:
         self.out = out
         self.err = err
         self.unicode = prints_unicode(out)
+        self._lock = threading.RLock()
         self._shown = 0  # characters of the status line now on the screen
         self._last_status = 0.0  # monotonic s
         self._status_on = is_terminal(err)
@@ -66,13 +68,14 @@ class Console:
 
     def line(self, text: str) -> None:
         """Write a line of results to standard output."""
-        self.clear()
-        print(self.plain(text), file=self.out, flush=True)
+        with self._lock:
+            self.clear()
+            print(self.plain(text), file=self.out, flush=True)
 
     def say(self, text: str) -> None:
         """Write a line to standard error."""
-        self.clear()
-        with contextlib.suppress(OSError, ValueError):
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            self.clear()
             print(_printable(text, self.err), file=self.err, flush=True)
 
     def plain(self, text: str) -> str:
@@ -86,14 +89,14 @@ class Console:
             return
         self._last_status = moment
         text = _printable(text, self.err)[: shutil.get_terminal_size().columns - 1]
-        with contextlib.suppress(OSError, ValueError):
+        with self._lock, contextlib.suppress(OSError, ValueError):
             print("\r" + text.ljust(self._shown), end="", file=self.err, flush=True)
-        self._shown = len(text)
+            self._shown = len(text)
 
     def clear(self) -> None:
         """Remove the status line, before something else is written."""
-        if self._shown:
-            with contextlib.suppress(OSError, ValueError):
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            if self._shown:
                 print("\r" + " " * self._shown + "\r", end="", file=self.err, flush=True)
             self._shown = 0
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import msgspec
 
+from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
 from mossar_stream.events import Event
@@ -44,6 +45,7 @@ class Outlet:
         waits: Whether to wait for room instead of dropping the oldest parcels.
         delivered: Called in the outlet's thread with each parcel that was handed over.
         gives_up: Asked while waiting for room; True means that the program is to end.
+        emission: Which events the sink gets; None for all.
         room: What the queue holds.
     """
 
@@ -54,6 +56,7 @@ class Outlet:
         waits: bool,
         delivered: Callable[[Parcel], None] = lambda _: None,
         gives_up: Callable[[], bool] = lambda: False,
+        emission: Emission | None = None,
         room: int = ROOM,
     ) -> None:
         self.sink = sink
@@ -62,6 +65,7 @@ class Outlet:
         self._waits = waits
         self._delivered = delivered
         self._gives_up = gives_up
+        self._emission = emission or Emission()
         self._room = room
         self._queue: deque[Parcel] = deque()
         self._size = 0
@@ -80,6 +84,11 @@ class Outlet:
         """Queue a parcel."""
         if self.error is not None or not self._wants(parcel):
             return
+        if isinstance(parcel.item, list):
+            wanted = self._emission.of(parcel.item)
+            if not wanted:
+                return
+            parcel = Parcel(wanted, parcel.arrived_at)
         with self._changed:
             while self._waits and self._size >= self._room and self.error is None and not self._gives_up():
                 self._changed.wait(_NAP)

@@ -58,6 +58,7 @@ class Pipeline:
     Args:
         sources: At least one.
         sinks: Sinks of events; those that have `send_frames` get the frames, too.
+        views: Sinks that get every event, whatever `emit` says.
         settings: Settings of the segmenters.
         emit: Which events go out, see `Emission`.
         seconds: Stop after so much time of the stream, for each performer.
@@ -76,6 +77,7 @@ class Pipeline:
         sinks: Sequence[Sink | FrameSink],
         settings: Settings | None = None,
         *,
+        views: Sequence[Sink] = (),
         emit: Sequence[str] = (),
         seconds: float | None = None,
         upkeep: Upkeep | None = None,
@@ -97,9 +99,10 @@ class Pipeline:
         self.running = [True] * len(sources)  # whether each source still delivers
         self.naming = Naming([source.name for source in sources])
         self.live = any(source.live for source in sources)
-        self.outlets = [self._outlet(sink) for sink in sinks]
+        emission = Emission(emit)
+        self.outlets = [self._outlet(sink, emission) for sink in sinks]
+        self.outlets += [self._outlet(view, Emission()) for view in views]
         self.upkeep = upkeep or Upkeep()
-        self._emission = Emission(emit)
         self._seconds = seconds
         self._tick = tick
         self._stopping = False
@@ -139,10 +142,9 @@ class Pipeline:
         self.inbox.ask(request)
 
     def send(self, events: list[Event], arrived_at: float | None = None) -> None:
-        """Hand events to all sinks, as far as they are wanted."""
-        wanted = self._emission.of(events)
-        if wanted:
-            parcel = Parcel(wanted, arrived_at)
+        """Hand events to all sinks."""
+        if events:
+            parcel = Parcel(events, arrived_at)
             for outlet in self.outlets:
                 outlet.put(parcel)
 
@@ -152,9 +154,13 @@ class Pipeline:
             if performer in self.pool.performers:
                 self.send(self.pool.end_take(performer, reason))
 
-    def _outlet(self, sink: Sink | FrameSink) -> Outlet:
+    def _outlet(self, sink: Sink | FrameSink, emission: Emission) -> Outlet:
         return Outlet(
-            sink, waits=not self.live, delivered=self._delivered, gives_up=lambda: self._stopping
+            sink,
+            waits=not self.live,
+            delivered=self._delivered,
+            gives_up=lambda: self._stopping,
+            emission=emission,
         )
 
     def _delivered(self, parcel: Parcel) -> None:
