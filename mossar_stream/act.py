@@ -37,7 +37,7 @@ from mossar_stream.take import place_last_frame, settle
 from mossar_stream.trail import SPEED_OFFSET
 from mossar_stream.window import NO_SLOT, OWN, PREVIOUS, add_key, describe, rank, relabel, scratch_rows
 
-FOLLOW, LEVEL, END = range(3)  # why `act` is called
+FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
 KEY_BYTES, MARK_BYTES, MEMO_BYTES = KEY.itemsize, MARK.itemsize, MEMO.itemsize
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
@@ -89,7 +89,14 @@ def make_room(window: int, slot: int, lanes: int) -> Room:
 
 
 @entry_point
-def act(memory, index, params, room, outbox, reason):
+def act(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    room: Room,
+    outbox: NDArray[np.uint8],
+    reason: int,
+) -> None:
     """Carry out what follows from the last frame.
 
     Args:
@@ -99,7 +106,7 @@ def act(memory, index, params, room, outbox, reason):
         room: Room to work in.
         outbox: Bytes of an outbox with room for `most_events`.
         reason: FOLLOW after a frame at which the stream stopped, LEVEL after the level moved, END to end the
-            take and decide everything.
+            take: RANK to close its last segment and rank all key frames, then DECIDE.
     """
     row = memory[index]
     h = row[:HEADER_BYTES].view(HEADER)[0]
@@ -107,17 +114,24 @@ def act(memory, index, params, room, outbox, reason):
         return
     events = outbox.view(EVENT)
     lanes, places = h.lanes, h.capacity + 2
+    counted = 0 if h.offline == 1 else places
     step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     w = Window(
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
         row[h.at_order : h.at_order + 8 * places].view(np.int64),
         row[h.at_free : h.at_free + 8 * h.slot_count].view(np.int64),
-        row[h.at_slots : h.at_slots + 8 * h.slot_count * h.slot].view(np.float64).reshape(h.slot_count, h.slot),
-        row[h.at_counts : h.at_counts + 8 * places * (places + 1)].view(np.int64).reshape(places + 1, places),
+        row[h.at_slots : h.at_slots + 8 * h.slot_count * h.slot]
+        .view(np.float64)
+        .reshape(h.slot_count, h.slot),
+        row[h.at_counts : h.at_counts + 8 * counted * (counted + 1)]
+        .view(np.int64)
+        .reshape(counted + 1, counted),
         row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO),
         row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK),
-        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes].view(np.int16).reshape(h.trail_size, 3, lanes),
+        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes]
+        .view(np.int16)
+        .reshape(h.trail_size, 3, lanes),
         room.pose,
         room.summaries,
         room.integers[0],
@@ -129,12 +143,15 @@ def act(memory, index, params, room, outbox, reason):
     )
     if reason == LEVEL:
         relabel(h, w, params[0], events)
-    elif reason == END:
-        _end_take(h, w, params[0], pose, step[1], events)
-    else:
+    elif reason == FOLLOW:
         _follow(h, w, params[0], events)
-        if h.undecided > h.capacity or h.time >= h.due_time:
+        if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
             _decide(h, w, params[0], pose, step[1], events)
+    else:
+        if reason != DECIDE:
+            _close_take(h, w, params[0], pose, step[1], events)
+        if reason != RANK:
+            _decide_all(h, w, params[0], events)
 
 
 @compiled
@@ -157,9 +174,10 @@ def _follow(h, w, params, events):
         add_key(h, w, params, events, slot, kind, h.used_frame, h.time, h.share, FIRST)
     else:
         add_key(h, w, params, events, slot, MINIMUM, h.found_frame, h.found_time, h.found_share, SECOND)
-    rank(h, w, params, NO_SLOT)
-    relabel(h, w, params, events)
-    h.due_time = w.keys[0].time + h.hold
+    if h.offline == 0:
+        rank(h, w, params, NO_SLOT)
+        relabel(h, w, params, events)
+        h.due_time = w.keys[0].time + h.hold
 
 
 @compiled
@@ -188,8 +206,8 @@ def _decide(h, w, params, pose, step, events):
 
 
 @compiled
-def _end_take(h, w, params, pose, step, events):
-    """Decide everything, by one hierarchy over all undecided key frames, and close the last segment."""
+def _close_take(h, w, params, pose, step, events):
+    """Close the last segment and rank all undecided key frames together."""
     place_last_frame(h, w.slots, params, pose, step, h.run_length, h.run_length < 0)
     if h.candidate >= 0:
         _put_candidate(h, events, WITHDRAWN, h.candidate, h.candidate_time, h.candidate_share)
@@ -200,13 +218,17 @@ def _end_take(h, w, params, pose, step, events):
             pose[3, j] = REST
         add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.post_roll)
     close(params, w.slots[h.slot_settled])
+    rank(h, w, params, h.slot_settled)
+
+
+@compiled
+def _decide_all(h, w, params, events):
+    """Decide all undecided key frames by their strengths, and end the take."""
+    relabel(h, w, params, events)
     h.open = 0
-    if h.collect == 0:
-        rank(h, w, params, h.slot_settled)
-        relabel(h, w, params, events)
-        while h.undecided > 0:
-            decide_oldest(h, w, params, events, h.slot_settled, h.used_frame + 1)
-        _put_last_segment(h, w, params, events)
+    while h.undecided > 0:
+        decide_oldest(h, w, params, events, h.slot_settled, h.used_frame + 1)
+    _put_last_segment(h, w, params, events)
     h.take += 1
     h.next_frame = 0
 

@@ -3,11 +3,12 @@
 import numpy as np
 
 from mossar_stream.compiled import compiled
+from mossar_stream.hierarchy import UNKNOWN
 from mossar_stream.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
 from mossar_stream.outbox import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.similarity import close, merge_into
 from mossar_stream.slots import give_slot
-from mossar_stream.window import UNKNOWN, put_segment
+from mossar_stream.window import put_segment
 
 OLDEST, ONE = np.arange(2)
 
@@ -99,7 +100,7 @@ def _leave(h, w, params, passed, frame, time):
     h.left_time = time
     h.left_ordinal = ordinal
     places = h.capacity + 2
-    for i in range(places):
+    for i in range(w.counts.shape[1]):
         w.counts[places, i] = w.counts[ordinal % places, i]
     if frame != oldest:
         # Segments are no longer what they were; what was remembered of them is void.

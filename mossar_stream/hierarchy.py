@@ -57,12 +57,16 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
         if right < count:
             later = nodes[node[after[right]]]
             end = bounds[after[right] + 1]
-            costs[right] = _cost(params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both)
+            costs[right] = _cost(
+                params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both
+            )
         if left >= 0:
             after[left] = right
             earlier = nodes[node[left]]
             start = bounds[before[left] + 1]
-            costs[left] = _cost(params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both)
+            costs[left] = _cost(
+                params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both
+            )
 
 
 @compiled
@@ -77,7 +81,7 @@ def _cheapest(costs, count):
 @compiled
 def _cost(params, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    if len(memo) == 0 or a == UNKNOWN or c == UNKNOWN:
+    if len(memo) == 0 or UNKNOWN in (a, c):
         return merge_cost(params, left, right, both)
     place = ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
     known = memo[place]

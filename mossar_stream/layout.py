@@ -7,13 +7,11 @@ stand in the header, in bytes from the row's start.
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
-
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
 
 PATH_JOINTS = 5  # joints named as active in a segment
 LANES = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
@@ -49,6 +47,7 @@ KEY = np.dtype(
         ("kind", "i8"),  # index into events.KEY_FRAME_KINDS
         ("standing", "i8"),  # whether it stands at the current level
         ("before", "i8"),  # ordinal of the standing key frame before; LEFT for the window's left end
+        ("place", "i8"),  # in the order in which key frames fall
         ("rev", "i8"),  # messages sent
     ],
 )
@@ -94,7 +93,8 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("pre_roll", "f8"),
     ("post_roll", "f8"),
     ("tempo", "i8"),
-    ("collect", "i8"),  # offline: hand every closed segment out instead of keeping a window
+    ("offline", "i8"),  # keep every key frame until the take ends, and decide then
+    ("keep", "i8"),  # alpha of Algorithm 3: this many key frames stand whatever their strength
     # Stream.
     ("take", "i8"),
     ("open", "i8"),  # whether a take is open
@@ -186,6 +186,7 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         tempo: Whether the tempo is followed.
         trail: Poses kept.
+        counted: Whether messages about segments are counted; not offline, where each has one.
     """
 
     joints: int
@@ -196,6 +197,7 @@ class Shape(msgspec.Struct, frozen=True):
     one_euro: bool
     tempo: bool
     trail: int
+    counted: bool
 
     @staticmethod
     def pad(joints: int) -> int:
@@ -234,7 +236,7 @@ class Shape(msgspec.Struct, frozen=True):
             "free": self.slots,
             "order": window + 2,
             "keys": window + 2,
-            "counts": (window + 3) * (window + 2),
+            "counts": (window + 3) * (window + 2) * self.counted,
             "memo": self.memo,
             "marks": self.trail,
             "trail": self.trail * 3 * lanes,
@@ -254,12 +256,12 @@ def _item(kind: str) -> np.dtype[np.generic]:
     return _DTYPES[kind] if kind in _DTYPES else np.dtype(kind)
 
 
-def header(row: NDArray[np.uint8]) -> np.recarray:  # type: ignore[type-arg]
-    """Return a row's header as a record that writes through to the row."""
-    return row[:HEADER_BYTES].view(HEADER)[0]  # type: ignore[no-any-return]
+def header(row: NDArray[np.uint8]) -> Any:
+    """Return a row's header as a numpy record that writes through to the row."""
+    return row[:HEADER_BYTES].view(HEADER)[0]
 
 
-def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[np.generic]:
+def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[Any]:
     """Return one of a row's arrays, flat, as a view."""
     kind = _item(dict(REGIONS)[name])
     start = shape.offsets()[0][name]

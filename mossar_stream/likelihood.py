@@ -196,7 +196,7 @@ def strength(params, left, right, both):
     cost = both[TERM] - left[TERM] - right[TERM]
     if params.short > 0.0:
         cost *= min(1.0, left[DURATION] / params.short) * min(1.0, right[DURATION] / params.short)
-    return cost if cost > 0.0 else 0.0
+    return max(0.0, cost)
 
 
 @compiled

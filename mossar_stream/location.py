@@ -72,7 +72,7 @@ def best_pose(h, w, params, open_slot, end_frame):
     for back in range(h.trail_filled):
         if w.marks[(h.trail_head - 1 - back) % h.trail_size].frame < w.keys[0].frame:
             break
-        home = back
+        home = back  # type: ignore[assignment]
     neighbour = right_neighbour(h, w)
     limit = w.keys[neighbour].frame if neighbour < h.undecided else end_frame
     earlier, cost_earlier = _search(h, w, params, open_slot, home, TO_EARLIER, limit)

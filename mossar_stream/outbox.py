@@ -4,6 +4,7 @@ Record 0 counts the others. `events.py` has the records that users see; `decode`
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +86,7 @@ def put_key_frame(h, events, status, kind, identity, frame, time, velocity, stre
 
 
 def decode(
-    rows: list[tuple[float, ...]],
+    rows: list[tuple[Any, ...]],
     performer: str,
     names: tuple[str, ...],
 ) -> list[KeyFrameEvent | SegmentEvent]:
@@ -99,9 +100,7 @@ def decode(
     return [decode_one(row, performer, names) for row in rows]
 
 
-def decode_one(
-    row: tuple[float, ...], performer: str, names: tuple[str, ...]
-) -> KeyFrameEvent | SegmentEvent:
+def decode_one(row: tuple[Any, ...], performer: str, names: tuple[str, ...]) -> KeyFrameEvent | SegmentEvent:
     """Return the event for one record of the outbox."""
     (
         _,

@@ -148,7 +148,9 @@ class Segmenter:
             if stop == HAPPENED:
                 self._act(FOLLOW, events)
             elif stop == TAKE_ENDS:
-                events += self.end_take("gap" if moments[done] > self._header["time"] else "clock stepped back")
+                events += self.end_take(
+                    "gap" if moments[done] > self._header["time"] else "clock stepped back"
+                )
             elif stop == RING_FULL:
                 self._enlarge()
         return events
@@ -209,7 +211,9 @@ class Segmenter:
         if chunk.ndim == 2:
             chunk = chunk[None]
         if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
-            raise FrameError(f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)")
+            raise FrameError(
+                f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
+            )
         if times is None:
             if self._plan.fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
@@ -236,7 +240,7 @@ class Segmenter:
 
     def _enlarge(self) -> None:
         """Double the velocity ring: the source is quicker than its nominal rate."""
-        plan = self._plan.with_larger_ring()
+        plan = self._plan.larger(ring=2)
         row = plan.new_rows(1)[0]
         move_row(self._memory[0], self._plan, row, plan)
         self._adopt(plan, row)

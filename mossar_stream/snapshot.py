@@ -27,7 +27,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     skeleton: Skeleton
     fps: float | None
     ring: int
-    collect: bool
+    offline: bool
     performer: str
     level: LevelName | float
     pending: list[Event]
@@ -51,7 +51,15 @@ def pack_snapshot(
         row: Bytes of the performer.
     """
     content = _Content(
-        plan.given, plan.skeleton, plan.fps, plan.shape.ring, plan.collect, performer, level, pending, row.tobytes()
+        plan.given,
+        plan.skeleton,
+        plan.fps,
+        plan.shape.ring,
+        plan.offline,
+        performer,
+        level,
+        pending,
+        row.tobytes(),
     )
     body = msgspec.msgpack.encode(content)
     return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
@@ -74,12 +82,14 @@ def unpack_snapshot(
         raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
     try:
         content = msgspec.msgpack.decode(body, type=_Content)
-        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, collect=content.collect)
+        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, offline=content.offline)
     except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
         raise SnapshotError(f"the snapshot cannot be read: {error}") from None
     row = np.frombuffer(content.row, np.uint8).copy()
     if len(row) != plan.row_bytes:
-        raise SnapshotError(f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}")
+        raise SnapshotError(
+            f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}"
+        )
     level, index = header(row)["level"], 0
     plan.prepare(row, index)
     header(row)["level"] = level

@@ -11,6 +11,7 @@ One compiled call takes a chunk of frames in; it stops early only to ask somethi
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.compiled import compiled, entry_point
 from mossar_stream.joints import filter_joints, first_joints, step_joints
@@ -30,7 +31,13 @@ MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
 
 @entry_point
-def advance(memory, index, params, positions, times):
+def advance(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+) -> int:
     """Take frames of one performer in until they are used up or something happens.
 
     Args:
@@ -49,17 +56,23 @@ def advance(memory, index, params, positions, times):
     lanes, size = h.lanes, h.slot_count
     seen = row[h.at_seen : h.at_seen + 8 * lanes].view(np.float64)
     good = row[h.at_good : h.at_good + 24 * lanes].view(np.float64).reshape(3, lanes)
-    filtered = row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
+    filtered = (
+        row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
+    )
     step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
     ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
     average = row[h.at_average : h.at_average + 8 * h.average_size].view(np.int64)
-    mean_pose = row[h.at_mean_pose : h.at_mean_pose + 24 * h.tempo_lanes].view(np.float64).reshape(3, h.tempo_lanes)
+    mean_pose = (
+        row[h.at_mean_pose : h.at_mean_pose + 24 * h.tempo_lanes].view(np.float64).reshape(3, h.tempo_lanes)
+    )
     slots = row[h.at_slots : h.at_slots + 8 * size * h.slot].view(np.float64).reshape(size, h.slot)
     free = row[h.at_free : h.at_free + 8 * size].view(np.int64)
     marks = row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK)
-    trail = row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes].view(np.int16).reshape(h.trail_size, 3, lanes)
+    trail = (
+        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes].view(np.int16).reshape(h.trail_size, 3, lanes)
+    )
     body = filtered if h.smoothing == FILTERED else good
     for i in range(len(times)):
         time = times[i]

@@ -11,7 +11,7 @@ import numpy as np
 from mossar_stream.compiled import compiled
 from mossar_stream.similarity import add_frame, merge_into
 from mossar_stream.slots import empty_slot, take_slot
-from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, WITHDRAWN, follow_curve
+from mossar_stream.splitter import CONFIRMED, CROSSED, REPLACED, WITHDRAWN, follow_curve
 
 
 @compiled

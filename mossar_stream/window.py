@@ -71,10 +71,10 @@ def add_key(h, w, params, events, slot, kind, frame, time, share, rev):
     key.before = NOT_STANDING
     key.rev = rev
     here = h.ordinal % (h.capacity + 2)
-    for i in range(h.capacity + 2):
+    for i in range(w.counts.shape[1]):
         w.counts[i, here] = 0
         w.counts[here, i] = 0
-    w.counts[h.capacity + 2, here] = 0
+        w.counts[w.counts.shape[1], here] = 0
     h.undecided += 1
     h.ordinal += 1
     put_key_frame(h, events, CONFIRMED, kind, frame, frame, time, share, UNKNOWN_STRENGTH, rev, UNDECIDED)
@@ -94,10 +94,21 @@ def rank(h, w, params, open_slot):
             nodes[i, d] = w.slots[slot, d]
         w.bounds[i + 1] = w.keys[i].ordinal if i < h.undecided else UNKNOWN
     fall(
-        params, nodes, count, w.bounds, w.memo, w.scratch[BOTH], w.links, w.costs, h.pace, w.strengths, w.fallen
+        params,
+        nodes,
+        count,
+        w.bounds,
+        w.memo,
+        w.scratch[BOTH],
+        w.links,
+        w.costs,
+        h.pace,
+        w.strengths,
+        w.fallen,
     )
     for i in range(count):
         w.keys[i].strength = w.strengths[i]
+        w.keys[w.fallen[i]].place = i
 
 
 @compiled
@@ -105,7 +116,8 @@ def relabel(h, w, params, events):
     """Let every undecided key frame stand or not at the level as it is now, and say what changed."""
     for i in range(h.undecided):
         key = w.keys[i]
-        standing = 0 if key.strength < h.level else 1
+        kept = h.keep > 0 and key.place >= h.undecided - h.keep
+        standing = 0 if key.strength < h.level and not kept else 1
         if standing != key.standing:
             key.standing = standing
             key.rev += 1
@@ -123,8 +135,9 @@ def relabel(h, w, params, events):
                 key.rev,
                 UNDECIDED,
             )
-    _update_segments(h, w, params, events, SEGMENT_WITHDRAWN)
-    _update_segments(h, w, params, events, SEGMENT_CLOSED)
+    if h.offline == 0:
+        _update_segments(h, w, params, events, SEGMENT_WITHDRAWN)
+        _update_segments(h, w, params, events, SEGMENT_CLOSED)
 
 
 @compiled
@@ -195,7 +208,7 @@ def put_segment(h, w, params, events, start, end, status):
     event.until_time = w.keys[end].time
     if not from_left:
         earlier = w.keys[begin - 1].before
-        before = 0 if earlier == NOT_STANDING or earlier == h.left_ordinal else earlier - first + 1
+        before = 0 if earlier in (NOT_STANDING, h.left_ordinal) else earlier - first + 1
         span(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS)
     has_previous = not from_left or h.has_before == 1
     if from_left and has_previous:
@@ -205,8 +218,10 @@ def put_segment(h, w, params, events, start, end, status):
     places = h.capacity + 2
     line = places if from_left else start % places
     column = (first + end) % places
-    w.counts[line, column] += 1
-    event.rev = w.counts[line, column]
+    event.rev = 1
+    if h.offline == 0:
+        w.counts[line, column] += 1
+        event.rev = w.counts[line, column]
 
 
 @compiled
