@@ -92,16 +92,15 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
     if len(asked) != 1:
         raise SettingsError('a request has one of "set", "get" and "do"')
     pool = pipeline.pool
-    performers = pool.performers
+    performers = tuple(sorted(pool.names))
     if request.performer is not None:
-        pool.segmenter(request.performer)
+        pool.find(request.performer)
         performers = (request.performer,)
     if request.set is not None:
-        for events in pool.change(request.set, request.performer):
-            pipeline.send(events)
+        pool.change(request.set, request.performer)
         return request.set
     if request.get == "settings":
-        return pool.settings if request.performer is None else pool.segmenter(request.performer).settings
+        return pool.settings if request.performer is None else pool.find(request.performer).settings
     if request.get == "stats":
         return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
     if request.do == "reset":

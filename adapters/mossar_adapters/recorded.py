@@ -108,4 +108,3 @@ class RecordedSource:
                     return
                 yield None
             yield part(frames, i, i + 1)
-

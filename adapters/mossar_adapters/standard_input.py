@@ -109,7 +109,9 @@ class JsonLinesSource:
             return []
         if isinstance(found, MetaMap):
             meta = meta_of_map(found)
-            meta = msgspec.structs.replace(meta, performer=self._name(meta.performer), fps=self._fps or meta.fps)
+            meta = msgspec.structs.replace(
+                meta, performer=self._name(meta.performer), fps=self._fps or meta.fps
+            )
             if self._metas.get(meta.performer) == meta:
                 return []
             self._metas[meta.performer] = meta

@@ -143,6 +143,8 @@ def _leave_standard_output() -> None:
 
 def _report_defect(error: Exception) -> None:
     text = " ".join(str(error).split())
-    LOGGER.error("internal error, please report it: %s: %s (--verbose shows where)", type(error).__name__, text)
+    LOGGER.error(
+        "internal error, please report it: %s: %s (--verbose shows where)", type(error).__name__, text
+    )
     for line in traceback.format_exception(error):
         LOGGER.debug("%s", line.rstrip())

@@ -74,12 +74,16 @@ class LiveView:
         lines = []
         seconds = max(self._times.values(), default=0.0)
         if self.score.cuts:
-            spread = statistics.median(abs(error) for error in self.score.errors) if self.score.errors else 0.0
+            spread = (
+                statistics.median(abs(error) for error in self.score.errors) if self.score.errors else 0.0
+            )
             lines.append(
                 f"true cuts hit: {self.score.hits} of {self.score.cuts} within 0.25 s by a confirmed key frame, "
                 f"median distance {spread * 1000:.0f} ms"
             )
-        lines.append(f"key frames: {self.confirmed} confirmed, {self.final} of them final, by {seconds:.1f} s")
+        lines.append(
+            f"key frames: {self.confirmed} confirmed, {self.final} of them final, by {seconds:.1f} s"
+        )
         if self._delays:
             ordered = sorted(self._delays)
             high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
@@ -106,9 +110,7 @@ class LiveView:
     def _line(self, event: KeyFrameEvent) -> str:
         delay = (event.decided_time - event.time) * 1000
         wide = f"{delay:.0f} ms" if delay < 1000 else f"{delay / 1000:.1f} s"
-        text = (
-            f"{event.performer:<12}{event.time:>8.2f} s{event.frame:>9}  {event.status:<10}{event.kind:<9}{wide:>8}  "
-        )
+        text = f"{event.performer:<12}{event.time:>8.2f} s{event.frame:>9}  {event.status:<10}{event.kind:<9}{wide:>8}  "
         colour = _COLOURS[event.status if event.status == "final" else event.kind]
         return self._console.colour(text, colour) + bar(event.velocity, 10, fine=self._console.unicode)
 
@@ -120,15 +122,17 @@ class LiveView:
 
     def _cut_line(self, verdict: Verdict) -> str:
         cut = verdict.cut
-        text = f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
+        text = (
+            f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
+        )
         if verdict.error is None:
             return self._console.colour(f"{text:<58} ✗ missed", "31")
         return self._console.colour(f"{text:<58} ✓ {verdict.error * 1000:+.0f} ms", "1;33")
 
     def _status(self, pipeline: "Pipeline") -> str:
         parts = []
-        for performer in pipeline.pool.performers[:3]:
-            state = pipeline.pool.state(performer)
+        for performer in sorted(pipeline.pool.names)[:3]:
+            state = pipeline.pool[performer].state
             if state is not None:
                 word = "moving " if state.moving else "resting"
                 moment = bar(state.value, 12, fine=self._console.unicode)

@@ -93,7 +93,9 @@ def open_sink(url: str, positions: Mapping[str, int]) -> Sink | FrameSink:
         case ".msk":
             return RecordingSink(path)
         case suffix:
-            raise UsageError(f"{url}: events cannot be written as {suffix or 'that'}; use {' '.join(EVENT_FILES)}")
+            raise UsageError(
+                f"{url}: events cannot be written as {suffix or 'that'}; use {' '.join(EVENT_FILES)}"
+            )
 
 
 def _open_live(url: str, scheme: str, options: Options) -> Source:

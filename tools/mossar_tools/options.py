@@ -149,14 +149,18 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         help="send only these: types (key_frame segment stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
-    group.add_argument("--stats", metavar="SECONDS", type=positive, help="report counters and delays so often")
+    group.add_argument(
+        "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
+    )
     group.add_argument(
         "--control",
         metavar="URL",
         action="append",
         help="take requests: zmq+bind://127.0.0.1:5560, or osc with an OSC source",
     )
-    group.add_argument("--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on")
+    group.add_argument(
+        "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
+    )
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
 
 

@@ -51,13 +51,19 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
 
 def warm_up(settings: Settings) -> None:
     """Compile, or load, the kernels before frames come; say so if it takes long."""
-    from mossar_stream.compiled import is_warm
     from mossar_stream.segmenter import Segmenter
     from mossar_stream.skeleton import Skeleton
 
+    say_if_cold()
+    Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+
+
+def say_if_cold() -> None:
+    """Say that the kernels are about to be compiled, if they are."""
+    from mossar_stream.compiled import is_warm
+
     if not is_warm():
         LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
-    Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
 
 
 def _snapshot(options: Options) -> Snapshot | None:

@@ -27,7 +27,9 @@ class Naming:
         if performer not in names:
             names[performer] = self._free(performer)
             if names[performer] != performer:
-                _log.info("%s: performer %s is called %s here", self._sources[source], performer, names[performer])
+                _log.info(
+                    "%s: performer %s is called %s here", self._sources[source], performer, names[performer]
+                )
         return names[performer]
 
     def of_source(self, source: int) -> list[str]:
@@ -67,5 +69,3 @@ class Naming:
         while f"p{number}" in taken:
             number += 1
         return f"p{number}"
-
-

@@ -151,8 +151,8 @@ class Pipeline:
     def end_takes(self, source: int, reason: str) -> None:
         """End the takes of all performers of a source."""
         for performer in self.naming.of_source(source):
-            if performer in self.pool.performers:
-                self.send(self.pool.end_take(performer, reason))
+            if performer in self.pool:
+                self.send(self.pool[performer].end_take(reason))
 
     def _outlet(self, sink: Sink | FrameSink, emission: Emission) -> Outlet:
         return Outlet(

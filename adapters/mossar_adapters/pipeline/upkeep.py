@@ -45,7 +45,9 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._explained: set[int] = set()  # sources whose silence was explained
         self._full: set[int] = set()  # sources whose queue was said to be full
-        self._counted: dict[str, tuple[int, float]] = {}  # frames and time of each performer at the last stats
+        self._counted: dict[
+            str, tuple[int, float]
+        ] = {}  # frames and time of each performer at the last stats
 
     def begin(self, pipeline: "Pipeline") -> None:
         """Start the clocks."""
@@ -84,7 +86,7 @@ class Upkeep:
 
     def send_stats(self, pipeline: "Pipeline") -> None:
         """Send the counters of all performers, and say them."""
-        for performer in pipeline.pool.performers:
+        for performer in sorted(pipeline.pool.names):
             event = self.stats_of(pipeline, performer)
             pipeline.send([event])
             _log.info("stats: %s", _in_words(event))
@@ -94,7 +96,7 @@ class Upkeep:
         source = pipeline.naming.source_of(performer)
         counted = counters_of(pipeline.feeds[source].source)
         quantiles = pipeline.latency[performer].quantiles_ms() if performer in pipeline.latency else None
-        stats = pipeline.pool.stats(performer)
+        stats = pipeline.pool[performer].stats
         first, last = pipeline.times.get(performer, (0.0, 0.0))
         frames, since = self._counted.get(performer, (1, first))
         fps = (stats["frames"] - frames) / (last - since) if last > since else 0.0
@@ -124,7 +126,11 @@ class Upkeep:
             self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
         for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
             if dropped:
-                _log.warning("%s: %d frames were dropped, they came faster than they were used", feed.source.name, dropped)
+                _log.warning(
+                    "%s: %d frames were dropped, they came faster than they were used",
+                    feed.source.name,
+                    dropped,
+                )
 
     def resume(self, pipeline: "Pipeline", snapshot: Snapshot) -> None:
         """Go on where a snapshot was written.
@@ -168,7 +174,7 @@ class Upkeep:
             elif finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
-                pipeline.send(pipeline.pool.end_take(performer, "gap"))
+                pipeline.send(pipeline.pool[performer].end_take("gap"))
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
@@ -185,7 +191,7 @@ class Upkeep:
     def _news(
         self, pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = ""
     ) -> StreamEvent:
-        take = pipeline.pool.take(performer)
+        take = pipeline.pool[performer].take
         return StreamEvent(performer=performer, event=event, take=take, reason=reason)
 
 

@@ -35,9 +35,7 @@ def run(options: Options, console: Console) -> int:
     from mossar_tools.streaming import stream
 
     seconds = options.seconds or SECONDS
-    url = (
-        f"demo:?seed={options.seed}&noise={options.noise:g}&performers={options.performers}&seconds={seconds:g}"
-    )
+    url = f"demo:?seed={options.seed}&noise={options.noise:g}&performers={options.performers}&seconds={seconds:g}"
     status, summary = stream(msgspec.structs.replace(options, sources=(url,), seconds=None), console)
     for line in summary:
         console.say(line)

@@ -13,7 +13,9 @@ from mossar_tools.options import (
     add_stream,
 )
 
-DESCRIPTION = "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
+DESCRIPTION = (
+    "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
+)
 EXAMPLES = """  mossar run osc://0.0.0.0:39539                         a VMC or Kinect program on another computer
   mossar run osc://127.0.0.1:7110 --to osc://127.0.0.1:9000   key frames to a game
   mossar run zmq://127.0.0.1:5556 --to ws://127.0.0.1:8765 --level cluster
@@ -25,7 +27,10 @@ EXAMPLES = """  mossar run osc://0.0.0.0:39539                         a VMC or 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument(
-        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or - for JSON lines; several are fine"
+        "sources",
+        metavar="SOURCE",
+        nargs="*",
+        help="a URL, a recording, or - for JSON lines; several are fine",
     )
     add_speed(parser, "max for recordings, 1 for demo:")
     add_stream(parser)
