@@ -1,0 +1,125 @@
+"""The last steps that all readers share: skeleton, sane numbers, metres."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.units import Scale, height
+from mossar_adapters.source import Chunks, Recording
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import MAX_JOINTS, MAX_NAME, Skeleton
+
+FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
+
+
+def skeleton_of(path: Path, names: Sequence[str], parents: Sequence[int] = (), root: int = 0) -> Skeleton:
+    """Return a skeleton from names as files have them: repeated, empty, too long.
+
+    Raises:
+        FileError: If the number of joints or the parents are impossible.
+    """
+    if not 1 <= len(names) <= MAX_JOINTS:
+        raise FileError(path, f"there are {len(names)} joints; 1 to {MAX_JOINTS} can be used")
+    try:
+        return Skeleton(unique_names(names), tuple(parents), root)
+    except FrameError as error:
+        raise FileError(path, str(error)) from None
+
+
+def unique_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names cleaned, with `_2`, `_3` … behind those that repeat.
+
+    Example:
+        >>> unique_names(["End", "End", ""])
+        ('End', 'End_2', 'joint2')
+    """
+    seen: set[str] = set()
+    result = []
+    for i, name in enumerate(names):
+        clean = "".join(c for c in name if c.isprintable()).strip()[: MAX_NAME - 8] or f"joint{i}"
+        unique, again = clean, 1
+        while unique in seen:
+            again += 1
+            unique = f"{clean}_{again}"
+        seen.add(unique)
+        result.append(unique)
+    return tuple(result)
+
+
+def sane_frames(
+    positions: NDArray[np.floating],
+    times: NDArray[np.float64],
+    confidence: NDArray[np.floating] | None = None,
+    performer: str = "p1",
+    first_frame: int | None = None,
+) -> Frames:
+    """Return frames in which every joint has three finite coordinates or is missing.
+
+    Args:
+        positions: (n, J, 3), metres.
+        times: (n,) seconds.
+        confidence: (n, J) or None.
+        performer: Name of the performer.
+        first_frame: Number of the first frame, or None.
+    """
+    with np.errstate(invalid="ignore"):
+        present = (np.abs(positions) < FARTHEST).all(axis=2)
+        clean = np.where(present[:, :, None], positions, np.nan).astype(np.float32)
+    if confidence is not None:
+        confidence = np.clip(np.nan_to_num(confidence, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
+    return Frames(clean, np.ascontiguousarray(times, np.float64), confidence, performer, first_frame)
+
+
+def first_chunk(path: Path, chunks: Chunks) -> Frames:
+    """Return the first frames of a recording.
+
+    Raises:
+        FileError: If there is none, or it cannot be read.
+    """
+    for frames in chunks():
+        if len(frames):
+            return frames
+    raise FileError(path, "there is no frame in the file")
+
+
+def in_metres(recording: Recording, scale: Scale) -> Recording:
+    """Return the recording with its coordinates multiplied and the note about it added."""
+    notes = recording.notes if scale.note is None else (*recording.notes, scale.note)
+    if scale.metres == 1.0:
+        return msgspec.structs.replace(recording, notes=notes)
+
+    def chunks() -> Iterator[Frames]:
+        for frames in recording.chunks():
+            scaled = frames.positions.astype(np.float64) * scale.metres
+            yield sane_frames(scaled, frames.times, frames.confidence, frames.performer, frames.first_frame)
+
+    return msgspec.structs.replace(recording, chunks=chunks, notes=notes)
+
+
+def scaled_by_height(recording: Recording, choose: Callable[[float], Scale]) -> Recording:
+    """Return the recording in metres, where the scale follows from the first frames.
+
+    Args:
+        recording: Coordinates in the file's unit.
+        choose: Makes the scale of the height in the file's unit.
+    """
+    first = first_chunk(Path(recording.path), recording.chunks)
+    return in_metres(recording, choose(height(first.positions)))
+
+
+def parent_indices(path: Path, names: Sequence[str], parent_names: Sequence[str | None]) -> tuple[int, ...]:
+    """Return parents as indices.
+
+    Raises:
+        FileError: If a parent is not a joint.
+    """
+    place = {name: i for i, name in enumerate(names)}
+    for name in parent_names:
+        if name is not None and name not in place:
+            raise FileError(path, f"the parent {shown(name)} is not a joint")
+    return tuple(-1 if name is None else place[name] for name in parent_names)

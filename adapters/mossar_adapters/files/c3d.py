@@ -1,0 +1,202 @@
+"""C3D: markers of optical systems; integers or floats of Intel, DEC or SGI machines.
+
+The own reader takes what libraries refuse (SGI byte order, odd parameters) and reads in blocks. Gaps
+(negative residual, or a marker exactly at the origin) are missing. Numbers of frames and times are those of
+the file: a recording trimmed to its frame 50 begins with frame 49 (from 0) at 49/rate; one that begins at
+its first frame leaves `first_frame` to be counted.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.c3d_parameters import (
+    BLOCK,
+    C3dHeader,
+    Value,
+    floats,
+    integers,
+    read_parameters,
+)
+from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.missing import without_zeros
+from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
+from mossar_adapters.files.rows import CHUNK
+from mossar_adapters.files.subjects import Subject, subjects_of
+from mossar_adapters.files.units import given, guessed
+from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.source import Recording
+from mossar_stream.frames import Frames, constant_times
+
+_READ_SIZE = 16 << 20  # bytes at a time
+_NO_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS_ANGLES")
+UNITS = {**METRES, "in": METRES["inch"], "inches": METRES["inch"], "meters": 1.0, "millimeters": 1e-3}
+
+
+class Layout(msgspec.Struct, frozen=True):
+    """Where the frames lie.
+
+    Args:
+        machine: Whose byte order.
+        points: Per frame.
+        integer: Whether values are 2-byte integers, else floats.
+        scale: Of integer coordinates.
+        frame_size: Bytes, analogue values included.
+        start: Byte of the first frame.
+        first_frame: Its number, from 0.
+        count: Whole frames in the file.
+    """
+
+    machine: int
+    points: int
+    integer: bool
+    scale: float
+    frame_size: int
+    start: int
+    first_frame: int
+    count: int
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read markers."""
+    header, machine, parameters = read_parameters(path)
+    announced = _announced_frames(header, parameters)
+    layout = _layout(path, header, machine, parameters, announced)
+    fps = options.fps or _rate(path, header, parameters)
+    labels, columns = _markers(path, parameters, layout.points)
+    subjects, notes = subjects_of(path, labels, options.performer)
+    if layout.count < announced:
+        notes = (*notes, f"the file is cut off: {layout.count} of {announced} frames are there")
+
+    def chunks() -> Iterator[Frames]:
+        for start, positions in _blocks(path, layout):
+            for subject in subjects:
+                yield _frames(
+                    positions[:, [columns[c] for c in subject.columns]], subject, layout, start, fps
+                )
+
+    parents, root = with_known_parents(subjects[0].labels)
+    skeleton = skeleton_of(path, subjects[0].labels, parents, root)
+    performers = tuple(subject.name for subject in subjects)
+    recording = Recording(str(path), skeleton, fps, chunks, notes, layout.count * len(subjects), performers)
+    unit = _text(parameters.get("POINT:UNITS"))
+    if unit.lower() in UNITS:
+        return in_metres(recording, given(options, UNITS[unit.lower()]))
+    return scaled_by_height(recording, lambda tall: guessed(options, tall))
+
+
+def _frames(
+    positions: NDArray[np.float64], subject: Subject, layout: Layout, start: int, fps: float
+) -> Frames:
+    first = layout.first_frame + start
+    times = constant_times(len(positions), fps, first)
+    number = first if layout.first_frame > 0 else None
+    return sane_frames(positions, times, performer=subject.name, first_frame=number)
+
+
+def _announced_frames(header: C3dHeader, parameters: dict[str, Value]) -> int:
+    """Return the number of frames; the header's 16 bits are too few for long recordings."""
+    if header.first_frame <= header.last_frame < 65535:
+        return header.last_frame - header.first_frame + 1
+    first, last = (_long(parameters.get(f"TRIAL:ACTUAL_{end}_FIELD")) for end in ("START", "END"))
+    if first is not None and last is not None and last >= first:
+        return last - first + 1
+    return max(_integer(parameters.get("POINT:LONG_FRAMES")), _integer(parameters.get("POINT:FRAMES")))
+
+
+def _layout(
+    path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value], announced: int
+) -> Layout:
+    points = header.points or _integer(parameters.get("POINT:USED"))
+    integer = header.scale > 0
+    frame_size = (points * 4 + header.analog) * (2 if integer else 4)
+    if points == 0 or announced < 1 or header.data_block < 2 or not np.isfinite(header.scale):
+        raise FileError(path, f"there are no markers in the file ({points} points, {announced} frames)")
+    start = (header.data_block - 1) * BLOCK
+    count = min(announced, max(0, path.stat().st_size - start) // frame_size)
+    if count == 0:
+        raise FileError(path, "the file ends before its first whole frame")
+    first = max(0, header.first_frame - 1)
+    return Layout(machine, points, integer, header.scale, frame_size, start, first, count)
+
+
+def _rate(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> float:
+    stated = parameters.get("POINT:RATE")
+    rates = [float(stated[0])] if isinstance(stated, np.ndarray) and len(stated) else []
+    for fps in (*rates, header.rate):
+        if plausible_rate(fps):
+            return fps
+    raise FileError(path, f"a rate of {header.rate} Hz is impossible; set fps")
+
+
+def _markers(path: Path, parameters: dict[str, Value], points: int) -> tuple[list[str], list[int]]:
+    """Return labels and places of the points that are named markers; of all if none has a name."""
+    labels: list[str] = []
+    for name in ("LABELS", *(f"LABELS{k}" for k in range(2, 300))):
+        more = parameters.get(f"POINT:{name}")
+        if not isinstance(more, list):
+            break
+        labels += more
+    computed = {
+        label
+        for name in _NO_POSITIONS
+        for label in parameters.get(f"POINT:{name}", [])
+        if isinstance(label, str)
+    }
+    named = [
+        i for i, label in enumerate(labels[:points]) if label and label[0] != "*" and label not in computed
+    ]
+    if named:
+        return [labels[i] for i in named], named
+    if points > BLOCK:
+        raise FileError(path, f"there are {shown(str(points))} points without names")
+    return [f"point{i}" for i in range(points)], list(range(points))
+
+
+def _blocks(path: Path, layout: Layout) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """Yield the index of the first frame and (n, points, 3), NaN where missing."""
+    size = max(1, min(CHUNK, _READ_SIZE // layout.frame_size))
+    with path.open("rb") as file:
+        file.seek(layout.start)
+        for start in range(0, layout.count, size):
+            data = file.read(min(size, layout.count - start) * layout.frame_size)
+            if len(data) < layout.frame_size:
+                return
+            yield start, _points(data[: len(data) // layout.frame_size * layout.frame_size], layout)
+
+
+def _points(data: bytes, layout: Layout) -> NDArray[np.float64]:
+    with np.errstate(all="ignore"):
+        if layout.integer:
+            values = integers(data, layout.machine).astype(np.float64)
+        else:
+            values = floats(data, layout.machine)
+        rows = values.reshape(len(data) // layout.frame_size, -1)[:, : layout.points * 4]
+        points = rows.reshape(len(rows), layout.points, 4)
+        valid = (points[:, :, 3] >= 0)[:, :, None]
+        positions = np.where(valid, points[:, :, :3] * (layout.scale if layout.integer else 1.0), np.nan)
+    return without_zeros(positions)
+
+
+def _text(value: Value | None) -> str:
+    return value[0] if isinstance(value, list) and value else ""
+
+
+def _integer(value: Value | None) -> int:
+    """Return an unsigned integer, 0 if it is not one."""
+    if not isinstance(value, np.ndarray) or not len(value) or not np.isfinite(value[0]):
+        return 0
+    number = int(value[0])
+    return number + 65536 if -32768 <= number < 0 else max(0, number)
+
+
+def _long(value: Value | None) -> int | None:
+    """Return a 32-bit integer written as two words, low one first."""
+    if not isinstance(value, np.ndarray) or len(value) < 2:
+        return None
+    low, high = (_integer(value[k : k + 1]) for k in (0, 1))
+    return low + 65536 * high

@@ -1,0 +1,51 @@
+"""Times as tables write them, in seconds."""
+
+import datetime as dt
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SPAN = re.compile(r"(?:(\d{1,6})\s*days?\s*,?\s*)?(\d{1,4}):(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
+LONGEST = 64  # characters
+_USUAL_STEPS = ((1.0, 1e-4, 2.0), (1e-3, 2.0, 1500.0), (1e-6, 1500.0, 1.5e6), (1e-9, 1.5e6, 1.5e10))
+
+
+def seconds(cell: str) -> float:
+    """Return a time as a number: plain, `1 days 02:03:04.5`, `02:03:04.5` or an ISO date.
+
+    Raises:
+        ValueError: If it is none of these.
+
+    Example:
+        >>> seconds("0 days 00:00:40.129000000")
+        40.129
+    """
+    cell = cell.strip().strip('"')[:LONGEST]
+    try:
+        return float(cell)
+    except ValueError:
+        pass
+    if span := _SPAN.fullmatch(cell):
+        days, hours, minutes = (int(part or 0) for part in span.groups()[:3])
+        return days * 86400.0 + hours * 3600.0 + minutes * 60.0 + float(span[4].replace(",", "."))
+    moment = dt.datetime.fromisoformat(cell)
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=dt.UTC)
+    return moment.timestamp()
+
+
+def unit_of_steps(times: Sequence[float] | NDArray[np.float64]) -> tuple[float, str]:
+    """Return what unit plain time stamps are in, judged by their steps: frames come 1 to 10000 times a second.
+
+    Returns:
+        Seconds per unit, and its name.
+    """
+    steps = np.diff(np.asarray(times, dtype=np.float64))
+    steps = steps[np.isfinite(steps) & (steps > 0)]
+    step = float(np.median(steps)) if len(steps) else 0.0
+    for (unit, low, high), name in zip(_USUAL_STEPS, ("s", "ms", "µs", "ns"), strict=True):
+        if low <= step < high:
+            return unit, name
+    return 1.0, "s"

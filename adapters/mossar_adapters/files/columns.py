@@ -1,0 +1,94 @@
+"""Which columns of a table are joints, confidence and time, by their headings.
+
+Understood are `hip.x`, `hip_x`, `hip x`, `hip:X`, `hipX`, `hip (x)`, `hip.pos.x`, `x_hip` and the like; a joint
+counts only if it has all three axes.
+"""
+
+import re
+from collections.abc import Sequence
+
+import msgspec
+
+_SEPARATOR = r"[\s._:/\-]*"
+_AXIS_LAST = re.compile(
+    rf"(?P<joint>.+?){_SEPARATOR}(?:(?:position|pos|translation){_SEPARATOR})?[(\[]?(?P<axis>[xyz])[)\]]?"
+    rf"(?:{_SEPARATOR}[(\[]?(?:m|cm|mm)[)\]]?)?",
+    re.IGNORECASE,
+)
+_AXIS_FIRST = re.compile(rf"(?P<axis>[xyz]){_SEPARATOR}(?P<joint>.+)", re.IGNORECASE)
+_CONFIDENCE = re.compile(
+    rf"(?P<joint>.+?){_SEPARATOR}(?:c|conf|confidence|score|visibility|likelihood)", re.IGNORECASE
+)
+_OTHER_VECTORS = re.compile(
+    r"(?:^|[\s._:/\-])(?:q|quat|quaternion|rot|rotation|euler|angles?|ori|orientation|vel|velocity|acc|accel|"
+    r"acceleration|gyro|mag|scale|offset|forces?|moments?)$",
+    re.IGNORECASE,
+)
+_TIME = re.compile(
+    r"(?:time|timestamps?|t|seconds|secs?|elapsed|elapsed_?time|date_?time)"
+    r"[\s_.]*[(\[]?(?P<unit>seconds|secs?|s|msecs?|ms|milliseconds|us|microseconds|ns|nanoseconds)?[)\]]?",
+    re.IGNORECASE,
+)
+MAX_COLUMNS = 20_000
+MAX_HEADING = 160  # characters; what is longer is no heading and would make the patterns slow
+SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+
+
+class Columns(msgspec.Struct, frozen=True):
+    """Where things stand in a row.
+
+    Args:
+        joints: Names.
+        xyz: Column of x, y and z of each joint.
+        confidence: Column of the confidence of each joint; empty if not all joints have one.
+        time: Column of the time, -1 without.
+        time_unit: Seconds per unit of time if the heading says so.
+    """
+
+    joints: tuple[str, ...]
+    xyz: tuple[tuple[int, int, int], ...]
+    confidence: tuple[int, ...] = ()
+    time: int = -1
+    time_unit: float | None = None
+
+
+def find_columns(header: Sequence[str]) -> Columns | None:
+    """Return what the headings say, or None if there is no joint among them."""
+    if len(header) > MAX_COLUMNS:
+        return None
+    cells = [cell.strip().strip('"').strip() if len(cell) <= MAX_HEADING else "" for cell in header]
+    triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
+    if not triples:
+        return None
+    found = {m["joint"]: i for i, cell in enumerate(cells) if (m := _CONFIDENCE.fullmatch(cell))}
+    confidence = tuple(found[joint] for joint in triples) if set(triples) <= set(found) else ()
+    time, unit = _time_column(cells)
+    return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit)
+
+
+def _triples(cells: Sequence[str], pattern: re.Pattern[str]) -> dict[str, tuple[int, int, int]]:
+    axes: dict[str, dict[str, int]] = {}
+    for i, cell in enumerate(cells):
+        match = pattern.fullmatch(cell)
+        if match and not _OTHER_VECTORS.search(match["joint"]):
+            axes.setdefault(match["joint"], {}).setdefault(match["axis"].lower(), i)
+    return {joint: (at["x"], at["y"], at["z"]) for joint, at in axes.items() if len(at) == 3}
+
+
+def _time_column(cells: Sequence[str]) -> tuple[int, float | None]:
+    for i, cell in enumerate(cells):
+        if match := _TIME.fullmatch(cell):
+            word = match["unit"] or ("s" if cell.lower().startswith("sec") else None)
+            if word is None:
+                return i, None
+            milli = word.lower().startswith(("ms", "milli"))
+            return i, SECONDS[
+                "m"
+                if milli
+                else "u"
+                if word[0] in "uU" or word.lower().startswith("micro")
+                else "n"
+                if word[0] in "nN"
+                else "s"
+            ]
+    return -1, None

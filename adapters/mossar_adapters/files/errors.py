@@ -1,0 +1,27 @@
+"""What goes wrong with a recording."""
+
+from pathlib import Path
+
+from mossar_stream.errors import MossarError
+
+
+class FileError(MossarError):
+    """A recording cannot be read; the message names file, line if there is one, and what is wrong.
+
+    Args:
+        path: The recording.
+        problem: What is wrong and what to do, in one line.
+        line: Number of the line, from 1, in formats made of lines.
+    """
+
+    def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
+        where = f"{path}, line {line}" if line else f"{path}"
+        super().__init__(f"{where}: {problem}".translate(_ONE_LINE))
+
+
+def shown(text: str, limit: int = 40) -> str:
+    """Return a piece of a file as it may stand in a message: quoted, escaped and short."""
+    return repr(text if len(text) <= limit else text[: limit - 1] + "…")
+
+
+_ONE_LINE = dict.fromkeys(range(32), " ")

@@ -1,0 +1,192 @@
+"""Recordings that are a sequence of meta and frame maps: JSON lines and `.msk`."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from mossar_adapters.files.assembly import in_metres, sane_frames
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rows import CHUNK
+from mossar_adapters.files.units import given
+from mossar_adapters.frame_maps import FrameMap, MetaMap, confidence_of_map, meta_of_map, positions_of_map
+from mossar_adapters.joint_sets import by_count
+from mossar_adapters.source import Meta, Recording
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames, performer_name
+from mossar_stream.skeleton import Skeleton
+
+USUAL_FPS = 30.0
+_ABSENT = (None, msgspec.UNSET)
+
+
+class MapRecord(msgspec.Struct, frozen=True):
+    """One record of the file.
+
+    Args:
+        place: Line or record number, for messages.
+        map: What it holds; None stands for a last record that was cut off.
+    """
+
+    place: int
+    map: FrameMap | MetaMap | None
+
+
+class Survey(msgspec.Struct):
+    """What a first pass over the file finds.
+
+    Args:
+        metas: The first meta of each performer; one made up for frames without.
+        counts: Number of frames of each performer that fit its meta.
+        misfits: Frames that came with another skeleton.
+        first_times: Times of the first frames of the first performer.
+        cut: Whether the last record was cut off.
+        now: Skeleton of each performer at this place of the file.
+    """
+
+    metas: dict[str, Meta]
+    counts: dict[str, int]
+    now: dict[str, Skeleton] = msgspec.field(default_factory=dict)
+    misfits: int = 0
+    first_times: list[float | None] = msgspec.field(default_factory=list)
+    cut: bool = False
+
+
+class Gathered(msgspec.Struct):
+    """Frames of one performer that wait to become a chunk."""
+
+    done: int = 0
+    maps: list[FrameMap] = msgspec.field(default_factory=list)
+
+
+def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: ReadOptions) -> Recording:
+    """Return the recording of a sequence of maps.
+
+    All performers share a skeleton: that of the performer asked for, else of the first one. Frames of
+    performers with another skeleton are left out, with a note.
+    """
+    found = _survey(path, records)
+    wanted = options.performer if options.performer in found.metas else next(iter(found.metas))
+    chosen = found.metas[wanted]
+    performers = tuple(
+        name for name, meta in found.metas.items() if meta.skeleton == chosen.skeleton and found.counts[name]
+    )
+    if not performers:
+        raise FileError(path, "there is no frame in the file")
+    fps, notes = _rate(chosen, found, options)
+    left_out = found.misfits + sum(n for name, n in found.counts.items() if name not in performers)
+    if left_out:
+        notes.append(f"{left_out} frames with another skeleton are left out")
+    if found.cut:
+        notes.append("the file is cut off in its last record; everything before it is read")
+    clock = None if options.fps is None and found.first_times[0] is not None else fps or USUAL_FPS
+
+    def chunks() -> Iterator[Frames]:
+        return _chunks(records, chosen.skeleton, performers, clock)
+
+    count = sum(found.counts[name] for name in performers)
+    recording = Recording(str(path), chosen.skeleton, fps, chunks, tuple(notes), count, performers)
+    return in_metres(recording, given(options, 1.0))
+
+
+def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
+    found = Survey({}, {})
+    for record in records():
+        try:
+            match record.map:
+                case None:
+                    found.cut = True
+                case MetaMap():
+                    meta = meta_of_map(record.map)
+                    found.counts.setdefault(meta.performer, 0)
+                    found.metas.setdefault(meta.performer, meta)
+                    found.now[meta.performer] = meta.skeleton
+                case FrameMap():
+                    _survey_frame(found, record.map)
+        except FrameError as error:
+            raise FileError(path, f"record {record.place}: {error}") from None
+    if not found.metas or not any(found.counts.values()):
+        raise FileError(path, "there is no whole frame in the file")
+    return found
+
+
+def _survey_frame(found: Survey, frame: FrameMap) -> None:
+    if frame.t is not None and not abs(frame.t) < 1e15:
+        raise FrameError(f"t = {frame.t} is no time")
+    name = performer_name(frame.performer)
+    joints = len(positions_of_map(frame))
+    confidence_of_map(frame, joints)
+    if name not in found.metas:
+        unnamed = Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)
+        found.metas[name] = Meta(name, by_count(joints) or unnamed)
+        found.now[name] = found.metas[name].skeleton
+        found.counts[name] = 0
+    if joints != len(found.now[name]) or found.now[name] != found.metas[name].skeleton:
+        found.misfits += 1
+        return
+    if (frame.t is None) != (frame.t is None if not found.first_times else found.first_times[0] is None):
+        raise FrameError("some frames have a time t and others do not")
+    found.counts[name] += 1
+    if len(found.first_times) < CHUNK and name == next(iter(found.metas)):
+        found.first_times.append(frame.t)
+
+
+def _rate(meta: Meta, found: Survey, options: ReadOptions) -> tuple[float | None, list[str]]:
+    if options.fps is not None or meta.fps is not None:
+        return options.fps or meta.fps, []
+    times = [t for t in found.first_times if t is not None]
+    if times:
+        return rate_of_times(np.array(times)), []
+    return USUAL_FPS, [
+        f"rate taken as {USUAL_FPS:.0f} Hz (neither times nor fps are given); set fps to change"
+    ]
+
+
+def _chunks(
+    records: Callable[[], Iterator[MapRecord]],
+    skeleton: Skeleton,
+    performers: tuple[str, ...],
+    clock: float | None,
+) -> Iterator[Frames]:
+    """Yield frames; times from the maps, or counted at `clock` Hz if that is given."""
+    waiting = {name: Gathered() for name in performers}
+    fits = dict.fromkeys(performers, True)
+    for record in records():
+        if isinstance(record.map, MetaMap):
+            meta = meta_of_map(record.map)
+            fits[meta.performer] = meta.skeleton == skeleton
+        if not isinstance(record.map, FrameMap):
+            continue
+        name = performer_name(record.map.performer)
+        if name not in waiting or not fits[name] or len(positions_of_map(record.map)) != len(skeleton):
+            continue
+        gathered = waiting[name]
+        if gathered.maps and not _continues(gathered.maps[-1], record.map):
+            yield _frames(name, gathered, clock)
+        gathered.maps.append(record.map)
+        if len(gathered.maps) == CHUNK:
+            yield _frames(name, gathered, clock)
+    for name, gathered in waiting.items():
+        if gathered.maps:
+            yield _frames(name, gathered, clock)
+
+
+def _continues(before: FrameMap, after: FrameMap) -> bool:
+    """Return whether two frames can stand in one chunk: both or neither with confidence."""
+    return (before.conf in _ABSENT) == (after.conf in _ABSENT)
+
+
+def _frames(name: str, gathered: Gathered, clock: float | None) -> Frames:
+    maps, start = gathered.maps, gathered.done
+    gathered.maps, gathered.done = [], start + len(maps)
+    positions = np.stack([positions_of_map(found) for found in maps])
+    confidence = [confidence_of_map(found, positions.shape[1]) for found in maps]
+    given = [c for c in confidence if c is not None]
+    times = [
+        found.t if clock is None and found.t is not None else (start + i) / (clock or USUAL_FPS)
+        for i, found in enumerate(maps)
+    ]
+    return sane_frames(positions, np.array(times), np.stack(given) if given else None, name)

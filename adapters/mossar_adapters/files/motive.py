@@ -1,0 +1,136 @@
+"""Motive: CSV of OptiTrack's program; bones of a skeleton, else labelled markers, else rigid bodies."""
+
+from pathlib import Path
+
+import msgspec
+
+from mossar_adapters.files.cells import number
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.heading import quoted_cells, splitter
+from mossar_adapters.files.marker_table import MarkerTable, read_markers
+from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.rows import cut_note, survey
+from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.source import Recording
+
+UNITS = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": METRES["inch"], "feet": 0.3048}
+_PREFERRED = ("bone", "marker", "rigid body", "bone marker", "rigid body marker")
+_HEAD = 30  # lines within which the heading ends
+
+
+class Heading(msgspec.Struct):
+    """The lines above the rows.
+
+    Args:
+        facts: Pairs of the first line, keys in lower case.
+        kinds: `Bone`, `Marker` … of each column.
+        names: Of each column.
+        parents: Of each column, empty in older versions.
+        quantities: `Rotation`, `Position` … of each column.
+        axes: `X`, `Y`, `Z`, `W` of each column.
+        line: Number of the line with the axes.
+    """
+
+    facts: dict[str, str]
+    kinds: list[str] = msgspec.field(default_factory=list)
+    names: list[str] = msgspec.field(default_factory=list)
+    parents: list[str] = msgspec.field(default_factory=list)
+    quantities: list[str] = msgspec.field(default_factory=list)
+    axes: list[str] = msgspec.field(default_factory=list)
+    line: int = 0
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read bones or markers."""
+    heading = _heading(path)
+    columns = _positions(heading)
+    if not columns:
+        raise FileError(path, "there are no columns of positions", heading.line)
+    rows = survey(path, heading.line + 1, splitter(","), max(columns) + 3, pad=True)
+    announced = _fact(heading, "total exported frames")
+    parents = None
+    if heading.parents:
+        parents = [_label(heading.parents[column]) for column in columns]
+    return read_markers(
+        MarkerTable(
+            rows=rows,
+            labels=tuple(_label(heading.names[column]) for column in columns),
+            xyz=tuple(columns),
+            fps=_fact(heading, "export frame rate") or _fact(heading, "capture frame rate"),
+            metres=UNITS.get(heading.facts.get("length units", "").lower()),
+            time=1,
+            frame=0,
+            parents=parents,
+            notes=cut_note(rows, None if announced is None else int(announced)),
+        ),
+        options,
+    )
+
+
+def _heading(path: Path) -> Heading:
+    heading = Heading({})
+    unlabelled: list[list[str]] = []
+    for line, text in numbered_lines(path):
+        cells = [cell.strip() for cell in quoted_cells(text, ",")]
+        if line == 1:
+            heading.facts = {key.lower(): value for key, value in zip(cells[::2], cells[1::2], strict=False)}
+        elif cells and cells[0].lower() == "frame":
+            heading.axes, heading.line = cells, line
+            break
+        elif "Position" in cells:
+            heading.quantities = cells
+        elif any(cells):
+            match (cells[0] or cells[1]).lower() if len(cells) > 1 else "":
+                case "type":
+                    heading.kinds = cells
+                case "name":
+                    heading.names = cells
+                case "parent":
+                    heading.parents = cells
+                case "":
+                    unlabelled.append(cells)
+        if line > _HEAD:
+            break
+    if unlabelled and not heading.kinds:
+        heading.kinds, heading.names = (*unlabelled, [], [])[:2]
+    if not (heading.axes and heading.kinds and heading.names and heading.quantities):
+        raise FileError(path, "the heading lacks the lines of types, names, positions or axes")
+    width = len(heading.axes)
+    for cells in (
+        heading.kinds,
+        heading.names,
+        heading.quantities,
+        *([heading.parents] if heading.parents else []),
+    ):
+        cells += [""] * (width - len(cells))
+    return heading
+
+
+def _positions(heading: Heading) -> list[int]:
+    """Return the x column of each thing of the preferred kind."""
+    starts = [
+        i
+        for i in range(2, len(heading.axes) - 2)
+        if [axis.upper() for axis in heading.axes[i : i + 3]] == ["X", "Y", "Z"]
+        and heading.quantities[i : i + 3] == ["Position"] * 3
+        and not heading.names[i].lower().startswith("unlabeled")
+    ]
+    for kind in _PREFERRED:
+        found = [i for i in starts if heading.kinds[i].lower() == kind]
+        if found:
+            return found
+    return starts
+
+
+def _label(name: str) -> str:
+    """Return a name; the first bone is called after its skeleton, `anna:anna`, and is the hip."""
+    subject, colon, bone = name.rpartition(":")
+    return f"{subject}:Hip" if colon and subject == bone else name
+
+
+def _fact(heading: Heading, name: str) -> float | None:
+    try:
+        value = number(heading.facts.get(name, ""))
+    except ValueError:
+        return None
+    return value if 0 < value < 1e9 else None

@@ -1,0 +1,139 @@
+"""`.msk`, our own recordings: magic and version, then length-prefixed msgpack meta and frame maps.
+
+Layout::
+
+    b"MSK1"                               magic, and 1 for the version
+    uint32 little-endian length, map      a record: `mossar_adapters.frame_maps` as msgpack
+    ...
+
+Records are only ever appended, so that a file whose writer died reads up to its last whole record.
+"""
+
+import struct
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import msgspec
+
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.map_records import MapRecord, read_maps
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
+from mossar_adapters.source import Meta, Recording
+from mossar_stream.frames import Frames
+
+MAGIC = b"MSK1"
+MAX_RECORD = 1 << 20  # bytes; 1024 joints with confidence take 17 thousand
+FLUSH_SECONDS = 1.0
+_LENGTH = struct.Struct("<I")
+
+
+class _Kind(msgspec.Struct):
+    type: str = ""
+
+
+_kind = msgspec.msgpack.Decoder(_Kind)
+_frame = msgspec.msgpack.Decoder(FrameMap)
+_meta = msgspec.msgpack.Decoder(MetaMap)
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read a recording; records of types unknown here are passed over."""
+    return read_maps(path, lambda: _records(path), options)
+
+
+def _records(path: Path) -> Iterator[MapRecord]:
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise FileError(path, "this is no .msk recording of version 1")
+        number = 0
+        while prefix := file.read(_LENGTH.size):
+            number += 1
+            length = _LENGTH.unpack(prefix)[0] if len(prefix) == _LENGTH.size else 0
+            if length > MAX_RECORD:
+                raise FileError(path, f"record {number} is damaged: it has a length of {length} bytes")
+            data = file.read(length)
+            if len(prefix) < _LENGTH.size or len(data) < length:
+                yield MapRecord(number, None)
+                return
+            found = _decoded(path, number, data)
+            if found is not None:
+                yield MapRecord(number, found)
+
+
+def _decoded(path: Path, number: int, data: bytes) -> FrameMap | MetaMap | None:
+    try:
+        kind = _kind.decode(data).type
+        if kind == "frame":
+            return _frame.decode(data)
+        return _meta.decode(data) if kind == "meta" else None
+    except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+        raise FileError(path, f"record {number} is damaged: {error}") from None
+
+
+class MskWriter:
+    """Writes a `.msk` recording.
+
+    What was written a second ago is on disk, whatever happens to the program.
+
+    Args:
+        path: Where to write.
+        force: Whether to replace a file that is there.
+
+    Raises:
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
+
+    Example:
+        >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
+        ...     writer.write(meta)
+        ...     writer.write(frames)
+    """
+
+    def __init__(self, path: Path | str, *, force: bool = False) -> None:
+        try:
+            self._file = Path(path).open("wb" if force else "xb")  # noqa: SIM115 - closed by `close`
+        except FileExistsError:
+            raise FileError(path, "there is a file already; --force replaces it") from None
+        except OSError as error:
+            raise FileError(path, f"cannot be written: {error.strerror or error}") from None
+        self._encoder = msgspec.msgpack.Encoder()
+        self._counts: dict[str, int] = {}  # frames written of each performer
+        self._flushed = time.monotonic()  # s
+        self._file.write(MAGIC)
+        self._file.flush()
+
+    def write(self, item: Meta | Frames) -> None:
+        """Append a meta or a chunk of frames."""
+        if isinstance(item, Meta):
+            self._append(map_of_meta(item))
+        else:
+            count = self._counts.get(item.performer, 0)
+            for found in maps_of_frames(item, count):
+                self._append(found)
+            self._counts[item.performer] = count + len(item)
+        if time.monotonic() - self._flushed >= FLUSH_SECONDS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._file.flush()
+        self._flushed = time.monotonic()
+
+    def close(self) -> None:
+        """Write what is left; may be called twice."""
+        self._file.close()
+
+    def _append(self, record: MetaMap | FrameMap) -> None:
+        data = self._encoder.encode(record)
+        self._file.write(_LENGTH.pack(len(data)) + data)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,179 @@
+"""JSON of pose estimators: MediaPipe, TensorFlow.js, OpenPose; one file, or a folder with a file per frame.
+
+A file holds one frame, a list of frames, or an object with a list of frames in it. Which shapes of a frame
+are understood is in `pose_frames`. Coordinates in metres are taken as they are (MediaPipe's world landmarks);
+image coordinates have no unit and are scaled so that the skeleton is 1.7 m tall. The y axis of images points
+down: they are turned about x so that y points up.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.options import ReadOptions, plausible_rate
+from mossar_adapters.files.pose_frames import Pose, PoseError, frame_list, poses_of
+from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rows import CHUNK
+from mossar_adapters.files.text import HEAD_SIZE, encoding_of
+from mossar_adapters.files.units import fitted, given
+from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.source import Recording
+from mossar_stream.frames import Frames
+
+USUAL_FPS = 30.0
+MAX_SIZE = 128 << 20  # bytes of a JSON file, which has to be read as a whole
+MAX_PERFORMERS = 16
+_MENDED_DEPTH = 2  # frames stand in a list, at most within an object
+_BRACKET = re.compile(rb'"(?:[^"\\]|\\.)*"?|[][{}]', re.DOTALL)
+_CLOSING = bytes.maketrans(b"[{", b"]}")
+_RATES = ("fps", "frame_rate", "frameRate", "framerate", "ticksPerSecond", "FPS")
+
+
+class PoseFile(msgspec.Struct):
+    """All poses of a recording.
+
+    Args:
+        poses: Of each person, by index of the frame.
+        times: Seconds of each frame, None where a frame does not say.
+        fps: Rate that the file states.
+        cut: Whether the JSON was cut off.
+    """
+
+    poses: dict[int, dict[int, Pose]]
+    times: list[float | None]
+    fps: float | None = None
+    cut: bool = False
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read poses of one or more people."""
+    found = _folder(path, options) if path.is_dir() else _file(path, options)
+    if not found.poses:
+        raise FileError(path, "there is no pose in it")
+    model = next(iter(next(iter(found.poses.values())).values()))
+    performers = {person: f"p{person + 1}" for person in sorted(found.poses)}
+    times, fps, notes = _clock(found, options)
+    if found.cut:
+        notes = (*notes, f"the file is cut off; {len(times)} frames are whole")
+
+    def chunks() -> Iterator[Frames]:
+        for person, name in performers.items():
+            at = sorted(i for i, pose in found.poses[person].items() if pose.names == model.names)
+            for start in range(0, len(at), CHUNK):
+                yield _frames(found, at[start : start + CHUNK], person, name, times)
+
+    parents, root = with_known_parents(model.names)
+    skeleton = skeleton_of(path, model.names, parents, root)
+    count = sum(pose.names == model.names for poses in found.poses.values() for pose in poses.values())
+    recording = Recording(str(path), skeleton, fps, chunks, notes, count, tuple(performers.values()))
+    return scaled_by_height(
+        recording, lambda tall: given(options, 1.0) if model.metric else fitted(options, tall)
+    )
+
+
+def _frames(found: PoseFile, at: list[int], person: int, name: str, times: np.ndarray[Any, Any]) -> Frames:
+    poses = [found.poses[person][i] for i in at]
+    scores = [pose.confidence for pose in poses if pose.confidence is not None]
+    confidence = np.stack(scores) if len(scores) == len(poses) else None
+    return sane_frames(np.stack([pose.positions for pose in poses]), times[at], confidence, name)
+
+
+def _clock(
+    found: PoseFile, options: ReadOptions
+) -> tuple[np.ndarray[Any, Any], float | None, tuple[str, ...]]:
+    count = len(found.times)
+    stated = options.fps or found.fps
+    times = np.array([np.nan if t is None else t for t in found.times])
+    if options.fps is None and np.isfinite(times).all() and (np.diff(times) > 0).all() and count > 1:
+        return times, found.fps or rate_of_times(times), ()
+    if stated is not None and plausible_rate(stated):
+        return np.arange(count) / stated, stated, ()
+    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set fps to change"
+    return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
+
+
+def _file(path: Path, options: ReadOptions) -> PoseFile:
+    content, cut = _decoded(path)
+    fps = None
+    if isinstance(content, dict):
+        fps = next((float(content[key]) for key in _RATES if isinstance(content.get(key), int | float)), None)
+    found = PoseFile({}, [], fps if fps is not None and plausible_rate(fps) else None, cut)
+    for frame in frame_list(content):
+        _add_frame(path, found, frame, options)
+    return found
+
+
+def _folder(path: Path, options: ReadOptions) -> PoseFile:
+    found = PoseFile({}, [])
+    for file in sorted((p for p in path.iterdir() if p.suffix.lower() == ".json"), key=_frame_order):
+        if file.stat().st_size == 0:
+            found.times.append(None)  # a frame that was not written
+            continue
+        content, _ = _decoded(file)
+        for frame in frame_list(content):
+            _add_frame(file, found, frame, options)
+    return found
+
+
+def _frame_order(path: Path) -> tuple[str, int, str]:
+    """Sort 2 before 10: by the last number in the name."""
+    numbers = re.findall(r"\d{1,18}", path.stem)
+    return re.sub(r"\d+", "", path.stem), int(numbers[-1]) if numbers else 0, path.name
+
+
+def _add_frame(path: Path, found: PoseFile, frame: Any, options: ReadOptions) -> None:
+    index = len(found.times)
+    try:
+        time, poses = poses_of(frame, allow_2d=options.allow_2d)
+    except PoseError as error:
+        raise FileError(path, f"frame {index}: {error}") from None
+    found.times.append(time)
+    for person, pose in enumerate(poses[:MAX_PERFORMERS]):
+        found.poses.setdefault(person, {})[index] = pose
+
+
+def _decoded(path: Path) -> tuple[Any, bool]:
+    """Return the content of a JSON file, and whether it was mended because it was cut off."""
+    if path.stat().st_size > MAX_SIZE:
+        raise FileError(
+            path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to JSON lines"
+        )
+    data = path.read_bytes()
+    encoding = encoding_of(data[:HEAD_SIZE])
+    if encoding is None:
+        raise FileError(path, "this is binary data where JSON was expected")
+    if encoding != "utf-8":
+        data = data.decode(encoding, "replace").lstrip("\ufeff").encode()
+    try:
+        return msgspec.json.decode(data), False
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        mended = _mended(data)
+        if mended is None:
+            raise FileError(path, f"this is no JSON: {error}") from None
+        return mended, True
+
+
+def _mended(data: bytes) -> Any:
+    """Return what is whole of JSON that was cut off: up to a closed bracket near the end, None if hopeless."""
+    still_open = bytearray()
+    ends: list[tuple[int, bytes]] = []  # the last places where an element of an outer list or object ends
+    for token in _BRACKET.finditer(data):
+        bracket = token[0]
+        if bracket in b"[{":
+            still_open += bracket
+        elif bracket in b"]}" and still_open:
+            still_open.pop()
+            if len(still_open) <= _MENDED_DEPTH:
+                ends = [*ends[-3:], (token.end(), bytes(still_open))]
+    for end, brackets in reversed(ends):
+        try:
+            return msgspec.json.decode(data[:end] + brackets[::-1].translate(_CLOSING))
+        except (msgspec.DecodeError, UnicodeError, RecursionError):
+            continue
+    return None

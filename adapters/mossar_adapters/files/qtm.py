@@ -1,0 +1,72 @@
+"""QTM: Qualisys tab-separated values of 3-D markers, in millimetres; zeros are missing."""
+
+from pathlib import Path
+
+from mossar_adapters.files.cells import number
+from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.heading import splitter
+from mossar_adapters.files.marker_table import MarkerTable, read_markers
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.rows import cut_note, survey
+from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.source import Recording
+
+_HEAD = 100  # lines within which the heading ends
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read markers."""
+    facts, width, line = _heading(path)
+    included = facts.get("DATA_INCLUDED", ["3D"])[0].upper()
+    if included != "3D":
+        raise FileError(path, f"it holds {shown(included)} data; only 3D markers can be read")
+    labels = tuple(name for name in facts.get("MARKER_NAMES", []) if name)
+    if not labels:
+        raise FileError(path, "there are no MARKER_NAMES")
+    first = (
+        2 if width >= 3 * len(labels) + 2 else 0
+    )  # frame and time stand in front, with headings or without
+    rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True)
+    announced = _fact(facts, "NO_OF_FRAMES")
+    return read_markers(
+        MarkerTable(
+            rows=rows,
+            labels=labels,
+            xyz=tuple(range(first, first + 3 * len(labels), 3)),
+            fps=_fact(facts, "FREQUENCY"),
+            metres=1e-3,
+            time=1 if first else -1,
+            frame=0 if first else -1,
+            first_number=1,
+            notes=cut_note(rows, None if announced is None else int(announced)),
+        ),
+        options,
+    )
+
+
+def _heading(path: Path) -> tuple[dict[str, list[str]], int, int]:
+    """Return the facts, the width of the first row, and the number of its line."""
+    facts: dict[str, list[str]] = {}
+    for line, text in numbered_lines(path):
+        cells = text.rstrip().split("\t")
+        if _is_number(cells[0]) and text.strip():
+            return facts, len(cells), line
+        if len(cells) > 1:
+            facts[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]
+        if line > _HEAD:
+            break
+    raise FileError(path, "there is no row of numbers after the heading")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _fact(facts: dict[str, list[str]], name: str) -> float | None:
+    cells = facts.get(name, [""])
+    value = number(cells[0]) if _is_number(cells[0]) else 0.0
+    return value if 0 < value < 1e9 else None

@@ -1,0 +1,188 @@
+"""Which reader reads which file: one table.
+
+A new format is one module with `read(path, options) -> Recording` and one row here.
+"""
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mossar_adapters.files import sniff
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.kinematics import JointMotion
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.selection import selected
+from mossar_adapters.files.text import HEAD_SIZE
+from mossar_adapters.source import Recording
+
+
+class Format(msgspec.Struct, frozen=True):
+    """One file format.
+
+    Args:
+        name: For the user.
+        extensions: Lower case with the dot; compared with the end of the file's name.
+        sniff: Whether a file whose first 64 KiB these are is of this format, asked after the extension; gets
+            the bytes and the path.
+        module: Module that holds `read(path, options) -> Recording`, imported when it is needed.
+        description: One line for `mossar adapters`.
+        extra: Extra of the distribution that brings the library, None if none is needed.
+        library: Module whose absence means that the extra is missing.
+        folder: Whether it reads folders too.
+        motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    sniff: Callable[[bytes, Path], bool]
+    module: str
+    description: str
+    extra: str | None = None
+    library: str | None = None
+    folder: bool = False
+    motion: bool = False
+
+    def available(self) -> bool:
+        """Return whether what it needs is installed."""
+        return self.library is None or importlib.util.find_spec(self.library) is not None
+
+
+_HERE = "mossar_adapters.files"
+
+FORMATS: tuple[Format, ...] = (
+    Format(
+        "BVH", (".bvh",), sniff.text(sniff.bvh), f"{_HERE}.bvh", "skeleton and joint rotations", motion=True
+    ),
+    Format(
+        "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
+    ),
+    Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
+    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text"),
+    Format(
+        "Motive CSV", (".csv",), sniff.text(sniff.motive), f"{_HERE}.motive", "OptiTrack skeletons or markers"
+    ),
+    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers"),
+    Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
+    Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
+    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings"),
+    Format(
+        "XDF",
+        (".xdf",),
+        sniff.magic(b"XDF:"),
+        f"{_HERE}.xdf",
+        "motion capture stream of Lab Streaming Layer",
+        extra="files",
+        library="pyxdf",
+    ),
+    Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
+    Format(
+        "JSON lines",
+        (".jsonl", ".ndjson", ".json"),
+        sniff.text(sniff.json_lines),
+        f"{_HERE}.jsonl",
+        "frames as JSON",
+    ),
+    Format(
+        "pose JSON",
+        (".json",),
+        sniff.pose_json,
+        f"{_HERE}.pose_json",
+        "MediaPipe, OpenPose; a file, or a folder with a file per frame",
+        folder=True,
+    ),
+    Format(
+        "CSV",
+        (".csv", ".tsv", ".txt"),
+        sniff.text(sniff.any_text),
+        f"{_HERE}.table",
+        "table of joint positions",
+    ),
+)
+
+
+def open_recording(
+    path: Path | str, options: ReadOptions | None = None, formats: Sequence[Format] = FORMATS
+) -> Recording:
+    """Open a recording with the reader for its format.
+
+    Args:
+        path: File, or folder of per-frame files.
+        options: What the user says about it.
+        formats: The table to look in.
+
+    Returns:
+        The recording, with only the joints and performer asked for.
+
+    Raises:
+        FileError: If it cannot be read; one line says why.
+    """
+    options = options or ReadOptions()
+    path = Path(path)
+    read: Callable[[Path, ReadOptions], Recording] = _reader(format_of(path, formats), path, "read")
+    return selected(read(path, options), options)
+
+
+def open_motion(
+    path: Path | str, options: ReadOptions | None = None, formats: Sequence[Format] = FORMATS
+) -> JointMotion:
+    """Open the joint rotations of a recording.
+
+    Raises:
+        FileError: If it cannot be read or has positions only.
+    """
+    path = Path(path)
+    form = format_of(path, formats)
+    if not form.motion:
+        raise FileError(path, f"{form.name} has joint positions but no rotations")
+    motion: JointMotion = _reader(form, path, "read_motion")(path, options or ReadOptions())
+    return motion
+
+
+def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
+    """Return the format of a file: among those with its extension the first that knows its content.
+
+    Raises:
+        FileError: If there is no such file or no such format.
+    """
+    head = _head(path)
+    if path.is_dir():
+        candidates = [form for form in formats if form.folder]
+    else:
+        candidates = [form for form in formats if path.name.lower().endswith(form.extensions)]
+    for form in candidates:
+        if form.sniff(head, path):
+            return form
+    if path.is_dir():
+        raise FileError(path, "this is a folder without recordings of single frames (.json)")
+    if candidates:
+        raise FileError(path, f"this does not look like {' or '.join(form.name for form in candidates)}")
+    known = sorted({extension for form in formats for extension in form.extensions})
+    raise FileError(path, f"the extension {path.suffix!r} is not known; known are {' '.join(known)}")
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            return b""
+        with path.open("rb") as file:
+            head = file.read(HEAD_SIZE)
+    except OSError as error:
+        raise FileError(path, f"cannot be opened: {error.strerror or error}") from None
+    except ValueError as error:
+        raise FileError(path, f"cannot be opened: {error}") from None
+    if not head:
+        raise FileError(path, "the file is empty")
+    return head
+
+
+def _reader(form: Format, path: Path, function: str) -> Callable[..., Any]:
+    if not form.available():
+        raise FileError(
+            path, f"reading {form.name} needs an extra: pip install 'mossar-stream[{form.extra}]'"
+        )
+    reader: Callable[..., Any] = getattr(importlib.import_module(form.module), function)
+    return reader

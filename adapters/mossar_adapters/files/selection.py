@@ -1,0 +1,57 @@
+"""What a user wants of a recording: some joints, another root, one performer."""
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.source import Recording
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+
+
+def selected(recording: Recording, options: ReadOptions) -> Recording:
+    """Return the recording with the root, joints and performer that the options name.
+
+    Raises:
+        FileError: If there is no such joint or performer.
+    """
+    skeleton = recording.skeleton
+    try:
+        if options.root is not None:
+            skeleton = skeleton.with_root(options.root)
+        if options.joints:
+            skeleton = skeleton.select(options.joints)
+    except FrameError as error:
+        raise FileError(recording.path, str(error)) from None
+    performers, count = recording.performers, recording.frame_count
+    if options.performer is not None:
+        if options.performer not in performers:
+            raise FileError(
+                recording.path,
+                f"no performer called {options.performer!r}; there are {', '.join(performers[:40])}",
+            )
+        count = count if len(performers) == 1 else None
+        performers = (options.performer,)
+    joints = np.array([recording.skeleton.index(name) for name in options.joints], dtype=np.intp)
+
+    def chunks() -> Iterator[Frames]:
+        for frames in recording.chunks():
+            if frames.performer in performers:
+                yield _of_joints(frames, joints)
+
+    return msgspec.structs.replace(
+        recording, skeleton=skeleton, performers=performers, frame_count=count, chunks=chunks
+    )
+
+
+def _of_joints(frames: Frames, joints: NDArray[np.intp]) -> Frames:
+    if not len(joints):
+        return frames
+    confidence = None if frames.confidence is None else np.ascontiguousarray(frames.confidence[:, joints])
+    return msgspec.structs.replace(
+        frames, positions=np.ascontiguousarray(frames.positions[:, joints]), confidence=confidence
+    )

@@ -1,0 +1,96 @@
+"""What the formats look like at their beginning."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from mossar_adapters.files.cells import number
+from mossar_adapters.files.text import head_text
+
+Sniffer = Callable[[bytes, Path], bool]
+
+
+def text(looks: Callable[[str], object]) -> Sniffer:
+    """Return a sniffer for a format of text.
+
+    Args:
+        looks: Whether a file that begins with this text is of the format.
+    """
+    return lambda head, _path: bool(looks(head_text(head)))
+
+
+def magic(*beginnings: bytes) -> Sniffer:
+    """Return a sniffer for a format that begins with certain bytes."""
+    return lambda head, _path: head.startswith(beginnings)
+
+
+def bvh(head: str) -> bool:
+    """Return whether this is BVH."""
+    return head.lstrip()[:9].upper() == "HIERARCHY"
+
+
+def amc(head: str) -> bool:
+    """Return whether this is AMC: after comments and keywords a frame number and a bone with its numbers."""
+    lines = [line.split() for line in head.split("\n") if line and not line.isspace()]
+    frames = [
+        row for row, words in zip(lines[1:], lines, strict=False) if len(words) == 1 and words[0].isdecimal()
+    ]
+    return any(len(row) > 1 and not _is_number(row[0]) and _is_number(row[1]) for row in frames)
+
+
+def json_lines(head: str) -> bool:
+    """Return whether this is JSON with a meta or frame map per line."""
+    first, _, rest = head.lstrip().partition("\n")
+    one_line = first.startswith("{") and first.rstrip().endswith("}")
+    return one_line and '"type"' in first and rest.lstrip()[:1] in {"{", ""}
+
+
+def pose_json(head: bytes, path: Path) -> bool:
+    """Return whether this is JSON, or a folder with some."""
+    if path.is_dir():
+        return any(entry.suffix.lower() == ".json" for entry in path.iterdir())
+    return head_text(head).lstrip()[:1] in {"{", "["}
+
+
+def any_text(head: str) -> bool:
+    """Return whether this is text at all."""
+    return bool(head.strip())
+
+
+def c3d(head: bytes, _path: Path) -> bool:
+    """Return whether this is C3D."""
+    return len(head) > 1 and head[1] == 0x50
+
+
+def trc(head: str) -> bool:
+    """Return whether this is TRC."""
+    return head.lstrip().lower().startswith("pathfiletype")
+
+
+def motive(head: str) -> bool:
+    """Return whether this is Motive's CSV."""
+    return head.lstrip('"').lower().startswith("format version")
+
+
+def qtm(head: str) -> bool:
+    """Return whether this is QTM's export."""
+    return head.lstrip().upper().startswith("NO_OF_FRAMES")
+
+
+def msrc12(head: str) -> bool:
+    """Return whether the first line is 81 numbers."""
+    words = head.lstrip().partition("\n")[0].split()
+    return len(words) == 81 and words[0].isdecimal()
+
+
+def ntu(head: str) -> bool:
+    """Return whether the first two lines are counts."""
+    first, second = (head.lstrip() + "\n").split("\n", 2)[:2]
+    return all(line.strip().isdecimal() and len(line.strip()) < 10 for line in (first, second))
+
+
+def _is_number(word: str) -> bool:
+    try:
+        number(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,66 @@
+"""TRC: markers in text, tabs or commas; blank cells are missing."""
+
+from pathlib import Path
+
+from mossar_adapters.files.cells import number
+from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.heading import splitter
+from mossar_adapters.files.marker_table import MarkerTable, read_markers
+from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.rows import cut_note, survey
+from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.source import Recording
+
+UNITS = {**METRES, "meters": 1.0, "millimeters": 1e-3, "centimeters": 1e-2, "in": METRES["inch"]}
+_HEAD = 40  # lines within which the heading ends
+
+
+def read(path: Path, options: ReadOptions) -> Recording:
+    """Read markers."""
+    facts, header, line = _heading(path)
+    delimiter = "\t" if "\t" in header else ","
+    split = splitter(delimiter)
+    labels = tuple(cell.strip() for cell in split(header)[2:] if cell.strip())
+    if not labels:
+        raise FileError(path, "there are no marker names", line)
+    rows = survey(path, line + 2, split, 2 + 3 * len(labels), pad=True)  # the line between says X1 Y1 Z1
+    announced = _fact(facts, "numframes")
+    unit = facts.get("units", "").lower()
+    return read_markers(
+        MarkerTable(
+            rows=rows,
+            labels=labels,
+            xyz=tuple(range(2, 2 + 3 * len(labels), 3)),
+            fps=_fact(facts, "datarate"),
+            metres=UNITS.get(unit),
+            time=1,
+            frame=0,
+            first_number=1,
+            notes=cut_note(rows, None if announced is None else int(announced)),
+        ),
+        options,
+    )
+
+
+def _heading(path: Path) -> tuple[dict[str, str], str, int]:
+    """Return the facts of the second and third line, the line of marker names, and its number."""
+    facts: dict[str, str] = {}
+    previous: list[str] = []
+    for line, text in numbered_lines(path):
+        cells = text.replace(",", "\t").split()
+        if cells and cells[0].lower().rstrip("#") == "frame":
+            return facts, text, line
+        if previous and previous[0].lower() == "datarate":
+            facts = dict(zip((word.lower() for word in previous), cells, strict=False))
+        previous = cells
+        if line > _HEAD:
+            break
+    raise FileError(path, f"there is no line of marker names that begins with {shown('Frame#')}")
+
+
+def _fact(facts: dict[str, str], name: str) -> float | None:
+    try:
+        value = number(facts[name])
+    except (KeyError, ValueError):
+        return None
+    return value if 0 < value < 1e9 else None

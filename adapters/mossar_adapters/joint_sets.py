@@ -1,0 +1,169 @@
+"""Joint sets that many programs use: names, parents, body centre.
+
+Where a source gives names without a hierarchy, or only a number of joints, the hierarchy is looked up here.
+Sets without a joint at the middle of the hips have the centroid as their centre (root -1).
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from mossar_stream.skeleton import Skeleton
+
+
+def _skeleton(table: str, root: str | None) -> Skeleton:
+    """Return the skeleton of a table of `joint<parent` words; a joint without parent stands alone."""
+    pairs = [word.partition("<") for word in table.split()]
+    names = tuple(name for name, _, _ in pairs)
+    parents = tuple(names.index(parent) if parent else -1 for _, _, parent in pairs)
+    return Skeleton(names, parents, -1 if root is None else names.index(root))
+
+
+COCO_17 = _skeleton(
+    "nose<left_shoulder left_eye<nose right_eye<nose left_ear<left_eye right_ear<right_eye"
+    " left_shoulder<left_hip right_shoulder<right_hip left_elbow<left_shoulder right_elbow<right_shoulder"
+    " left_wrist<left_elbow right_wrist<right_elbow left_hip right_hip<left_hip"
+    " left_knee<left_hip right_knee<right_hip left_ankle<left_knee right_ankle<right_knee",
+    root=None,
+)
+BLAZEPOSE_33 = _skeleton(
+    "nose<left_shoulder left_eye_inner<nose left_eye<left_eye_inner left_eye_outer<left_eye"
+    " right_eye_inner<nose right_eye<right_eye_inner right_eye_outer<right_eye"
+    " left_ear<left_eye_outer right_ear<right_eye_outer mouth_left<nose mouth_right<nose"
+    " left_shoulder<left_hip right_shoulder<right_hip left_elbow<left_shoulder right_elbow<right_shoulder"
+    " left_wrist<left_elbow right_wrist<right_elbow left_pinky<left_wrist right_pinky<right_wrist"
+    " left_index<left_wrist right_index<right_wrist left_thumb<left_wrist right_thumb<right_wrist"
+    " left_hip right_hip<left_hip left_knee<left_hip right_knee<right_hip"
+    " left_ankle<left_knee right_ankle<right_knee left_heel<left_ankle right_heel<right_ankle"
+    " left_foot_index<left_heel right_foot_index<right_heel",
+    root=None,
+)
+BODY_25 = _skeleton(
+    "Nose<Neck Neck<MidHip RShoulder<Neck RElbow<RShoulder RWrist<RElbow"
+    " LShoulder<Neck LElbow<LShoulder LWrist<LElbow MidHip RHip<MidHip RKnee<RHip RAnkle<RKnee"
+    " LHip<MidHip LKnee<LHip LAnkle<LKnee REye<Nose LEye<Nose REar<REye LEar<LEye"
+    " LBigToe<LAnkle LSmallToe<LBigToe LHeel<LAnkle RBigToe<RAnkle RSmallToe<RBigToe RHeel<RAnkle",
+    root="MidHip",
+)
+KINECT_20 = _skeleton(
+    "HipCenter Spine<HipCenter ShoulderCenter<Spine Head<ShoulderCenter"
+    " ShoulderLeft<ShoulderCenter ElbowLeft<ShoulderLeft WristLeft<ElbowLeft HandLeft<WristLeft"
+    " ShoulderRight<ShoulderCenter ElbowRight<ShoulderRight WristRight<ElbowRight HandRight<WristRight"
+    " HipLeft<HipCenter KneeLeft<HipLeft AnkleLeft<KneeLeft FootLeft<AnkleLeft"
+    " HipRight<HipCenter KneeRight<HipRight AnkleRight<KneeRight FootRight<AnkleRight",
+    root="HipCenter",
+)
+KINECT_25 = _skeleton(
+    "SpineBase SpineMid<SpineBase Neck<SpineShoulder Head<Neck"
+    " ShoulderLeft<SpineShoulder ElbowLeft<ShoulderLeft WristLeft<ElbowLeft HandLeft<WristLeft"
+    " ShoulderRight<SpineShoulder ElbowRight<ShoulderRight WristRight<ElbowRight HandRight<WristRight"
+    " HipLeft<SpineBase KneeLeft<HipLeft AnkleLeft<KneeLeft FootLeft<AnkleLeft"
+    " HipRight<SpineBase KneeRight<HipRight AnkleRight<KneeRight FootRight<AnkleRight"
+    " SpineShoulder<SpineMid HandTipLeft<HandLeft ThumbLeft<HandLeft"
+    " HandTipRight<HandRight ThumbRight<HandRight",
+    root="SpineBase",
+)
+NTU_25 = KINECT_25  # recorded with that sensor; same joints, same order
+CMU_31 = _skeleton(
+    "root lhipjoint<root lfemur<lhipjoint ltibia<lfemur lfoot<ltibia ltoes<lfoot"
+    " rhipjoint<root rfemur<rhipjoint rtibia<rfemur rfoot<rtibia rtoes<rfoot"
+    " lowerback<root upperback<lowerback thorax<upperback lowerneck<thorax upperneck<lowerneck"
+    " head<upperneck lclavicle<thorax lhumerus<lclavicle lradius<lhumerus lwrist<lradius lhand<lwrist"
+    " lfingers<lhand lthumb<lwrist rclavicle<thorax rhumerus<rclavicle rradius<rhumerus rwrist<rradius"
+    " rhand<rwrist rfingers<rhand rthumb<rwrist",
+    root="root",
+)
+HUMANOID = _skeleton(
+    "Hips Spine<Hips Chest<Spine UpperChest<Chest Neck<UpperChest Head<Neck"
+    " LeftShoulder<UpperChest LeftUpperArm<LeftShoulder LeftLowerArm<LeftUpperArm LeftHand<LeftLowerArm"
+    " RightShoulder<UpperChest RightUpperArm<RightShoulder RightLowerArm<RightUpperArm"
+    " RightHand<RightLowerArm LeftUpperLeg<Hips LeftLowerLeg<LeftUpperLeg LeftFoot<LeftLowerLeg"
+    " LeftToes<LeftFoot RightUpperLeg<Hips RightLowerLeg<RightUpperLeg RightFoot<RightLowerLeg"
+    " RightToes<RightFoot",
+    root="Hips",
+)
+MIXAMO = _skeleton(
+    "Hips Spine<Hips Spine1<Spine Spine2<Spine1 Neck<Spine2 Head<Neck"
+    " LeftShoulder<Spine2 LeftArm<LeftShoulder LeftForeArm<LeftArm LeftHand<LeftForeArm"
+    " RightShoulder<Spine2 RightArm<RightShoulder RightForeArm<RightArm RightHand<RightForeArm"
+    " LeftUpLeg<Hips LeftLeg<LeftUpLeg LeftFoot<LeftLeg LeftToeBase<LeftFoot"
+    " RightUpLeg<Hips RightLeg<RightUpLeg RightFoot<RightLeg RightToeBase<RightFoot",
+    root="Hips",
+)
+MOTIVE = _skeleton(
+    "Hip Ab<Hip Chest<Ab Neck<Chest Head<Neck LShoulder<Chest LUArm<LShoulder LFArm<LUArm LHand<LFArm"
+    " RShoulder<Chest RUArm<RShoulder RFArm<RUArm RHand<RFArm LThigh<Hip LShin<LThigh LFoot<LShin LToe<LFoot"
+    " RThigh<Hip RShin<RThigh RFoot<RShin RToe<RFoot",
+    root="Hip",
+)
+
+JOINT_SETS: dict[str, Skeleton] = {
+    "coco17": COCO_17,
+    "blazepose33": BLAZEPOSE_33,
+    "body25": BODY_25,
+    "kinect20": KINECT_20,
+    "kinect25": KINECT_25,
+    "ntu25": NTU_25,
+    "cmu31": CMU_31,
+    "humanoid": HUMANOID,
+    "mixamo": MIXAMO,
+    "motive": MOTIVE,
+}
+
+_CENTRES = ("hips", "pelvis", "midhip", "hipcenter", "spinebase", "hipcentre", "root", "hip", "sacrum")
+
+
+def with_known_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
+    """Return parents and root for named joints.
+
+    The joint set that shares most names is taken, if that is at least two thirds of them; spelling of case
+    and separators does not matter. Ends (`Head_End`) hang on what they are the end of; other joints that the
+    set does not have get no parent.
+
+    Args:
+        names: As the source spells them.
+
+    Returns:
+        One parent per joint (all -1 if no set fits), and the index of the root, -1 for the centroid.
+    """
+    plain = [_plain(name) for name in names]
+    inner = [name for name in plain if not name.endswith("end")]
+    best = max(JOINT_SETS.values(), key=lambda known: len(_shared(inner, known)))
+    if 3 * len(_shared(inner, best)) < 2 * len(inner) or not inner:
+        return (-1,) * len(plain), _centre(plain)
+    known = [_plain(name) for name in best.names]
+    place = {name: i for i, name in reversed(list(enumerate(plain)))}
+    parents = tuple(
+        -1 if place[name] != i else place.get(_parent(name, known, best, place), -1)
+        for i, name in enumerate(plain)
+    )
+    return parents, place.get(known[best.root], -1) if best.root >= 0 else -1
+
+
+def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str, int]) -> str:
+    """Return the nearest ancestor of a joint that is present, empty if there is none."""
+    if name not in known:
+        return name.removesuffix("end") if name.endswith("end") else ""
+    ancestor = best.parents[known.index(name)]
+    while ancestor >= 0 and known[ancestor] not in place:
+        ancestor = best.parents[ancestor]
+    return known[ancestor] if ancestor >= 0 else ""
+
+
+def by_count(count: int) -> Skeleton | None:
+    """Return the set for unnamed poses of pose estimators, which are told apart by their number of joints."""
+    return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25}.get(count)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower().rpartition(":")[2])
+
+
+def _shared(plain: Sequence[str], known: Skeleton) -> set[str]:
+    return set(plain) & {_plain(name) for name in known.names}
+
+
+def _centre(plain: Sequence[str]) -> int:
+    for centre in _CENTRES:
+        if centre in plain:
+            return plain.index(centre)
+    return -1

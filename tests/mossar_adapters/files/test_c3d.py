@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.files import FileError, ReadOptions, open_recording
+
+
+def positions_of(recording):
+    return np.concatenate([frames.positions for frames in recording.chunks()])
+
+
+@pytest.mark.parametrize("machine", [84, 85, 86])
+@pytest.mark.parametrize("integer", [False, True])
+def test_all_byte_orders_and_kinds_of_numbers_agree(sample, machine, integer):
+    expected = positions_of(open_recording(sample("c3d")))
+    found = open_recording(sample("c3d", machine=machine, integer=integer))
+    np.testing.assert_allclose(positions_of(found), expected, atol=1e-4)
+    assert (found.fps, found.skeleton.names) == (60, ("hip", "knee", "foot", "head"))
+
+
+def test_a_negative_residual_is_a_gap(sample):
+    positions = positions_of(open_recording(sample("c3d")))
+    assert np.isnan(positions[0, 1]).all()
+    assert np.isnan(positions).sum() == 3
+
+
+def test_a_trimmed_recording_keeps_its_frame_numbers_and_times(sample):
+    frames = next(open_recording(sample("c3d", first=50)).chunks())
+    assert frames.first_frame == 49
+    assert frames.times[0] == pytest.approx(49 / 60)
+    whole = next(open_recording(sample("c3d")).chunks())
+    assert whole.first_frame is None
+    assert whole.times[0] == 0
+
+
+def test_unnamed_points_are_left_out_if_others_have_names(sample):
+    recording = open_recording(sample("c3d", labels=("hip", "*12", "foot", "head")))
+    assert recording.skeleton.names == ("hip", "foot", "head")
+    assert open_recording(sample("c3d", labels=("*1", "*2"))).skeleton.names == ("point0", "point1")
+
+
+def test_a_subject_in_front_of_the_labels_is_taken_off(sample):
+    labels = tuple(f"anna:{name}" for name in ("hip", "knee", "foot", "head"))
+    recording = open_recording(sample("c3d", labels=labels))
+    assert recording.skeleton.names == ("hip", "knee", "foot", "head")
+    assert recording.performers == ("p1",)
+
+
+def test_subjects_with_the_same_markers_are_performers_and_props_are_left_out(sample):
+    labels = ("anna:hip", "anna:head", "bo:head", "bo:hip", "ball:a")
+    recording = open_recording(sample("c3d", labels=labels))
+    assert recording.performers == ("anna", "bo")
+    assert recording.notes == ("markers left out: ball (1)",)
+    anna, bo = recording.chunks()
+    everything = positions_of(open_recording(sample("c3d", labels=tuple("abcde"))))
+    np.testing.assert_array_equal(anna.positions, everything[:, [0, 1]])
+    np.testing.assert_array_equal(bo.positions, everything[:, [3, 2]])
+    only = open_recording(sample("c3d", labels=labels), ReadOptions(performer="ball"))
+    assert only.skeleton.names == ("a",)
+
+
+def test_markers_without_known_joints_have_the_centroid_as_centre(sample):
+    recording = open_recording(sample("c3d", labels=("LFHD", "RFHD")))
+    assert recording.skeleton.root == -1
+    assert recording.skeleton.parents == (-1, -1)
+
+
+@pytest.mark.parametrize("at", [2, 8, 16, 18, 22])
+def test_absurd_counts_in_the_header_are_refused_or_cut_to_the_file(sample, at):
+    path = sample("c3d")
+    data = bytearray(path.read_bytes())
+    data[at : at + 2] = b"\xff\xff"
+    path.write_bytes(data)
+    found = read_or_refused(path)
+    assert found is None or len(found) <= 30
+
+
+def read_or_refused(path):
+    try:
+        return positions_of(open_recording(path))
+    except FileError:
+        return None
+
+
+def test_the_six_twins_agree(shared):
+    twins = [p for p in (shared / "formats" / "c3d").iterdir() if p.stem[-4:].lower() in {"_int", "real"}]
+    assert len(twins) == 6
+    found = [open_recording(path) for path in twins]
+    for recording in found:
+        assert recording.fps == 50
+        assert recording.skeleton == found[0].skeleton
+        np.testing.assert_allclose(
+            positions_of(recording), positions_of(found[0]), atol=3e-4
+        )  # the integers' step
+
+
+def test_markers_agree_with_ezc3d(shared):
+    import ezc3d
+
+    for name in ("02_01.c3d", "pc_real.c3d", "Dec_real.c3d", "DEC_INT.C3D", "pc_int.c3d"):
+        path = shared / "formats" / "c3d" / name
+        expected = ezc3d.c3d(str(path))["data"]["points"][:3].transpose(2, 1, 0) / 1000
+        np.testing.assert_allclose(positions_of(open_recording(path)), expected, atol=1e-5)
+
+
+def test_real_files_that_libraries_refuse_are_read(shared):
+    folder = shared / "formats" / "c3d"
+    swing = open_recording(folder / "golfswing.c3d")
+    assert (swing.frame_count, len(swing.skeleton)) == (514, 29)
+    odd = open_recording(folder / "badParameterOffset.c3d")
+    assert (odd.fps, odd.frame_count, len(odd.skeleton)) == (250, 111, 41)
+    clinical = open_recording(folder / "PiG_Calibration-FlatFoot-One.c3d")
+    assert "LHipAngles" not in clinical.skeleton.names
+    trimmed = next(open_recording(folder / "02_01.c3d").chunks())
+    assert trimmed.first_frame == 49
+    with pytest.raises(FileError, match="the file is empty"):
+        open_recording(folder / "Empty.c3d")

@@ -1,0 +1,173 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.files.units import height
+
+
+def positions_of(recording):
+    return np.concatenate([frames.positions for frames in recording.chunks()])
+
+
+def rewritten(path, old, new):
+    text = path.read_bytes().decode("utf-8")
+    assert old in text
+    path.write_bytes(text.replace(old, new).encode())
+    return path
+
+
+@pytest.mark.parametrize("kind", ["trc", "motive", "qtm"])
+def test_the_three_agree(sample, kind):
+    expected = positions_of(open_recording(sample("csv")))
+    np.testing.assert_allclose(positions_of(open_recording(sample(kind))), expected, atol=2e-5)
+
+
+def test_trc_may_be_separated_by_commas(sample):
+    path = sample("trc")
+    expected = positions_of(open_recording(path))
+    np.testing.assert_array_equal(positions_of(open_recording(rewritten(path, "\t", ","))), expected)
+
+
+def test_trc_blanks_are_missing_and_trailing_blanks_may_be_left_out(sample):
+    path = sample("trc")
+    lines = path.read_text().splitlines()
+    cells = lines[8].split("\t")
+    cells[2:5] = ["", "", ""]
+    lines[8] = "\t".join(cells[:-3])
+    path.write_text("\n".join(lines) + "\n")
+    positions = positions_of(open_recording(path))
+    missing = np.isnan(positions).all(axis=2)
+    assert np.argwhere(missing).tolist() == [[2, 0], [2, 3]]
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1000), ("cm", 10), ("inch", 25.4)])
+def test_trc_units_are_those_of_the_file(sample, unit, factor):
+    expected = positions_of(open_recording(sample("trc"))) * factor
+    found = positions_of(open_recording(rewritten(sample("trc"), "\tmm\t", f"\t{unit}\t")))
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+def test_a_trc_that_was_trimmed_keeps_its_frame_numbers(sample):
+    path = rewritten(sample("trc"), "\n1\t0.00000\t", "\n101\t1.66667\t")
+    frames = next(open_recording(path).chunks())
+    assert frames.first_frame == 100
+    assert next(open_recording(sample("trc")).chunks()).first_frame is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("Frame#", "What", "there is no line of marker names"),
+        ("hip\t\t\tknee\t\t\tfoot\t\t\thead", "", "there are no marker names"),
+        ("\n7\t0.1", "\n7\tnoon0.1", "line 13: .* is not a number"),
+    ],
+)
+def test_what_is_wrong_with_a_trc_is_said(sample, old, new, problem):
+    with pytest.raises(FileError, match=problem):
+        list(open_recording(rewritten(sample("trc"), old, new)).chunks())
+
+
+def test_motive_has_bones_parents_and_the_hip_as_root(sample):
+    recording = open_recording(sample("motive"))
+    assert recording.skeleton.names == ("Hip", "Thigh", "Foot", "Head")
+    assert recording.skeleton.parents == (-1, 0, 1, 0)
+    assert recording.skeleton.root == 0
+
+
+def test_motive_without_a_parent_line_and_with_millimetres(sample):
+    path = sample("motive")
+    text = path.read_bytes().decode("utf-8").replace("Length Units,Meters", "Length Units,Millimeters")
+    path.write_text("\n".join(line for line in text.split("\r\n") if not line.startswith(",Parent")))
+    recording = open_recording(path, ReadOptions())
+    assert np.nanmax(positions_of(recording)) < 0.01
+    assert recording.frame_count == 30
+
+
+def test_motive_takes_markers_where_there_are_no_bones(sample):
+    path = rewritten(sample("motive"), "Bone", "Marker")
+    assert open_recording(rewritten(path, "anna:Foot", "Unlabeled 12")).skeleton.names == (
+        "Hip",
+        "Thigh",
+        "Head",
+    )
+
+
+@pytest.mark.parametrize("headed_columns", [True, False])
+def test_qtm_with_frame_and_time_columns(sample, headed_columns):
+    path = sample("qtm")
+    lines = path.read_text().splitlines()
+    headed = lines[:6]
+    headed += ["Frame\tTime\t" + "\t".join(f"m{k}" for k in range(12))] * headed_columns
+    headed += [f"{i + 1}\t{i / 60:.5f}\t{row}" for i, row in enumerate(lines[6:])]
+    expected = positions_of(open_recording(path))
+    path.write_text("\n".join(headed) + "\n")
+    recording = open_recording(path)
+    np.testing.assert_array_equal(positions_of(recording), expected)
+    assert recording.fps == 60
+
+
+def test_qtm_of_bodies_is_refused(sample):
+    with pytest.raises(FileError, match="holds '6D' data; only 3D markers"):
+        open_recording(rewritten(sample("qtm"), "DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D"))
+
+
+def test_msrc12_rows_without_a_player_are_missing(sample):
+    recording = open_recording(sample("msrc12"))
+    positions = positions_of(recording)
+    assert np.isnan(positions[0]).all()
+    assert np.isfinite(positions[1:]).all()
+    assert recording.skeleton.names[recording.skeleton.root] == "HipCenter"
+
+
+def test_ntu_states_are_confidence(sample):
+    (frames,) = open_recording(sample("ntu")).chunks()
+    assert frames.confidence[0, :5].tolist() == [1, 1, 1, 0.5, 1]
+
+
+def test_ntu_bodies_are_performers_with_their_frames(tmp_path):
+    joint = "1.0 2.0 3.0 0 0 0 0 0 0 0 1 {}"
+
+    def body(number, state=2):
+        return [f"{number} 0 0 0 0 0 0 0 0 2", "25", *([joint.format(state)] * 25)]
+
+    frames = [["1", *body(7)], ["2", *body(7), *body(9, 0)], ["0"], ["1", *body(9)]]
+    (tmp_path / "a.skeleton").write_text(
+        "\n".join(["4", *(line for frame in frames for line in frame)]) + "\n"
+    )
+    recording = open_recording(tmp_path / "a.skeleton")
+    assert recording.performers == ("p1", "p2")
+    found = [(f.performer, f.first_frame, f.times.tolist()) for f in recording.chunks()]
+    assert sorted(found) == [("p1", 0, [0, 1 / 30]), ("p2", 1, [1 / 30]), ("p2", 3, [0.1])]
+    second = next(f for f in recording.chunks() if f.performer == "p2")
+    assert np.isnan(second.positions).all()
+    assert open_recording(tmp_path / "a.skeleton", ReadOptions(performer="p2")).performers == ("p2",)
+
+
+def test_absurd_counts_of_ntu_are_refused(tmp_path):
+    for text, problem in (("1\n99\n", "'99' is not a count"), ("1\n1\nx\n26\n", "26 joints instead of 25")):
+        (tmp_path / "a.skeleton").write_text(text)
+        with pytest.raises(FileError, match=problem):
+            open_recording(tmp_path / "a.skeleton")
+
+
+@pytest.mark.parametrize(
+    ("name", "fps", "shape", "tall"),
+    [
+        ("trc/subject01_walk1.trc", 60, (151, 41), 1.73),
+        ("csv/optitrack_motive.csv", 120, (32, 51), 1.5),
+        ("csv/kinect-skeleton_0.csv", 11.5, (1099, 25), 1.03),
+        ("msrc12/P1_1_1_p06.csv", 30.16, (1027, 20), 1.6),
+    ],
+)
+def test_real_files_have_the_rate_count_and_height_that_they_state(shared, name, fps, shape, tall):
+    recording = open_recording(shared / "formats" / name)
+    positions = positions_of(recording)
+    assert positions.shape == (*shape, 3)
+    assert recording.fps == pytest.approx(fps, rel=1e-3)
+    assert height(positions) == pytest.approx(tall, abs=0.02)
+
+
+def test_a_real_file_that_is_cut_off_yields_its_whole_frames_with_a_note(shared):
+    recording = open_recording(shared / "formats" / "trc" / "markers.trc")
+    assert len(positions_of(recording)) == recording.frame_count >= 93
+    assert recording.notes[0] == f"the file is cut off: {recording.frame_count} of 652 frames are there"

@@ -1,0 +1,149 @@
+import subprocess
+import sys
+
+import msgspec
+import numpy as np
+import pytest
+
+from mossar_adapters.files import FileError, MskWriter, ReadOptions, open_recording
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+PAIR = Skeleton(("a", "b"), (-1, 0))
+TRIPLE = Skeleton(("a", "b", "c"))
+
+
+def some_frames(count, joints=2, performer="p1", start=0.0, *, confidence=False):
+    rng = np.random.default_rng(count)
+    positions = rng.normal(size=(count, joints, 3)).astype(np.float32)
+    positions[0, 0] = np.nan
+    scores = rng.random((count, joints)).astype(np.float32) if confidence else None
+    return Frames(positions, start + np.arange(count) / 100, scores, performer)
+
+
+@pytest.mark.parametrize("confidence", [False, True])
+def test_what_is_written_is_read(tmp_path, confidence):
+    path = tmp_path / "a.msk"
+    frames = some_frames(300, confidence=confidence)
+    with MskWriter(path) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        writer.write(frames)
+    recording = open_recording(path)
+    assert (recording.skeleton, recording.fps, recording.frame_count, recording.notes) == (PAIR, 100, 300, ())
+    chunks = list(recording.chunks())
+    np.testing.assert_array_equal(np.concatenate([c.positions for c in chunks]), frames.positions)
+    np.testing.assert_array_equal(np.concatenate([c.times for c in chunks]), frames.times)
+    if confidence:
+        np.testing.assert_array_equal(np.concatenate([c.confidence for c in chunks]), frames.confidence)
+
+
+def test_the_records_are_the_maps_of_the_interface(tmp_path):
+    path = tmp_path / "a.msk"
+    with MskWriter(path) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        writer.write(some_frames(2))
+    data = path.read_bytes()[4:]
+    maps = []
+    while data:
+        length = int.from_bytes(data[:4], "little")
+        maps.append(msgspec.msgpack.decode(data[4 : 4 + length]))
+        data = data[4 + length :]
+    meta, _, second = maps
+    assert meta == {
+        "v": 1, "type": "meta", "performer": "p1", "names": ["a", "b"], "parents": [-1, 0], "root": 0, "fps": 100.0,
+        "unit": "m",
+    }  # fmt: skip
+    assert set(second) == {"v", "type", "performer", "seq", "t", "shape", "xyz"}
+    assert (second["seq"], second["shape"], len(second["xyz"])) == (1, [2, 3], 24)
+
+
+def test_a_file_that_is_there_is_kept_unless_forced(tmp_path):
+    path = tmp_path / "a.msk"
+    path.write_bytes(b"precious")
+    with pytest.raises(FileError, match="there is a file already; --force replaces it"):
+        MskWriter(path)
+    assert path.read_bytes() == b"precious"
+    MskWriter(path, force=True).close()
+    assert path.read_bytes() == b"MSK1"
+    with pytest.raises(FileError, match="cannot be written"):
+        MskWriter(tmp_path / "none" / "a.msk")
+
+
+def test_cut_anywhere_it_reads_up_to_the_last_whole_record(tmp_path):
+    path = tmp_path / "a.msk"
+    with MskWriter(path) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        writer.write(some_frames(3))
+    whole = path.read_bytes()
+    counts = []
+    for length in range(len(whole) + 1):
+        path.write_bytes(whole[:length])
+        try:
+            counts.append(open_recording(path).frame_count)
+        except FileError:
+            counts.append(0)
+    assert counts == sorted(counts)
+    assert set(counts) == {0, 1, 2, 3}
+
+
+def test_a_writer_that_dies_leaves_what_it_wrote_a_second_ago(tmp_path):
+    path = tmp_path / "a.msk"
+    program = f"""
+import os, time
+import numpy as np
+from mossar_adapters.files import msk
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+msk.FLUSH_SECONDS = 0.05
+writer = msk.MskWriter({str(path)!r})
+writer.write(Meta("p1", Skeleton(("a",)), 100.0))
+for i in range(3):
+    time.sleep(0.06)
+    writer.write(Frames(np.ones((1, 1, 3), np.float32), np.array([float(i)])))
+os._exit(9)
+"""
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 9
+    assert open_recording(path).frame_count == 3
+
+
+def test_several_performers_share_the_skeleton_and_others_are_left_out(tmp_path):
+    path = tmp_path / "a.msk"
+    with MskWriter(path) as writer:
+        for name, skeleton in (("anna", PAIR), ("bo", PAIR), ("cy", TRIPLE)):
+            writer.write(Meta(name, skeleton, 100.0))
+        for name, joints in (("anna", 2), ("cy", 3), ("bo", 2)):
+            writer.write(some_frames(5, joints, name))
+    recording = open_recording(path)
+    assert recording.performers == ("anna", "bo")
+    assert recording.frame_count == 10
+    assert recording.notes == ("5 frames with another skeleton are left out",)
+    only = open_recording(path, ReadOptions(performer="cy"))
+    assert only.skeleton == TRIPLE
+    assert [len(frames) for frames in only.chunks()] == [5]
+
+
+def test_frames_after_a_change_of_skeleton_are_left_out(tmp_path):
+    path = tmp_path / "a.msk"
+    other = Skeleton(("x", "y"))
+    with MskWriter(path) as writer:
+        for skeleton in (PAIR, other, PAIR):
+            writer.write(Meta("p1", skeleton, 100.0))
+            writer.write(some_frames(4))
+    recording = open_recording(path)
+    assert recording.frame_count == sum(len(frames) for frames in recording.chunks()) == 8
+    assert recording.notes == ("4 frames with another skeleton are left out",)
+
+
+def test_damage_is_one_clear_line(tmp_path):
+    path = tmp_path / "a.msk"
+    for data, problem in (
+        (b"MSK1\xff\xff\xff\xff1234", "record 1 is damaged: it has a length of 4294967295 bytes"),
+        (b"MSK1\x02\x00\x00\x00\xc1\xc1", "record 1 is damaged"),
+        (b"MSK2\x02\x00\x00\x00\xc1\xc1", "no .msk recording of version 1"),
+        (b"MSK1", "no whole frame"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(FileError, match=problem):
+            open_recording(path)

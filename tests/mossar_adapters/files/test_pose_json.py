@@ -1,0 +1,141 @@
+import json
+
+import numpy as np
+import pytest
+
+from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.files.units import height
+
+
+def positions_of(recording):
+    return np.concatenate([frames.positions for frames in recording.chunks()])
+
+
+def written(tmp_path, content, name="a.json"):
+    path = tmp_path / name
+    path.write_text(json.dumps(content))
+    return path
+
+
+def points(count=17, z=0.3):
+    return [{"x": 0.1, "y": 0.05 * i, "z": z} for i in range(count)]
+
+
+LISTED = [[p["x"], p["y"], p["z"]] for p in points()]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        [points(), points()],
+        {"frames": [points(), points()]},
+        {"fps": 30, "frames": [{"landmarks": points()}, {"landmarks": points()}]},
+        [{"pose_landmarks": [points()]}, {"pose_landmarks": [points()]}],
+        [{"poseLandmarks": points()}, {"poseLandmarks": points()}],
+        [{"keypoints": points(), "keypoints3D": points()}] * 2,
+        [[{"keypoints": points()}], [{"keypoints": points()}]],
+        [LISTED, LISTED],
+        {"data": [{"pose": LISTED}, {"pose": LISTED}]},
+        {"0": {"landmarks": points()}, "1": {"landmarks": points()}},
+        [{"pose_landmarks": {"landmark": points()}}] * 2,
+    ],
+)
+def test_many_shapes_are_understood(tmp_path, content):
+    recording = open_recording(written(tmp_path, content))
+    positions = positions_of(recording)
+    assert positions.shape == (2, 17, 3)
+    assert recording.skeleton.names[0] == "nose"
+    assert recording.skeleton.root == -1
+    assert positions[0, 0, 1] > positions[0, 16, 1]  # y points up
+
+
+def test_world_landmarks_are_metres_and_image_landmarks_are_scaled(tmp_path):
+    world = open_recording(
+        written(tmp_path, [{"pose_world_landmarks": points(), "pose_landmarks": points()}])
+    )
+    assert height(positions_of(world)) == pytest.approx(0.8)
+    image = open_recording(written(tmp_path, [{"pose_landmarks": points()}]))
+    assert height(positions_of(image)) == pytest.approx(1.7)
+    assert "scaled so that the skeleton is 1.7 m tall" in "".join(image.notes)
+
+
+def test_two_dimensions_are_an_error_unless_allowed(tmp_path):
+    flat = [{"x": p["x"], "y": p["y"]} for p in points()]
+    for content in ([flat], {"people": [{"pose_keypoints_2d": [1, 2, 0.5, 3, 4, 0.5]}]}):
+        path = written(tmp_path, content)
+        with pytest.raises(FileError, match=r"frame 0: its poses are 2-D, .*--allow-2d takes them anyway"):
+            open_recording(path)
+        assert (positions_of(open_recording(path, ReadOptions(allow_2d=True)))[:, :, 2] == 0).all()
+
+
+def test_openpose_points_without_confidence_are_missing(tmp_path):
+    person = {"pose_keypoints_3d": [0, 0, 0, 0, 1, 2, 3, 0.5] + [1, 1, 1, 0.9] * 23}
+    recording = open_recording(written(tmp_path, {"people": [person]}))
+    (frames,) = recording.chunks()
+    assert np.isnan(frames.positions[0, 0]).all()
+    assert np.isfinite(frames.positions[0, 1]).all()
+    assert frames.confidence[0, 1] == 0.5
+    assert len(recording.skeleton) == 25
+    assert recording.skeleton.names[recording.skeleton.root] == "MidHip"
+
+
+def test_a_folder_is_one_recording_in_the_order_of_its_numbers(tmp_path):
+    for i in (10, 9, 1, 2):
+        body = (
+            {"people": [{"pose_keypoints_3d": [float(i), 1, 1, 1, 0, 2, 1, 1]}]} if i != 2 else {"people": []}
+        )
+        written(tmp_path, body, f"take_{i}_keypoints.json")
+    recording = open_recording(tmp_path, ReadOptions(unit="m", fps=10))
+    (frames,) = recording.chunks()
+    np.testing.assert_array_equal(frames.positions[:, 0, 0], [1, 9, 10])
+    np.testing.assert_allclose(frames.times, [0, 0.2, 0.3])  # nobody in the second frame
+
+
+def test_people_are_performers(tmp_path):
+    recording = open_recording(
+        written(tmp_path, [[points(), points(z=0.5)], [points()]]), ReadOptions(unit="m")
+    )
+    assert recording.performers == ("p1", "p2")
+    assert [(frames.performer, len(frames)) for frames in recording.chunks()] == [("p1", 2), ("p2", 1)]
+
+
+def test_times_in_the_frames_are_taken(tmp_path):
+    frames = [{"timestamp_ms": t, "landmarks": points()} for t in (100, 140, 180)]
+    recording = open_recording(written(tmp_path, frames))
+    assert recording.fps == 25
+    np.testing.assert_allclose(next(recording.chunks()).times, [0.1, 0.14, 0.18])
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ({"hello": "world"}, r"no pose is found in it \(keys: hello\)"),
+        ([1, 2, 3], "no pose is found in it"),
+        ([], "there is no pose in it"),
+        ({"people": []}, "there is no pose in it"),
+        ([[*points()[:3], {"x": "left", "y": 1, "z": 2}]], "a coordinate is not a number"),
+        ([[[1, 2, 3]] * 2000], "a pose has 2000 points"),
+        ({"people": [{"pose_keypoints_3d": [1, 2, 3]}]}, "3 numbers, which are not 4 for each joint"),
+    ],
+)
+def test_what_is_wrong_is_said(tmp_path, content, problem):
+    with pytest.raises(FileError, match=problem):
+        open_recording(written(tmp_path, content))
+
+
+def test_brackets_without_end_are_no_traceback(tmp_path):
+    for text in ("[" * 100_000, '{"a":' * 100_000, "[[[[[[[[[[[[1]]]]]]]]]]]]"):
+        path = tmp_path / "a.json"
+        path.write_text(text)
+        with pytest.raises(FileError):
+            open_recording(path)
+
+
+def test_real_files_of_pose_estimators(shared):
+    folder = shared / "formats" / "json"
+    dance = open_recording(folder / "mediapipe_dance1.json")
+    assert (dance.fps, dance.frame_count, len(dance.skeleton)) == (10, 25, 33)
+    flat = open_recording(folder / "041.json", ReadOptions(allow_2d=True))
+    assert flat.performers == ("p1", "p2", "p3")
+    with pytest.raises(FileError, match="2-D"):
+        open_recording(folder / "040.json")

@@ -1,0 +1,61 @@
+import pytest
+
+from mossar_adapters.joint_sets import (
+    CMU_31,
+    COCO_17,
+    JOINT_SETS,
+    KINECT_20,
+    NTU_25,
+    by_count,
+    with_known_parents,
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        ("coco17", 17),
+        ("blazepose33", 33),
+        ("body25", 25),
+        ("kinect20", 20),
+        ("kinect25", 25),
+        ("ntu25", 25),
+        ("cmu31", 31),
+    ],
+)
+def test_sets_have_the_joints_of_their_name_in_one_tree(name, count):
+    known = JOINT_SETS[name]
+    assert len(known) == count
+    assert known.parents.count(-1) == 1
+
+
+def test_every_set_finds_itself():
+    for known in JOINT_SETS.values():
+        assert with_known_parents(known.names) == (known.parents, known.root)
+
+
+def test_spelling_and_prefixes_do_not_matter():
+    names = [f"mixamorig:{name}" for name in ("Hips", "Spine", "Head", "LeftUpLeg", "LeftLeg")]
+    assert with_known_parents(names) == ((-1, 0, 1, 0, 3), 0)
+    assert (
+        with_known_parents([name.replace("_", " ").title() for name in COCO_17.names])[0] == COCO_17.parents
+    )
+
+
+def test_missing_joints_are_bridged_and_ends_hang_on_their_joint():
+    names = [name for name in KINECT_20.names if name != "Spine"] + ["Head_End"]
+    parents, root = with_known_parents(names)
+    assert parents[names.index("ShoulderCenter")] == root == names.index("HipCenter")
+    assert parents[-1] == names.index("Head")
+
+
+def test_unknown_names_have_no_parents_and_the_centroid_as_centre():
+    assert with_known_parents(["LFHD", "RFHD", "C7"]) == ((-1, -1, -1), -1)
+    assert with_known_parents(["LFHD", "Pelvis", "C7"]) == ((-1, -1, -1), 1)
+    assert with_known_parents(["End"]) == ((-1,), -1)
+
+
+def test_unnamed_poses_are_told_apart_by_their_number():
+    assert by_count(17) is COCO_17
+    assert by_count(18) is None
+    assert (NTU_25.names[20], CMU_31.names[0]) == ("SpineShoulder", "root")
