@@ -4,6 +4,7 @@ import argparse
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -11,6 +12,9 @@ from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_settings
 from mossar_tools.values import whole as whole_number
+
+if TYPE_CHECKING:
+    from mossar_stream.recording import Segmentation
 
 DESCRIPTION = """Segment a whole recording, offline, with the range of the whole file: key frames, their hierarchy,
 segments at a level. Without an option a table for people."""
@@ -92,7 +96,7 @@ def run(options: Options, console: Console) -> int:
     return DONE
 
 
-def _csv(chosen) -> str:
+def _csv(chosen: "Segmentation") -> str:
     from mossar_adapters.event_files import CSV_COLUMNS, segment_cells
 
     strengths = {key.frame: key.strength for key in chosen.key_frames}
