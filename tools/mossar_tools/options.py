@@ -161,6 +161,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
     )
+    group.add_argument("--force", action="store_true", help="replace a recording that is there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
 
 

@@ -14,7 +14,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
-from mossar_tools.opening import open_sink, open_source
+from mossar_tools.opening import sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
@@ -89,7 +89,7 @@ def _opened_sources(options: Options, ears: list[Ears], opened: contextlib.ExitS
         raise UsageError("standard input can be read once only")
     sources = []
     for url, ear in zip(options.sources, ears, strict=True):
-        sources.append(open_source(url, options, ear))
+        sources.append(source_of(url, options, ear))
         opened.callback(sources[-1].close)
     return sources
 
@@ -102,7 +102,7 @@ def _opened_sinks(
         raise UsageError("a sink is named twice")
     sinks = []
     for url in wanted:
-        sinks.append(open_sink(url, snapshot.sinks if snapshot else {}))
+        sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
         opened.callback(sinks[-1].close)
     return sinks
 

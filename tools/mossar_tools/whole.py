@@ -11,7 +11,7 @@ from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
-from mossar_tools.opening import open_recorded
+from mossar_tools.opening import recording_of
 from mossar_tools.options import Options
 
 MAX_BYTES = 2 << 30  # of positions
@@ -50,7 +50,7 @@ def read_whole(options: Options) -> Whole:
         raise UsageError(
             f"{options.file}: mossar segment takes a recording or demo:; mossar run takes streams"
         )
-    recording = open_recorded(options.file, options)
+    recording = recording_of(options.file, options)
     performer = options.performer or recording.performers[0]
     if len(recording.performers) > 1 and options.performer is None:
         LOGGER.info(

@@ -92,7 +92,7 @@ class Outlet:
                 return
             parcel = Parcel(wanted, parcel.arrived_at)
         with self._changed:
-            while self._waits and self._size >= self._room and self.error is None and not self._gives_up():
+            while self._waits and self._size >= self._room and not self._ended():
                 self._changed.wait(_NAP)
             while self._size >= self._room and self._drop_oldest():
                 pass
@@ -120,6 +120,9 @@ class Outlet:
         self._thread.join(PATIENCE)
         if self._thread.is_alive():
             _log.warning("%s does not take its events; %d are lost", self.sink.name, self._size)
+
+    def _ended(self) -> bool:
+        return self.error is not None or self._gives_up()
 
     def _wants(self, parcel: Parcel) -> bool:
         if isinstance(parcel.item, Meta):

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
+from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
@@ -246,7 +247,7 @@ class Pipeline:
             if outlet.error is None:
                 continue
             self.outlets.remove(outlet)
-            if isinstance(outlet.error, BrokenPipeError):
+            if isinstance(outlet.error, OutputClosedError):
                 self.outcome.abandoned = True
                 self.stop()
                 continue

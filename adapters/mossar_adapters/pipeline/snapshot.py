@@ -43,7 +43,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     complete: bool
     sources: tuple[Position, ...] = ()
     performers: dict[str, bytes] = {}
-    sinks: dict[str, int] = {}
+    sinks: dict[str, int | None] = {}
     v: int = VERSION
 
 

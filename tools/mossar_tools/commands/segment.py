@@ -25,6 +25,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment demo:?seed=3 --plot demo.pdf --dark
 """
 
+COLUMNS = ("start", "end", "duration", "state", "strength")
 PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -97,14 +98,13 @@ def run(options: Options, console: Console) -> int:
 
 
 def _csv(chosen: "Segmentation") -> str:
-    from mossar_adapters.event_files import CSV_COLUMNS, segment_cells
-
     strengths = {key.frame: key.strength for key in chosen.key_frames}
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(CSV_COLUMNS[1:])
+    table.writerow(COLUMNS)
     for part in chosen.segments:
-        table.writerow(
-            segment_cells(part.start_time, part.end_time, part.state, strengths.get(part.end_frame))
-        )
+        strength = strengths.get(part.end_frame)
+        times = (part.start_time, part.end_time, part.end_time - part.start_time)
+        cells = [f"{time:.4f}" for time in times]
+        table.writerow([*cells, part.state, "" if strength is None else f"{strength:.4f}"])
     return text.getvalue()
