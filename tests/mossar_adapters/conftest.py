@@ -49,7 +49,7 @@ class Heard:
 def hear():
     """Run a source on a thread while `send` sends; close it when nothing has come for a while."""
 
-    def run(source, send: Callable[[], object], quiet: int = 4, limit: float = 20.0):
+    def run(source, send: Callable[[], object], quiet: int = 2, limit: float = 20.0):
         heard = Heard()
         sent = threading.Event()
         failures = []
