@@ -21,6 +21,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.extras import needed
+from mossar_adapters.files.options import METRES
 from mossar_stream.errors import FrameError, MossarError
 
 NEEDED: Final = "depthai>=3.4,<4"  # spatial keypoints exist since 3.4
@@ -41,7 +43,6 @@ MODELS: Final = {
     "RVC2": ("luxonis/yolov8-nano-pose-estimation:coco-512x288", 10.0),
     "RVC4": ("luxonis/yolov8-large-pose-estimation:coco-640x352", 24.0),
 }
-UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 _SDK_UNITS: Final = {"METER": 1.0, "CENTIMETER": 0.01, "MILLIMETER": 0.001, "INCH": 0.0254, "FOOT": 0.3048}
 
 # Pixels around a joint whose median depth is taken. At 3 m a wrist is 8 to 10 pixels wide: a larger circle would
@@ -193,7 +194,7 @@ class Camera:
         if not isinstance(message, self._sdk.SpatialImgDetections):
             raise FrameError(f"a message {type(message).__name__} where joints were expected")
         unit = getattr(getattr(message, "unit", None), "name", "MILLIMETER")  # older SDKs: always millimetres
-        scale = _SDK_UNITS.get(unit) if self._unit == "auto" else UNITS[self._unit]
+        scale = _SDK_UNITS.get(unit) if self._unit == "auto" else METRES[self._unit]
         if scale is None:
             raise FrameError(f"coordinates in the unit {unit}; say which with oak:?unit=mm")
         people = []
@@ -210,14 +211,15 @@ def load_sdk() -> Any:
     """Return the SDK's module.
 
     Raises:
-        CameraError: If it is not installed, or in another version; names the extra.
+        MossarError: If it is not installed, or in another version; names the extra.
     """
     # The SDK logs to standard output, where our events go; it only looks when it is imported.
     os.environ.setdefault("DEPTHAI_LEVEL", "off")
+    needed("depthai", "oak", "an OAK camera (oak:)")
     try:
         import depthai
     except ImportError as error:
-        raise CameraError(f"OAK cameras need {NEEDED} ({error}): {INSTALL}") from None
+        raise CameraError(f"depthai does not load ({_line(error)}); install it anew: {INSTALL}") from None
     version = tuple(int(part) for part in re.findall(r"\d+", str(depthai.__version__))[:2])
     if not (3, 4) <= version < (4,):
         raise CameraError(f"depthai {depthai.__version__} does not fit, {NEEDED} does: {INSTALL}")
@@ -228,7 +230,7 @@ def cameras() -> list[Any]:
     """Return the SDK's `DeviceInfo` of every camera in sight, also of those that cannot be used; takes 0.5 s.
 
     Raises:
-        CameraError: If there is no SDK.
+        MossarError: If there is no SDK.
     """
     sdk = load_sdk()
     return list(sdk.XLinkConnection.getAllConnectedDevices(skipInvalidDevices=False))

@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from mossar_adapters.oak_camera import CameraError, cameras, load_sdk, model_folder, obstacle
+from mossar_adapters.oak_camera import cameras, load_sdk, model_folder, obstacle
+from mossar_stream.errors import MossarError
 
 CHECKLIST: Final = """\
 Checklist for owners of a camera (each step takes a minute):
@@ -25,6 +26,6 @@ def check() -> str:
         ] or [
             "no OAK camera in sight: plug one in (USB 3 cable, powered port); one on the network may be hidden"
         ]
-    except CameraError as error:
+    except MossarError as error:
         lines = [str(error)]
     return "\n".join([*lines, CHECKLIST])
