@@ -77,20 +77,20 @@ def test_depth_noise_and_holes_stay_within_a_few_steps_of_depth(studio):
 
 
 @pytest.mark.parametrize("settings", [{}, dict(DEFAULTS)], ids=["plain", "defaults"])
-def test_confirmed_key_frames_are_those_of_the_direct_run_within_two_frames(studio, settings):
+def test_confirmed_key_frames_are_those_of_the_direct_run_within_a_frame(studio, settings):
     _, true, times, found, _ = play(studio)
     direct = key_frames(true.astype(np.float32), times, settings)
     seen = key_frames(found, times, settings)
     assert len(direct) > 10
-    assert agreement(direct, seen, 2.5 / studio.FPS) >= 0.95
+    assert agreement(direct, seen, 1.5 / studio.FPS) >= 0.97
 
 
 def test_noisy_depth_leaves_most_key_frames_in_place_and_the_defaults_help(studio):
     plain, helped = [], []
-    for seed in (3, 4):
+    for seed in (3, 4, 5, 6):
         _, _, times, found, cuts = play(studio, seed, **NOISY)
         moments = times[[min(cut.frame, len(times) - 1) for cut in cuts]]
         plain.append(agreement(moments, key_frames(found, times, {}, "final"), 0.3))
         helped.append(agreement(moments, key_frames(found, times, dict(DEFAULTS), "final"), 0.3))
-    assert np.mean(helped) > np.mean(plain)
+    assert np.mean(helped) > np.mean(plain) + 0.1
     assert np.mean(helped) > 0.6
