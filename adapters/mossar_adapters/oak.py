@@ -17,6 +17,7 @@ and that a camera which was unplugged comes back.
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -149,7 +150,8 @@ class OakSource:
         self._doing = "the camera was not opened yet"  # empty while pictures come
         self._closing = threading.Event()
         self._inbox: queue.Queue[Frames | Exception | None] = queue.Queue()  # None: ended
-        self._thread = threading.Thread(target=self._run, name="oak", daemon=True)
+        # Not a daemon: Python would end it inside the SDK at the end of the program, which aborts the process.
+        self._thread = threading.Thread(target=self._run, name="oak", daemon=False)
 
     @classmethod
     def from_url(cls, url: str, options: ReadOptions | None = None) -> "OakSource":
@@ -236,7 +238,7 @@ class OakSource:
 
     def _keep_open(self) -> None:
         pause, worked = _SHORTEST_PAUSE, False
-        while not self._closing.is_set():
+        while not self._over():
             try:
                 camera = self._connect(self.wish, self._say)
                 pause, worked = _SHORTEST_PAUSE, True
@@ -248,8 +250,14 @@ class OakSource:
                 if not worked:
                     raise
                 self.counters.last_error = str(error)
-            self._closing.wait(pause)
+            until = time.monotonic() + pause
+            while time.monotonic() < until and not self._over():
+                self._closing.wait(_IDLE)
             pause = min(2 * pause, _LONGEST_PAUSE)
+
+    def _over(self) -> bool:
+        """Return whether to stop: the source was closed, or the program ends without having closed it."""
+        return self._closing.is_set() or not threading.main_thread().is_alive()
 
     def _read(self, camera: Camera) -> None:
         """Read a camera until the source is closed.
@@ -260,7 +268,7 @@ class OakSource:
         self._fps = camera.fps
         self._say(f"camera {camera.name} runs and has sent no picture yet")
         try:
-            while not self._closing.is_set():
+            while not self._over():
                 try:
                     picture = camera.get(_IDLE)
                     if picture is not None:
@@ -300,14 +308,14 @@ class OakSource:
             setattr(self.counters, name, getattr(self.counters, name) + int(joints.sum()))
         return pose if pose[:, 3].any() else None
 
-    def _pass_on(self, pose: Floats, person: Person, time: float) -> None:
+    def _pass_on(self, pose: Floats, person: Person, moment: float) -> None:
         name = self._performer if person.number == 1 else f"{self._others}{person.number}"
         frame = np.vstack([pose, _pelvis(pose, person)])[None].astype(np.float32)
         if self._inbox.qsize() >= _ROOM:
             with suppress(queue.Empty):
                 self._inbox.get_nowait()
                 self.counters.late += 1
-        self._inbox.put(Frames(frame[:, :, :3].copy(), np.array([time]), frame[:, :, 3].copy(), name))
+        self._inbox.put(Frames(frame[:, :, :3].copy(), np.array([moment]), frame[:, :, 3].copy(), name))
 
     def _say(self, doing: str) -> None:
         """Take note of what is being done, for `explain` and the log."""

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,19 @@ from mossar_adapters.oak_camera import Camera, CameraError, CameraLost, Wish, lo
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError, SettingsError
 from mossar_stream.frames import Frames
+
+
+def ran(program):
+    """Run a program in a process of its own."""
+    path = os.pathsep.join(filter(None, sys.path))
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env={**os.environ, "PYTHONPATH": path},
+    )
 
 
 def test_people_keep_their_names_while_their_order_in_the_message_changes(studio):
@@ -219,6 +233,24 @@ def test_an_error_in_our_code_reaches_the_reader_instead_of_aborting_the_process
     source.close()
 
 
+@pytest.mark.parametrize(
+    ("end", "status"), [("", 0), ("raise SystemExit(7)", 7), ("raise RuntimeError('ours')", 1)]
+)
+def test_a_program_that_ends_while_the_camera_runs_does_not_abort(studio, end, status):
+    program = (
+        f"import sys; sys.path.insert(0, {str(Path(studio.__file__).parent)!r})\n"
+        "import conftest as studio\n"
+        "from mossar_adapters.oak import OakSource\n"
+        "stage = studio.Stage()\n"
+        "items = OakSource(connect=studio.opened(stage.camera)).items()\n"
+        "next(items); stage.send(0, 1.0, [studio.standing()]); next(items)\n"
+        f"{end}"
+    )
+    done = ran(program)
+    assert done.returncode == status, done.stderr
+    assert "Abort" not in done.stderr
+
+
 def test_frames_that_nobody_reads_are_dropped_and_counted(studio, monkeypatch):
     monkeypatch.setattr("mossar_adapters.oak._ROOM", 3)
     stage, body = studio.Stage(), studio.standing()
@@ -279,15 +311,8 @@ def test_without_the_sdk_the_error_names_the_extra():
         "try:\n    list(OakSource.from_url('oak:').items())\n"
         "except Exception as error:\n    print(type(error).__name__, error)"
     )
-    path = os.pathsep.join(filter(None, sys.path))
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-        env={**os.environ, "PYTHONPATH": path},
-    )
+    done = ran(program)
+    assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert len(lines) == 2
     assert all("pip install 'mossar-stream[oak]'" in line for line in lines)
