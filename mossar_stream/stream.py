@@ -24,7 +24,8 @@ from mossar_stream.tempo import follow_tempo, start_tempo
 from mossar_stream.trail import keep_pose, set_log_speeds
 from mossar_stream.velocity import moving_average, ring_is_full, travel
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)  # in h.stop
+DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
+STOPS = 4
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
 LIVE = np.int64(0)  # no kept pose is later than this one
 MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
@@ -48,8 +49,9 @@ def advance(
         times: (n,) s.
 
     Returns:
-        Number of frames used. `h.stop` says what the caller must do: DONE nothing, HAPPENED `act`, TAKE_ENDS end
-        the take before the next frame, RING_FULL make the velocity ring larger before the next frame.
+        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `act`,
+        TAKE_ENDS end the take before the next frame, RING_FULL make the velocity ring larger before the next
+        frame. One number, because a second one would cost as much as the frame.
     """
     row = memory[index]
     h = row[:HEADER_BYTES].view(HEADER)[0]
@@ -59,7 +61,7 @@ def advance(
     filtered = (
         row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
     )
-    step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
+    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
     ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
@@ -78,16 +80,14 @@ def advance(
         time = times[i]
         dt = time - h.time
         if h.open == 1 and (dt > h.max_pause or dt < -h.max_pause):
-            h.stop = TAKE_ENDS
-            return i
+            return STOPS * i + TAKE_ENDS
         if not (dt > 0.0 if h.open == 1 else abs(time) < np.inf):
             h.out_of_order += 1
             h.next_frame += 1
             h.frames += 1
             continue
         if h.open == 1 and ring_is_full(h, ring_time, time):
-            h.stop = RING_FULL
-            return i
+            return STOPS * i + RING_FULL
         first = h.open == 0
         weight = 0.0 if first else min(dt, h.max_gap)
         displacement = 0.0
@@ -116,7 +116,7 @@ def advance(
         if h.tempo == 1:
             if first:
                 start_tempo(h, mean_pose, pose)
-            follow_tempo(h, mean_pose, pose, step[0], weight)
+            follow_tempo(h, mean_pose, pose, step[0], step[2], weight)
         if first and h.pre_roll > 0.0:
             add_pose(params[0], slots[h.slot_settled], pose, h.joints, h.pre_roll)
         keep_pose(h, marks, trail, pose, weight)
@@ -125,10 +125,8 @@ def advance(
         h.pending_weight = weight
         h.pending_moving = h.moving
         if h.happened != 0 or time >= h.due_time:
-            h.stop = HAPPENED
-            return i + 1
-    h.stop = DONE
-    return len(times)
+            return STOPS * (i + 1) + HAPPENED
+    return STOPS * len(times) + DONE
 
 
 @compiled
