@@ -4,6 +4,7 @@ python-osc reads the messages. Bundles are walked here, because its own walk sor
 a skewed clock would have its bundles shuffled) and never ends on a negative size. Time tags are ignored.
 """
 
+import functools
 import math
 import struct
 from collections.abc import Iterator, Sequence
@@ -38,9 +39,19 @@ def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ..
     Raises:
         FrameError: If there are fewer, or one is no number.
     """
-    found = arguments[start : start + count]
-    if len(found) < count:
-        raise FrameError(f"{len(arguments)} arguments are too few; {start + count} are needed")
+    return numbers_at(arguments, range(start, start + count))
+
+
+def numbers_at(arguments: Sequence[Any], places: Sequence[int]) -> tuple[float, ...]:
+    """Return the arguments at the given places as numbers, see `numbers`.
+
+    Raises:
+        FrameError: If there are fewer, or one is no number.
+    """
+    try:
+        found = [arguments[place] for place in places]
+    except IndexError:
+        raise FrameError(f"{len(arguments)} arguments are too few; {max(places) + 1} are needed") from None
     for value in found:
         if type(value) is not float and type(value) is not int:
             raise FrameError(f"argument {value!r} is no number"[:100])
@@ -96,15 +107,25 @@ def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
         if 0 < tags_at == len(packet):  # an address alone: old senders leave out empty tags
             return packet.rstrip(b"\0").decode("utf-8", "replace"), ()
         raise FrameError("a message has no type tags")
-    needed = (tags_end // 4 + 1) * 4
-    for tag in packet[tags_at + 1 : tags_end].decode("latin-1"):
-        if tag not in _SIZES:
-            raise FrameError(f"unknown type tag {tag!r}")
-        needed += _SIZES[tag]
-    if needed > len(packet):
+    if (tags_end // 4 + 1) * 4 + _least_size(packet[tags_at + 1 : tags_end]) > len(packet):
         raise FrameError("a message is cut off")
     try:
         message = OscMessage(packet)
     except (ParseError, ValueError, IndexError, OverflowError, struct.error) as error:
         raise FrameError(f"damaged OSC message: {error}"[:200]) from None
     return message.address, message.params
+
+
+@functools.lru_cache(maxsize=256)
+def _least_size(tags: bytes) -> int:
+    """Return how many bytes arguments with these tags take at least; python-osc would fill in zeros.
+
+    Raises:
+        FrameError: If a tag is unknown; python-osc would pass over it and shift the others.
+    """
+    size = 0
+    for tag in tags.decode("latin-1"):
+        if tag not in _SIZES:
+            raise FrameError(f"unknown type tag {tag!r}")
+        size += _SIZES[tag]
+    return size

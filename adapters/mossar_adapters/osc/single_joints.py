@@ -136,7 +136,7 @@ class _Person:
             return True
         if joint == self._opener and 2 * len(self._rows) > len(self._roster.names):
             return True
-        return joint == self._waited_before and wait > self._pause
+        return joint == self._waited_before and wait > max(0.75 * self._interval, _GAP_LOW)
 
     def _open(self, joint: str, wait: float, arrival: float) -> None:
         if self._opener is None or wait > self._pause:

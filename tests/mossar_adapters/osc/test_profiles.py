@@ -132,9 +132,10 @@ def test_a_sender_met_in_mid_frame_is_in_step_after_two_frames(open_wire, hear):
     assert depth.max() < 1e-5, "no frame mixes joints of two"
 
 
-def test_users_who_leave_are_passed_on(open_wire, hear):
+def test_users_who_leave_are_passed_on(hear):
     class Listener:
-        lost_users = []
+        def __init__(self):
+            self.lost_users = []
 
         def lost(self, performer, reason):
             self.lost_users.append((performer, reason))
@@ -274,7 +275,9 @@ def test_the_user_can_name_the_performer(open_wire, hear):
     source, wire = open_wire("?performer=Ada")
     heard = hear(
         source,
-        lambda: [wire("/mossar/frame", "sidb", "p1", i, i / 60, struct.pack(">3f", 1, 2, 3)) for i in range(3)],
+        lambda: [
+            wire("/mossar/frame", "sidb", "p1", i, i / 60, struct.pack(">3f", 1, 2, 3)) for i in range(3)
+        ],
     )
     assert heard.performers() == ["Ada"]
 
