@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import similarity
-from mossar_stream.layout import REGIONS, Shape, header, region
+from mossar_stream.layout import HEADER, REGIONS, Shape, header, region
 from mossar_stream.location import LOCATIONS
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.ranges import POLICIES
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.stream import most_events
 from mossar_stream.trail import trail_size
 
 SMOOTHINGS = ("none", "moving_average", "one_euro")
@@ -32,7 +31,9 @@ class Plan:
         settings: As the user gave them.
         fps: Nominal rate, Hz, or None.
         ring: Places in the velocity ring; None to follow from the rate.
-        collect: Whether closed segments are handed out instead of remerged in a window (offline).
+        offline: Whether every key frame is kept until the take ends.
+        window: Key frames there is room for, if not the setting.
+        trail: Poses kept, if not what the settings call for.
     """
 
     def __init__(
@@ -42,15 +43,18 @@ class Plan:
         fps: float | None = None,
         ring: int | None = None,
         *,
-        collect: bool = False,
+        window: int | None = None,
+        trail: int | None = None,
+        offline: bool = False,
     ) -> None:
         self.skeleton = skeleton
+        self.given = settings
         self.bundle = bundle_name(settings)
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
             raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
         self.fps = fps
-        self.collect = collect
+        self.offline = offline
         self.center = skeleton.root if resolved.center == "root" else -1
         joints = len(skeleton)
         lanes = Shape.pad(joints)
@@ -64,11 +68,12 @@ class Plan:
             joints=joints,
             ring=ring or math.ceil(resolved.window * max(fps or ASSUMED_FPS, 1.0)) + 8,
             slot=similarity.slot_size(resolved, self.params),
-            window=resolved.remerge_window,
+            window=window or resolved.remerge_window,
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
             tempo=resolved.tempo,
-            trail=trail_size(kept),
+            trail=trail or trail_size(kept),
+            counted=not offline,
         )
 
     @cached_property
@@ -79,11 +84,21 @@ class Plan:
     @property
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
-        return int(most_events(self.settings.remerge_window))
+        return 6 * self.shape.window + 32
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
         return level_strength(level, self.settings, self.bundle)
+
+    def continues(self, other: "Plan") -> bool:
+        """Tell whether a row of `other` can go on with this plan: the same curve, the same summaries."""
+        mine, theirs = self.settings, other.settings
+        return (
+            self.shape == other.shape
+            and self.params.tobytes() == other.params.tobytes()
+            and self.center == other.center
+            and (mine.window, mine.smoothing, mine.range) == (theirs.window, theirs.smoothing, theirs.range)
+        )
 
     def prepare(self, row: NDArray[np.uint8], index: int) -> None:
         """Fill in the part of a row that does not change while frames come in.
@@ -100,6 +115,9 @@ class Plan:
             "lanes": shape.lanes,
             "center": self.center,
             "moving_joints": moving,
+            "filter_lanes": shape.lanes * shape.one_euro,
+            "tempo_lanes": shape.lanes * shape.tempo,
+            "average_size": shape.smoothing_window,
             "ring": shape.ring,
             "slot": shape.slot,
             "slot_count": shape.slots,
@@ -127,8 +145,7 @@ class Plan:
             "pre_roll": chosen.pre_roll,
             "post_roll": chosen.post_roll,
             "tempo": int(chosen.tempo),
-            "collect": int(self.collect),
-            "closed": -1,
+            "offline": int(self.offline),
         }
         for name, offset in shape.offsets()[0].items():
             values[f"at_{name}"] = offset
@@ -142,26 +159,41 @@ class Plan:
             self.prepare(row, index)
         return rows
 
-    def with_larger_ring(self, settings: Settings) -> "Plan":
-        """Return the same plan with twice the places in the velocity ring."""
-        return Plan(self.skeleton, settings, self.fps, 2 * self.shape.ring, collect=self.collect)
+    def larger(self, *, ring: int = 1, window: int = 1) -> "Plan":
+        """Return the same plan with so many times the places in the velocity ring, or in the window."""
+        return Plan(
+            self.skeleton,
+            self.given,
+            self.fps,
+            ring * self.shape.ring,
+            window=window * self.shape.window,
+            trail=self.shape.trail,
+            offline=self.offline,
+        )
 
 
 def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:
-    """Copy a performer's state into a row with a larger velocity ring.
+    """Copy a performer's state into a row with more room.
 
     Args:
-        old: The row so far, laid out by `before`.
-        new: The row from now on, prepared by `after`.
+        old: The row so far.
+        before: Its plan.
+        new: The row from now on, prepared.
+        after: Its plan.
     """
     was, now = header(old), header(new)
-    kept = {name: now[name] for name in now.dtype.names if name.startswith("at_") or name == "ring"}
-    for name in was.dtype.names:
+    sizes = ("ring", "slot_count", "memo_size", "capacity")
+    kept = {name: int(now[name]) for name in HEADER.names or () if name.startswith("at_") or name in sizes}
+    for name in HEADER.names or ():
         now[name] = kept.get(name, was[name])
     tail = (int(was["head"]) - int(was["filled"])) % before.shape.ring
     for name, _ in REGIONS:
         source, target = region(old, before.shape, name), region(new, after.shape, name)
         if name.startswith("ring_"):
             source = np.roll(source, -tail)
-        target[: len(source)] = source
+        if name != "memo":
+            target[: len(source)] = source
     now["head"] = was["filled"]
+    added = np.arange(before.shape.slots, after.shape.slots)
+    region(new, after.shape, "free")[int(was["free_count"]) :][: len(added)] = added
+    now["free_count"] += len(added)

@@ -1,118 +1,117 @@
 """Decision: the oldest undecided key frame leaves the window for good."""
 
+import numpy as np
+
 from mossar_stream.compiled import compiled
+from mossar_stream.hierarchy import UNKNOWN
 from mossar_stream.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
-from mossar_stream.outbox import FINAL, MERGED, SEGMENT_FINAL, put_key_frame
+from mossar_stream.outbox import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.similarity import close, merge_into
-from mossar_stream.trail import frames_of, times_of
-from mossar_stream.window import counts_of, forget_costs, give_slot, keys_of, order_of, put_segment, slots_of
+from mossar_stream.slots import give_slot
+from mossar_stream.window import put_segment
+
+OLDEST, ONE = np.arange(2)
 
 
 @compiled
-def decide_oldest(h, row, events, params, open_slot, end_frame):
+def decide_oldest(h, w, params, events, open_slot, end_frame):
     """Decide the oldest key frame: final where it stands at the level, merged if not.
 
     Args:
+        h: Header of the row.
+        w: Views of the row's window.
+        params: Parameters of the similarity measure.
+        events: Outbox.
         open_slot: Slot with the summary of everything since the newest key frame.
         end_frame: A final key frame moves to a frame before this one, up to which the settled slot is complete.
     """
-    if keys_of(h, row)[0].standing == 0:
-        _put_decided(h, row, events, 0, MERGED, keys_of(h, row)[0].frame, keys_of(h, row)[0].time)
-        _absorb(h, row, params)
+    key = w.keys[0]
+    if key.standing == 0:
+        _put_decided(h, w, events, OLDEST, MERGED, key.frame, key.time)
+        following = w.order[1] if h.undecided > 1 else h.slot_settled
+        # The earlier segment takes the later one in, and then its place.
+        merge_into(params, w.slots[w.order[0]], w.slots[following])
+        close(params, w.slots[w.order[0]])
+        give_slot(h, w.free, following)
+        if h.undecided > 1:
+            w.order[1] = w.order[0]
+        else:
+            h.slot_settled = w.order[0]
+        _shift(h, w, ONE)
         return
-    _finish_oldest(h, row, events, params, open_slot, end_frame)
-
-
-@compiled
-def _finish_oldest(h, row, events, params, open_slot, end_frame):
-    """Make the oldest key frame final, after the location step."""
-    keys = keys_of(h, row)
-    frame, time, passed = keys[0].frame, keys[0].time, 0
-    if h.location == CANDIDATES:
-        passed = best_candidate(h, row, params, open_slot)
-        frame, time = keys[passed].frame, keys[passed].time
-    elif h.location == FREE:
-        limit = end_frame
-        for i in range(h.undecided - 1, 0, -1):
-            if keys[i].standing == 1:
-                limit = min(limit, keys[i].frame)
-        back = best_pose(h, row, params, open_slot, limit)
-        if back >= 0:
-            at = (h.trail_head - 1 - back) % h.trail_size
-            frame, time = frames_of(h, row)[at], times_of(h, row)[at]
-            while passed + 1 < h.undecided and keys[passed + 1].frame <= frame:
-                passed += 1
-    _put_decided(h, row, events, 0, FINAL, frame, time)
+    frame, time, passed = _locate(h, w, params, open_slot, end_frame)
+    _put_decided(h, w, events, OLDEST, FINAL, frame, time)
     for i in range(1, passed + 1):
-        _put_decided(h, row, events, i, MERGED, keys[i].frame, keys[i].time)
-    put_segment(h, row, events, params, h.left_ordinal, keys[0].ordinal, SEGMENT_FINAL)
+        _put_decided(h, w, events, i, MERGED, w.keys[i].frame, w.keys[i].time)
+    put_segment(h, w, params, events, h.left_ordinal, OLDEST, SEGMENT_FINAL)
     events[events[0].row].until_frame = frame
     events[events[0].row].until_time = time
-    _leave(h, row, params, passed, frame, time)
+    _leave(h, w, params, passed, frame, time)
 
 
 @compiled
-def _put_decided(h, row, events, place, status, frame, time):
+def _locate(h, w, params, open_slot, end_frame):
+    """Return frame and time where the oldest key frame had better be, and how many others it passes."""
+    key = w.keys[0]
+    if h.location == CANDIDATES:
+        passed = best_candidate(h, w, params, open_slot)
+        return w.keys[passed].frame, w.keys[passed].time, passed
+    if h.location == FREE:
+        back = best_pose(h, w, params, open_slot, end_frame)
+        if back >= 0:
+            mark = w.marks[(h.trail_head - 1 - back) % h.trail_size]
+            passed = 0
+            while passed + 1 < h.undecided and w.keys[passed + 1].frame <= mark.frame:
+                passed += 1
+            return mark.frame, mark.time, passed
+    return key.frame, key.time, 0
+
+
+@compiled
+def _put_decided(h, w, events, place, status, frame, time):
     """Put the last message about a key frame into the outbox."""
-    key = keys_of(h, row)[place]
+    key = w.keys[place]
     key.rev += 1
-    put_key_frame(h, events, status, key.kind, key.frame, frame, time, key.velocity, key.strength, key.rev, 1)
+    identity, share, rank = key.frame, key.velocity, key.strength
+    put_key_frame(h, events, status, key.kind, identity, frame, time, share, rank, key.rev, DECIDED)
 
 
 @compiled
-def _leave(h, row, params, passed, frame, time):
+def _leave(h, w, params, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
-    keys, order, slots = keys_of(h, row), order_of(h, row), slots_of(h, row)
-    oldest = keys[0].frame
-    ordinal = keys[0].ordinal
-    origin = keys[passed].frame
+    oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame
+    ended = w.order[0]
     for i in range(1, passed + 1):
-        merge_into(params, slots[order[0]], slots[order[i]])
-        give_slot(h, row, order[i])
-    ended = order[0]
-    _shift(h, row, passed + 1)
-    following = order[0] if h.undecided > 0 else h.slot_settled
+        merge_into(params, w.slots[ended], w.slots[w.order[i]])
+        give_slot(h, w.free, w.order[i])
+    close(params, w.slots[ended])
+    _shift(h, w, passed + 1)
+    following = w.order[0] if h.undecided > 0 else h.slot_settled
     if frame < oldest:
-        move_poses(h, row, params, following, frame, oldest, 1)
-        move_poses(h, row, params, ended, frame, oldest, -1)
+        move_poses(h, w, params, ended, following, frame, oldest)
     elif frame > origin:
-        move_poses(h, row, params, following, origin, frame, -1)
-        move_poses(h, row, params, ended, origin, frame, 1)
-    close(params, slots[ended])
+        move_poses(h, w, params, following, ended, origin, frame)
     if h.has_before == 1:
-        give_slot(h, row, h.slot_before)
+        give_slot(h, w.free, h.slot_before)
     h.slot_before = ended
     h.has_before = 1
-    h.left_frame, h.left_id, h.left_time, h.left_ordinal = frame, oldest, time, ordinal
-    _inherit_left(h, row, ordinal)
-    if frame != oldest or passed > 0:
-        forget_costs(h, row)
-
-
-@compiled
-def _inherit_left(h, row, ordinal):
-    """Keep the message counts of segments that began at the key frame which is now the left end."""
+    h.left_frame = frame
+    h.left_id = oldest
+    h.left_time = time
+    h.left_ordinal = ordinal
     places = h.capacity + 2
-    counts = counts_of(h, row)
-    counts[places, :] = counts[ordinal % places, :]
+    for i in range(w.counts.shape[1]):
+        w.counts[places, i] = w.counts[ordinal % places, i]
+    if frame != oldest:
+        # Segments are no longer what they were; what was remembered of them is void.
+        for i in range(len(w.memo)):
+            w.memo[i].middle = UNKNOWN
 
 
 @compiled
-def _absorb(h, row, params):
-    """Remove the oldest key frame; its segment becomes part of the one that follows."""
-    order, slots = order_of(h, row), slots_of(h, row)
-    following = order[1] if h.undecided > 1 else h.slot_settled
-    merge_into(params, slots[following], slots[order[0]])
-    close(params, slots[following])
-    give_slot(h, row, order[0])
-    _shift(h, row, 1)
-
-
-@compiled
-def _shift(h, row, count):
+def _shift(h, w, count):
     """Drop the leftmost key frames and segments from the window's lists."""
-    keys, order = keys_of(h, row), order_of(h, row)
     for i in range(h.undecided - count):
-        keys[i] = keys[i + count]
-        order[i] = order[i + count]
+        w.keys[i] = w.keys[i + count]
+        w.order[i] = w.order[i + count]
     h.undecided -= count

@@ -10,11 +10,11 @@ from mossar_stream.compiled import compiled
 from mossar_stream.similarity import close, merge_into
 from mossar_stream.similarity import strength as merge_cost
 
-UNKNOWN = -9  # identity of a boundary whose cost must not be remembered
+UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
 
 
 @compiled
-def fall(params, nodes, count, bounds, memo, tempo, strengths, order):
+def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strengths, order):
     """Run Algorithm 3 until no key frame is left.
 
     Similarities that an earlier iteration, or an earlier call, has computed are reused. On ties the earliest
@@ -26,52 +26,53 @@ def fall(params, nodes, count, bounds, memo, tempo, strengths, order):
         count: Number of key frames, K.
         bounds: (count + 2,) identities of the boundaries: left end, key frames, right end.
         memo: Costs remembered from earlier calls; may be empty.
+        both: (slot,) room for a summary.
+        links: (3, count + 1) int64, room for links between neighbours.
+        costs: (count,) room for the costs of the merges.
         tempo: Costs are divided by this.
         strengths: (K,) set to the strength of each key frame.
         order: (K,) set to the key frames in the order in which they fall.
     """
-    both = np.empty(nodes.shape[1])
-    before = np.arange(-1, count - 1)
-    after = np.arange(1, count + 1)
-    node = np.arange(count)  # the segment that ends at each key frame; the last one is `count`
-    costs = np.empty(count)
+    before, after = links[0], links[1]  # key frames beside each one; -1 and count for none
+    node = links[2]  # the segment that ends at each key frame, and at the right end
+    for i in range(count + 1):
+        before[i] = i - 1
+        after[i] = i + 1
+        node[i] = i
     for i in range(count):
         costs[i] = _cost(params, nodes[i], nodes[i + 1], bounds[i], bounds[i + 1], bounds[i + 2], memo, both)
     highest = 0.0
     for step in range(count):
-        x = _cheapest(costs)
+        x = _cheapest(costs, count)
         highest = max(highest, costs[x] / tempo)
         strengths[x] = highest
         order[step] = x
         costs[x] = np.inf
         left, right = before[x], after[x]
-        kept = node[x]
-        gone = node[right] if right < count else count
-        merge_into(params, nodes[kept], nodes[gone])
-        close(params, nodes[kept])
+        merged = node[x]
+        merge_into(params, nodes[merged], nodes[node[right]])
+        close(params, nodes[merged])
+        node[right] = merged
+        before[right] = left
         if right < count:
-            node[right] = kept
-            before[right] = left
-        else:
-            nodes[count, :] = nodes[kept]
-        if left >= 0:
-            after[left] = right
-            end = bounds[right + 1]
-            start = bounds[before[left] + 1]
-            last = nodes[kept] if right < count else nodes[count]
-            costs[left] = _cost(params, nodes[node[left]], last, start, bounds[left + 1], end, memo, both)
-        if right < count:
-            follower = nodes[node[after[right]]] if after[right] < count else nodes[count]
+            later = nodes[node[after[right]]]
             end = bounds[after[right] + 1]
             costs[right] = _cost(
-                params, nodes[kept], follower, bounds[left + 1], bounds[right + 1], end, memo, both
+                params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both
+            )
+        if left >= 0:
+            after[left] = right
+            earlier = nodes[node[left]]
+            start = bounds[before[left] + 1]
+            costs[left] = _cost(
+                params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both
             )
 
 
 @compiled
-def _cheapest(costs):
+def _cheapest(costs, count):
     x = 0
-    for i in range(1, len(costs)):
+    for i in range(1, count):
         if costs[i] < costs[x]:
             x = i
     return x
@@ -80,7 +81,7 @@ def _cheapest(costs):
 @compiled
 def _cost(params, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    if len(memo) == 0 or a == UNKNOWN or c == UNKNOWN:
+    if len(memo) == 0 or UNKNOWN in (a, c):
         return merge_cost(params, left, right, both)
     place = ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
     known = memo[place]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from mossar_stream.compiled import compiled
 
 FARTHEST = 1e5  # m; a coordinate beyond this is no position
+DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds in the One-Euro filter
 
 
 @compiled
@@ -31,10 +32,11 @@ def step_joints(h, seen, good, step, frame, time):
     Returns:
         Path summed over the joints, scaled up for those left out, m.
     """
-    if h.complete == 1 and _step_complete(h, good, step, frame, time):
-        return _lane_sum(step)
     if h.complete == 1:
-        seen[: h.joints] = h.time
+        if time - h.time <= h.max_gap and _step_complete(h, good, step, frame, time):
+            return lane_sum(step)
+        for j in range(h.joints):
+            seen[j] = h.time
     return _step_partial(h, seen, good, step, frame, time)
 
 
@@ -95,7 +97,7 @@ def _center_step(h, good, frame):
 
 
 @compiled
-def _lane_sum(values):
+def lane_sum(values):
     """Sum in eight lanes: a fixed order that vectorises without fastmath."""
     a = b = c = d = e = f = g = k = 0.0
     for i in range(0, len(values), 8):
@@ -119,91 +121,87 @@ def _is_position(joint):
 def _step_partial(h, seen, good, step, frame, time):
     """Step joint by joint, when one is missing, is back, or is too fast."""
     joints, gap = h.joints, h.max_gap
-    moved = np.empty((3, joints))
-    valid = np.zeros(joints, np.bool_)
     h.complete = 1
+    cx = cy = cz = 0.0
+    counted = 0
     for j in range(joints):
-        was_there = h.time - seen[j] <= gap
+        lasted = time - seen[j]
         there = _is_position(frame[j])
-        far = 0.0
-        for axis in range(3):
-            moved[axis, j] = frame[j, axis] - good[axis, j] if there and was_there else 0.0
-            far += moved[axis, j] * moved[axis, j]
-        if there and was_there and far > (h.max_speed * (time - seen[j])) ** 2:
+        x = frame[j, 0] - good[0, j]
+        y = frame[j, 1] - good[1, j]
+        z = frame[j, 2] - good[2, j]
+        reach = h.max_speed * lasted
+        if there and lasted <= gap and x * x + y * y + z * z > reach * reach:
             h.outliers += 1
             there = False
-        if there:
-            valid[j] = was_there
-            seen[j] = time
-            for axis in range(3):
-                good[axis, j] = frame[j, axis]
-            continue
-        h.complete = 0
-        for axis in range(3):
-            moved[axis, j] = 0.0
-        if was_there and time - seen[j] <= gap:
-            valid[j] = True
-            h.held += 1
-    return _partial_sum(h, step, moved, valid)
+        # In step: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
+        step[j] = -1.0 if lasted > gap else (1.0 if there else 0.0)
+        if step[j] > 0.0 and (h.center < 0 or j == h.center):
+            cx += x
+            cy += y
+            cz += z
+        counted += 1 if step[j] >= 0.0 else 0
+        if not there:
+            h.complete = 0
+            h.held += 1 if lasted <= gap else 0
+    if h.center < 0 and counted > 0:
+        cx /= counted
+        cy /= counted
+        cz /= counted
+    lost = counted == 0 or (h.center >= 0 and step[h.center] < 0.0)
+    return _partial_sum(h, seen, good, step, frame, time, cx, cy, cz, lost)
 
 
 @compiled
-def _partial_sum(h, step, moved, valid):
-    """Set the steps of the joints that count, and return their sum scaled to all joints."""
-    joints = h.joints
-    center = np.zeros(3)
-    count = 0
-    for j in range(joints):
-        step[j] = 0.0
-        count += 1 if valid[j] else 0
-    if count == 0 or (h.center >= 0 and not valid[h.center]):
-        return 0.0
-    for axis in range(3):
-        if h.center >= 0:
-            center[axis] = moved[axis, h.center]
-        else:
-            for j in range(joints):
-                center[axis] += moved[axis, j] / count if valid[j] else 0.0
+def _partial_sum(h, seen, good, step, frame, time, cx, cy, cz, lost):
+    """Turn the marks in `step` into paths, keep the joints that are there, and return the scaled sum."""
     moving = 0
-    for j in range(joints):
-        if valid[j] and j != h.center:
+    for j in range(h.joints):
+        mark = step[j]
+        x = y = z = 0.0
+        back = mark < 0.0 and _is_position(frame[j])
+        if mark > 0.0:
+            x, y, z = frame[j, 0] - good[0, j], frame[j, 1] - good[1, j], frame[j, 2] - good[2, j]
+        if mark > 0.0 or back:
+            seen[j] = time
+            good[0, j], good[1, j], good[2, j] = frame[j, 0], frame[j, 1], frame[j, 2]
+        step[j] = 0.0
+        if mark >= 0.0 and j != h.center and not lost:
             moving += 1
-            x, y, z = moved[0, j] - center[0], moved[1, j] - center[1], moved[2, j] - center[2]
+            x, y, z = x - cx, y - cy, z - cz
             step[j] = np.sqrt(x * x + y * y + z * z)
-    return _lane_sum(step) * h.moving_joints / moving if moving > 0 else 0.0
+    return lane_sum(step) * h.moving_joints / moving if moving > 0 else 0.0
 
 
 @compiled
-def filter_joints(h, seen, good, filtered, step, dt):
+def filter_joints(h, good, filtered, step, dt):
     """Pass the joints through a One-Euro filter and set the steps from the filtered positions.
 
     Casiez, Roussel and Vogel (2012): a low-pass filter whose cut-off rises with the speed of the joint, so that
     it is smooth at rest and quick in motion.
 
     Args:
-        filtered: (6, lanes) m and m/s, position and its filtered derivative.
+        h: Header of the row.
+        good: (3, lanes) m, the joints.
+        filtered: (6, lanes) m and m/s, filtered positions and derivatives.
+        step: (lanes,) m, set to each joint's path since the last frame.
         dt: s since the last frame; 0 or less at the start of a take.
 
     Returns:
         Path summed over the joints, m.
     """
-    before = filtered[:3].copy()
     for j in range(h.joints):
-        if dt <= 0.0 or seen[j] - h.start_time <= 0.0:
-            for axis in range(3):
-                filtered[axis, j] = good[axis, j]
-                filtered[3 + axis, j] = 0.0
-            continue
-        alpha = _smoothing(1.0, dt)
         speed = 0.0
         for axis in range(3):
+            if dt <= 0.0:
+                filtered[axis, j] = good[axis, j]
+                filtered[3 + axis, j] = 0.0
+                continue
             slope = (good[axis, j] - filtered[axis, j]) / dt
-            filtered[3 + axis, j] += alpha * (slope - filtered[3 + axis, j])
+            filtered[3 + axis, j] += _smoothing(DERIVATIVE_CUTOFF, dt) * (slope - filtered[3 + axis, j])
             speed += filtered[3 + axis, j] ** 2
-        alpha = _smoothing(h.one_euro_cutoff + h.one_euro_beta * np.sqrt(speed), dt)
-        for axis in range(3):
-            filtered[axis, j] += alpha * (good[axis, j] - filtered[axis, j])
-    return _filtered_sum(h, filtered, before, step)
+        step[j] = _smoothing(h.one_euro_cutoff + h.one_euro_beta * np.sqrt(speed), dt) if dt > 0.0 else 0.0
+    return _filtered_sum(h, good, filtered, step)
 
 
 @compiled
@@ -214,20 +212,25 @@ def _smoothing(cutoff, dt):
 
 
 @compiled
-def _filtered_sum(h, filtered, before, step):
-    center = np.zeros(3)
-    for axis in range(3):
-        if h.center >= 0:
-            center[axis] = filtered[axis, h.center] - before[axis, h.center]
-        else:
-            for j in range(h.joints):
-                center[axis] += (filtered[axis, j] - before[axis, j]) / h.joints
+def _filtered_sum(h, good, filtered, step):
+    """Move the filtered positions by the weights in `step`, and turn these into paths."""
+    cx = cy = cz = 0.0
     for j in range(h.joints):
-        far = 0.0
-        for axis in range(3):
-            far += (filtered[axis, j] - before[axis, j] - center[axis]) ** 2
-        step[j] = np.sqrt(far)
-    return _lane_sum(step)
+        if h.center < 0 or j == h.center:
+            cx += step[j] * (good[0, j] - filtered[0, j])
+            cy += step[j] * (good[1, j] - filtered[1, j])
+            cz += step[j] * (good[2, j] - filtered[2, j])
+    share = 1.0 / h.joints if h.center < 0 else 1.0
+    for j in range(h.joints):
+        x = step[j] * (good[0, j] - filtered[0, j])
+        y = step[j] * (good[1, j] - filtered[1, j])
+        z = step[j] * (good[2, j] - filtered[2, j])
+        filtered[0, j] += x
+        filtered[1, j] += y
+        filtered[2, j] += z
+        x, y, z = x - cx * share, y - cy * share, z - cz * share
+        step[j] = np.sqrt(x * x + y * y + z * z)
+    return lane_sum(step)
 
 
 def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:

@@ -7,13 +7,11 @@ stand in the header, in bytes from the row's start.
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
-
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
 
 PATH_JOINTS = 5  # joints named as active in a segment
 LANES = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
@@ -23,7 +21,10 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("seen", "f8"),  # (lanes,) s, when each joint was last there; -inf if never
     ("good", "f8"),  # (3, lanes) m, each joint where it was last there, in the source's space
     ("filtered", "f8"),  # (6, lanes) m and m/s, One-Euro filter
-    ("step", "f8"),  # (2, lanes) m, path of each joint relative to the centre: in this frame, in the last
+    (
+        "step",
+        "f8",
+    ),  # (3, lanes) m, path of each joint relative to the centre: in this frame, in the last; room
     ("pose", "f8"),  # (4, lanes) last frame's features: m relative to the centre (3), log speed (1)
     ("ring_time", "f8"),  # (ring,) s, ends of the displacements in the velocity window
     ("ring_step", "i8"),  # (ring,) 2^-40 m, those displacements summed over the joints
@@ -35,9 +36,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
     ("counts", "i8"),  # (W + 3, W + 2) messages sent about each segment of the window
     ("memo", "MEMO"),  # (memo,) strengths computed before
-    ("trail_time", "f8"),  # (trail,) s, of the poses kept to take speeds from and to move key frames
-    ("trail_frame", "i8"),  # (trail,) their frame numbers
-    ("trail_weight", "f8"),  # (trail,) s, that each stands for
+    ("marks", "MARK"),  # (trail,) of the poses kept to take speeds from and to move key frames
     ("trail", "i2"),  # (trail, 3, lanes) 1/8192 m, those poses
 )
 
@@ -51,9 +50,11 @@ KEY = np.dtype(
         ("kind", "i8"),  # index into events.KEY_FRAME_KINDS
         ("standing", "i8"),  # whether it stands at the current level
         ("before", "i8"),  # ordinal of the standing key frame before; LEFT for the window's left end
+        ("place", "i8"),  # in the order in which key frames fall
         ("rev", "i8"),  # messages sent
     ],
 )
+MARK = np.dtype([("time", "f8"), ("frame", "i8"), ("weight", "f8")])  # s, number, s that the pose stands for
 MEMO = np.dtype([("left", "i8"), ("middle", "i8"), ("right", "i8"), ("strength", "f8")])
 
 _HEADER_FIELDS: list[tuple[str, str]] = [
@@ -63,6 +64,9 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("lanes", "i8"),
     ("center", "i8"),  # index of the root, -1 for the centroid
     ("moving_joints", "i8"),  # joints that can move relative to the centre
+    ("filter_lanes", "i8"),  # lanes, or 0 without a One-Euro filter
+    ("tempo_lanes", "i8"),  # lanes, or 0 without tempo
+    ("average_size", "i8"),
     ("ring", "i8"),
     ("slot", "i8"),
     ("slot_count", "i8"),
@@ -92,7 +96,8 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("pre_roll", "f8"),
     ("post_roll", "f8"),
     ("tempo", "i8"),
-    ("collect", "i8"),  # offline: hand every closed segment out instead of keeping a window
+    ("offline", "i8"),  # keep every key frame until the take ends, and decide then
+    ("keep", "i8"),  # alpha of Algorithm 3: this many key frames stand whatever their strength
     # Stream.
     ("take", "i8"),
     ("open", "i8"),  # whether a take is open
@@ -137,6 +142,15 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("slot_run", "i8"),
     ("pending_weight", "f8"),  # s
     ("pending_moving", "i8"),
+    # What the splitter found in the last frame.
+    ("happened", "i8"),  # flags of splitter.py; 0 when dealt with
+    ("former_frame", "i8"),  # the candidate that was replaced
+    ("former_time", "f8"),
+    ("former_share", "f8"),
+    ("found_frame", "i8"),  # the candidate that was promoted, forgotten or confirmed
+    ("found_time", "f8"),
+    ("found_share", "f8"),
+    ("closed", "i8"),  # slot of the segment that a key frame ended, -1 if none
     # Window.
     ("free_count", "i8"),
     ("undecided", "i8"),
@@ -155,13 +169,10 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("trail_head", "i8"),
     ("trail_filled", "i8"),
     ("trail_debt", "f8"),  # s, since the last pose that was kept
-    # Between calls.
-    ("stop", "i8"),  # why the last call stopped early, see stream.py
-    ("closed", "i8"),  # the slot handed out when collecting, -1 if none
 ]
 HEADER = np.dtype(_HEADER_FIELDS + [(f"at_{name}", "i8") for name, _ in REGIONS])
 HEADER_BYTES = HEADER.itemsize
-_DTYPES = {"KEY": KEY, "MEMO": MEMO}
+_DTYPES = {"KEY": KEY, "MARK": MARK, "MEMO": MEMO}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -176,6 +187,7 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         tempo: Whether the tempo is followed.
         trail: Poses kept.
+        counted: Whether messages about segments are counted; not offline, where each has one.
     """
 
     joints: int
@@ -186,6 +198,7 @@ class Shape(msgspec.Struct, frozen=True):
     one_euro: bool
     tempo: bool
     trail: int
+    counted: bool
 
     @staticmethod
     def pad(joints: int) -> int:
@@ -214,7 +227,7 @@ class Shape(msgspec.Struct, frozen=True):
             "seen": lanes,
             "good": 3 * lanes,
             "filtered": 6 * lanes * self.one_euro,
-            "step": 2 * lanes,
+            "step": 3 * lanes,
             "pose": 4 * lanes,
             "ring_time": self.ring,
             "ring_step": self.ring,
@@ -224,11 +237,9 @@ class Shape(msgspec.Struct, frozen=True):
             "free": self.slots,
             "order": window + 2,
             "keys": window + 2,
-            "counts": (window + 3) * (window + 2),
+            "counts": (window + 3) * (window + 2) * self.counted,
             "memo": self.memo,
-            "trail_time": self.trail,
-            "trail_frame": self.trail,
-            "trail_weight": self.trail,
+            "marks": self.trail,
             "trail": self.trail * 3 * lanes,
         }
 
@@ -246,12 +257,12 @@ def _item(kind: str) -> np.dtype[np.generic]:
     return _DTYPES[kind] if kind in _DTYPES else np.dtype(kind)
 
 
-def header(row: NDArray[np.uint8]) -> np.recarray:  # type: ignore[type-arg]
-    """Return a row's header as a record that writes through to the row."""
-    return row[:HEADER_BYTES].view(HEADER)[0]  # type: ignore[no-any-return]
+def header(row: NDArray[np.uint8]) -> Any:
+    """Return a row's header as a numpy record that writes through to the row."""
+    return row[:HEADER_BYTES].view(HEADER)[0]
 
 
-def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[np.generic]:
+def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[Any]:
     """Return one of a row's arrays, flat, as a view."""
     kind = _item(dict(REGIONS)[name])
     start = shape.offsets()[0][name]

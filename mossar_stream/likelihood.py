@@ -89,9 +89,9 @@ def add_frame(params, slot, pose, step, joints, weight, moving):
     """
     slot[FRAMES] += 1.0
     slot[MOVING] += moving
-    lanes = len(step)
-    for j in range(lanes):
-        slot[PATH + j] += step[j]
+    path = slot[PATH : PATH + len(step)]
+    for j in range(len(step)):
+        path[j] += step[j]
     add_pose(params, slot, pose, joints, weight)
 
 
@@ -100,55 +100,52 @@ def add_pose(params, slot, pose, joints, weight):
     """Add the pose alone: to the duration and the sums, not to frames and paths."""
     slot[DURATION] += weight
     lanes = pose.shape[1]
-    first = params.start
-    second = first + params.dimensions
-    if params.positions > 0:
-        _add(
-            slot[first : first + 3 * lanes],
-            slot[second : second + 3 * lanes],
-            pose[:3].reshape(3 * lanes),
+    # Loops over slices: an index with an offset would be tested for its sign and not vectorise.
+    sums = slot[params.start : params.start + params.dimensions]
+    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    at = 0
+    for axis in range(4):
+        if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
+            _add(sums[at : at + lanes], squares[at : at + lanes], pose[axis], weight)
+            at += lanes
+    for row in range(params.offsets):
+        # The joint pairs (i, i + k mod J), in two runs without a wrap inside.
+        k = 1 + row * params.stride
+        _add_distances(
+            sums[at : at + joints - k],
+            squares[at : at + joints - k],
+            pose[:, : joints - k],
+            pose[:, k:joints],
             weight,
         )
-    at = params.positions
-    if params.speeds > 0:
-        _add(slot[first + at : first + at + lanes], slot[second + at : second + at + lanes], pose[3], weight)
-    at += params.speeds
-    if params.offsets > 0:
-        distances = joint_distances(pose, joints, params.offsets, params.stride)
-        size = len(distances)
-        _add(slot[first + at : first + at + size], slot[second + at : second + at + size], distances, weight)
+        wrapped = at + joints - k
+        _add_distances(
+            sums[wrapped : at + joints],
+            squares[wrapped : at + joints],
+            pose[:, joints - k : joints],
+            pose[:, :k],
+            weight,
+        )
+        at += lanes
 
 
 @compiled
 def _add(sums, squares, values, weight):
-    for d in range(len(values)):
-        weighted = weight * values[d]
-        sums[d] += weighted
-        squares[d] += weighted * values[d]
+    for j in range(len(values)):
+        weighted = weight * values[j]
+        sums[j] += weighted
+        squares[j] += weighted * values[j]
 
 
 @compiled
-def joint_distances(pose, joints, offsets, stride):
-    """Return the distances of the joint pairs (i, i + k mod J) for every stride-th k from 1, m.
-
-    Rows of equal k over coordinates that are stored twice: contiguous, without index lists, so that it
-    vectorises. Padding lanes are 0.
-    """
-    lanes = pose.shape[1]
-    twice = np.empty((3, 2 * lanes))
-    for axis in range(3):
-        for j in range(joints):
-            twice[axis, j] = pose[axis, j]
-            twice[axis, joints + j] = pose[axis, j]
-    distances = np.zeros(offsets * lanes)
-    for row in range(offsets):
-        k = 1 + row * stride
-        for i in range(joints):
-            x = twice[0, i] - twice[0, i + k]
-            y = twice[1, i] - twice[1, i + k]
-            z = twice[2, i] - twice[2, i + k]
-            distances[row * lanes + i] = np.sqrt(x * x + y * y + z * z)
-    return distances
+def _add_distances(sums, squares, one, other, weight):
+    for i in range(len(sums)):
+        x = one[0, i] - other[0, i]
+        y = one[1, i] - other[1, i]
+        z = one[2, i] - other[2, i]
+        square = x * x + y * y + z * z
+        sums[i] += weight * np.sqrt(square)
+        squares[i] += weight * square
 
 
 @compiled
@@ -191,15 +188,12 @@ def _log_sum(slot, first, second, size, duration, floor):
     """Σ log(σ² + floor): one logarithm for the product of sixteen variances instead of sixteen logarithms."""
     scale = 1.0 / duration
     total = 0.0
-    lane = np.empty(8)
-    for block in range(0, size, 64):
-        lane[:] = 1.0
-        for i in range(block, min(block + 64, size), 8):
-            for k in range(8):
-                mean = slot[first + i + k] * scale
-                lane[k] *= max(slot[second + i + k] * scale - mean * mean, 0.0) + floor
-        total += np.log(lane[0] * lane[1]) + np.log(lane[2] * lane[3])
-        total += np.log(lane[4] * lane[5]) + np.log(lane[6] * lane[7])
+    for block in range(0, size, 16):
+        product = 1.0
+        for i in range(block, min(block + 16, size)):
+            mean = slot[first + i] * scale
+            product *= max(slot[second + i] * scale - mean * mean, 0.0) + floor
+        total += np.log(product)
     return total
 
 
@@ -213,18 +207,18 @@ def strength(params, left, right, both):
         right: Summary of the later one, closed.
         both: Set to the summary of both, closed.
     """
-    both[:] = left
-    merge_into(params, both, right)
+    for d in range(len(both)):
+        both[d] = left[d] + right[d]
     close(params, both)
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0
     cost = both[TERM] - left[TERM] - right[TERM]
     if params.short > 0.0:
         cost *= min(1.0, left[DURATION] / params.short) * min(1.0, right[DURATION] / params.short)
-    return cost if cost > 0.0 else 0.0
+    return max(0.0, cost)
 
 
 @compiled
-def similarity(params, left, right, both):
+def similarity(params, cost, left, right):
     """Return 1/(1 + cost), in 0..1."""
-    return 1.0 / (1.0 + strength(params, left, right, both))
+    return 1.0 / (1.0 + cost)

@@ -10,39 +10,47 @@ import numpy as np
 
 from mossar_stream.compiled import compiled
 from mossar_stream.similarity import add_pose, close, merge_into, strength
-from mossar_stream.trail import frames_of, load_pose, times_of, weights_of
-from mossar_stream.window import keys_of, order_of, slots_of, span
+from mossar_stream.trail import load_pose
+from mossar_stream.window import BOTH, LEFT, RIGHT, span
 
-NONE, FREE, CANDIDATES = range(3)
+NONE, FREE, CANDIDATES = np.arange(3)
 LOCATIONS = ("none", "free", "candidates")
 MARGIN = 1e-6  # s, for the rounding of timestamps
+NEXT = np.int64(1)
+STAY = np.int64(-1)
+TO_EARLIER, TO_LATER = np.int64(1), np.int64(-1)  # steps through the trail, which counts back from the newest
 
 
 @compiled
-def right_neighbour(h, row):
+def right_neighbour(h, w):
     """Return the place in the window of the next standing key frame after the oldest, or their number."""
-    keys = keys_of(h, row)
     for i in range(1, h.undecided):
-        if keys[i].standing == 1:
+        if w.keys[i].standing == 1:
             return i
     return h.undecided
 
 
 @compiled
-def best_candidate(h, row, params, open_slot):
+def _load_left(h, w):
+    """Set the scratch's LEFT to the segment that ends at the oldest key frame."""
+    for d in range(h.slot):
+        w.scratch[LEFT, d] = w.slots[w.order[0], d]
+
+
+@compiled
+def best_candidate(h, w, params, open_slot):
     """Return the place of the undecided key frame that the oldest had better move to; 0 to stay."""
-    keys, order, slots = keys_of(h, row), order_of(h, row), slots_of(h, row)
-    both, right = np.empty(h.slot), np.empty(h.slot)
-    left = slots[order[0]].copy()
-    neighbour = right_neighbour(h, row)
+    neighbour = right_neighbour(h, w)
+    left, right, both = w.scratch[LEFT], w.scratch[RIGHT], w.scratch[BOTH]
+    _load_left(h, w)
     best, place = -1.0, 0
     for i in range(neighbour):
-        if keys[i].time - keys[0].time > h.refine + MARGIN:
+        if w.keys[i].time - w.keys[0].time > h.refine + MARGIN:
             break
         if i > 0:
-            merge_into(params, left, slots[order[i]])
+            merge_into(params, left, w.slots[w.order[i]])
             close(params, left)
-        span(h, row, params, i + 1, neighbour, open_slot, right)
+        span(h, w, params, i + 1, neighbour, open_slot, RIGHT)
         cost = strength(params, left, right, both)
         if cost > best:
             best, place = cost, i
@@ -50,58 +58,46 @@ def best_candidate(h, row, params, open_slot):
 
 
 @compiled
-def best_pose(h, row, params, open_slot, end_frame):
+def best_pose(h, w, params, open_slot, end_frame):
     """Return how far back in the trail the likeliest place for the oldest key frame lies; -1 to stay.
 
     Args:
+        h: Header of the row.
+        w: Views of the row's window.
+        params: Parameters of the similarity measure.
         open_slot: Slot of the open segment.
         end_frame: The new place lies before this frame.
     """
-    key = keys_of(h, row)[0]
-    home = _pose_at(h, row, key.frame)
-    if home < 0:
-        return -1
-    left = slots_of(h, row)[order_of(h, row)[0]].copy()
-    right, both = np.empty(h.slot), np.empty(h.slot)
-    span(h, row, params, 1, right_neighbour(h, row), open_slot, right)
-    stay = strength(params, left, right, both)
-    earlier, cost_earlier = _search(h, row, params, left.copy(), right.copy(), both, home, 1, end_frame)
-    later, cost_later = _search(h, row, params, left, right, both, home, -1, end_frame)
-    if max(cost_earlier, cost_later) <= stay:
-        return -1
+    home = STAY
+    for back in range(h.trail_filled):
+        if w.marks[(h.trail_head - 1 - back) % h.trail_size].frame < w.keys[0].frame:
+            break
+        home = back  # type: ignore[assignment]
+    neighbour = right_neighbour(h, w)
+    limit = w.keys[neighbour].frame if neighbour < h.undecided else end_frame
+    earlier, cost_earlier = _search(h, w, params, open_slot, home, TO_EARLIER, limit)
+    later, cost_later = _search(h, w, params, open_slot, home, TO_LATER, limit)
     return earlier if cost_earlier >= cost_later else later
 
 
 @compiled
-def _pose_at(h, row, frame):
-    """Return how far back in the trail the first pose at or after `frame` is, -1 if none."""
-    frames = frames_of(h, row)
-    found = -1
-    for back in range(h.trail_filled):
-        if frames[(h.trail_head - 1 - back) % h.trail_size] < frame:
-            break
-        found = back
-    return found
-
-
-@compiled
-def _search(h, row, params, left, right, both, home, direction, end_frame):
-    """Move the border pose by pose away from `home`; return the best place and its cost."""
-    times, frames, weights = times_of(h, row), frames_of(h, row), weights_of(h, row)
-    key = keys_of(h, row)[0]
-    pose = np.empty((4, h.lanes))
-    best, place = -1.0, -1
+def _search(h, w, params, open_slot, home, direction, limit):
+    """Move the border pose by pose away from `home`; return the best place, -1 for home, and its cost."""
+    span(h, w, params, NEXT, right_neighbour(h, w), open_slot, RIGHT)
+    _load_left(h, w)
+    left, right, both = w.scratch[LEFT], w.scratch[RIGHT], w.scratch[BOTH]
+    best, place = strength(params, left, right, both), STAY
     border = home
-    while 0 <= border + direction < h.trail_filled:
+    while home >= 0 and 0 <= border + direction < h.trail_filled:
         passed = border + direction if direction > 0 else border
         border += direction
-        at = (h.trail_head - 1 - border) % h.trail_size
-        if abs(times[at] - key.time) > h.refine + MARGIN or not h.left_frame < frames[at] < end_frame:
+        mark = w.marks[(h.trail_head - 1 - border) % h.trail_size]
+        if abs(mark.time - w.keys[0].time) > h.refine + MARGIN or not h.left_frame < mark.frame < limit:
             break
-        load_pose(h, row, passed, pose)
-        weight = weights[(h.trail_head - 1 - passed) % h.trail_size] * direction
-        add_pose(params, right, pose, h.joints, weight)
-        add_pose(params, left, pose, h.joints, -weight)
+        load_pose(h, w.marks, w.trail, w.kept, passed)
+        weight = w.marks[(h.trail_head - 1 - passed) % h.trail_size].weight * direction
+        add_pose(params, right, w.kept, h.joints, weight)
+        add_pose(params, left, w.kept, h.joints, -weight)
         close(params, left)
         close(params, right)
         cost = strength(params, left, right, both)
@@ -111,14 +107,13 @@ def _search(h, row, params, left, right, both, home, direction, end_frame):
 
 
 @compiled
-def move_poses(h, row, params, slot, begin_frame, end_frame, sign):
-    """Add (sign 1) or take out (-1) the kept poses of frames begin … end - 1 to or from a slot."""
-    frames, weights = frames_of(h, row), weights_of(h, row)
-    pose = np.empty((4, h.lanes))
-    target = slots_of(h, row)[slot]
+def move_poses(h, w, params, source, target, begin_frame, end_frame):
+    """Move the kept poses of frames begin … end - 1 from one slot to another."""
     for back in range(h.trail_filled):
-        at = (h.trail_head - 1 - back) % h.trail_size
-        if begin_frame <= frames[at] < end_frame:
-            load_pose(h, row, back, pose)
-            add_pose(params, target, pose, h.joints, sign * weights[at])
-    close(params, target)
+        mark = w.marks[(h.trail_head - 1 - back) % h.trail_size]
+        if begin_frame <= mark.frame < end_frame:
+            load_pose(h, w.marks, w.trail, w.kept, back)
+            add_pose(params, w.slots[source], w.kept, h.joints, -mark.weight)
+            add_pose(params, w.slots[target], w.kept, h.joints, mark.weight)
+    close(params, w.slots[source])
+    close(params, w.slots[target])

@@ -4,6 +4,7 @@ Record 0 counts the others. `events.py` has the records that users see; `decode`
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,10 +40,14 @@ EVENT = np.dtype(
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
-KEY_FRAME, SEGMENT = 0, 1
-CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = range(6)
-ONSET, OFFSET, MINIMUM = range(3)
-SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = range(3)
+KEY_FRAME, SEGMENT = np.arange(2)
+# As numpy integers: a Python integer would make numba compile a version for each value.
+CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
+ONSET, OFFSET, MINIMUM = np.arange(3)
+SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
+FIRST, SECOND = np.int64(1), np.int64(2)  # revisions
+UNDECIDED, DECIDED = np.int64(0), np.int64(1)
+UNKNOWN_STRENGTH = np.float64(np.nan)
 
 
 def make_outbox(most: int) -> tuple[NDArray[np.uint8], NDArray[np.void]]:
@@ -81,7 +86,7 @@ def put_key_frame(h, events, status, kind, identity, frame, time, velocity, stre
 
 
 def decode(
-    rows: list[tuple[float, ...]],
+    rows: list[tuple[Any, ...]],
     performer: str,
     names: tuple[str, ...],
 ) -> list[KeyFrameEvent | SegmentEvent]:
@@ -95,9 +100,7 @@ def decode(
     return [decode_one(row, performer, names) for row in rows]
 
 
-def decode_one(
-    row: tuple[float, ...], performer: str, names: tuple[str, ...]
-) -> KeyFrameEvent | SegmentEvent:
+def decode_one(row: tuple[Any, ...], performer: str, names: tuple[str, ...]) -> KeyFrameEvent | SegmentEvent:
     """Return the event for one record of the outbox."""
     (
         _,

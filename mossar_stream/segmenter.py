@@ -3,16 +3,21 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mossar_stream.act import END, FOLLOW, LEVEL, act, make_room
 from mossar_stream.block import Plan, move_row
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.layout import header
 from mossar_stream.outbox import decode, make_outbox
-from mossar_stream.settings import LEVEL_NAMES, LevelName, Settings
+from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.stream import RING_FULL, TAKE_ENDS, advance, finish, relabel_row
+from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
+from mossar_stream.state import CurveState, curve_state
+from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
+FLOAT32 = np.dtype(np.float32)
+ONE_DONE = STOPS + DONE
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -51,16 +56,95 @@ class Segmenter:
     ) -> None:
         if fps is not None:
             constant_times(0, fps)
-        self._given = settings or Settings()
-        self._plan = Plan(skeleton, self._given, fps)
-        self._memory = self._plan.new_rows(1)
-        self._outbox, self._records = make_outbox(2 * self._plan.most_events)
-        self._header = header(self._memory[0])
-        self._pending: list[Event] = []
-        self._level: LevelName | float = self._given.level
-        self._one_time = np.zeros(1)
         self.performer = performer_name(performer)
-        self._warm_up()
+        self._adopt(Plan(skeleton, settings or Settings(), fps))
+        self._level: LevelName | float = self._plan.given.level
+        self._pending: list[Event] = []
+        _warm_up(self._plan)
+
+    def _adopt(self, plan: Plan, row: NDArray[np.uint8] | None = None) -> None:
+        """Take a plan, and a row laid out by it."""
+        self._plan = plan
+        self._params = plan.params
+        self._memory = plan.new_rows(1) if row is None else row.reshape(1, -1)
+        self._header = header(self._memory[0])
+        self._room = make_room(plan)
+        self._outbox, self._records = make_outbox(plan.most_events)
+        self._one_shape = (len(plan.skeleton), 3)
+        self._one_time = np.zeros(1)
+        self._live = bool(self._header["open"])
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The performer's joints."""
+        return self._plan.skeleton
+
+    @property
+    def settings(self) -> Settings:
+        """The settings in force; `level` as it is now."""
+        return self._plan.given.replace(level=self._level)
+
+    @property
+    def take(self) -> int:
+        """Number of the take that is open, or of the next one."""
+        return int(self._header["take"])
+
+    @property
+    def stats(self) -> dict[str, int]:
+        """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
+        return {name: int(self._header[name]) for name in COUNTERS}
+
+    @property
+    def state(self) -> CurveState | None:
+        """The velocity curve at the last frame, None before the first."""
+        return curve_state(self._memory[0], self._plan) if self._header["open"] else None
+
+    @property
+    def level(self) -> LevelName | float:
+        """The level: `posture`, `motion`, `cluster` or a strength.
+
+        Setting it acts at once on the undecided key frames and computes nothing again; the events come with the
+        next push.
+        """
+        return self._level
+
+    @level.setter
+    def level(self, level: LevelName | float) -> None:
+        self._level = self._plan.given.replace(level=level).level
+        self._header["level"] = self._plan.strength(self._level)
+        self._act(LEVEL, self._pending)
+
+    def change(self, **changes: object) -> list[Event]:
+        """Change settings while running.
+
+        The level and thresholds act at once. What changes the curve or the summaries (window, smoothing,
+        similarity, features and the like) ends the take, and the next push starts a new one.
+
+        Args:
+            **changes: Fields of `Settings`.
+
+        Returns:
+            The events of the take that this ends.
+
+        Raises:
+            SettingsError: If a value is illegal; nothing is changed then.
+        """
+        level = changes.pop("level", self._level)
+        level = self._plan.given.replace(level=level).level
+        plan = Plan(self.skeleton, self._plan.given.replace(**changes), self._plan.fps, self._plan.shape.ring)
+        events: list[Event] = []
+        if plan.continues(self._plan):
+            self._plan = plan
+            plan.prepare(self._memory[0], 0)
+        else:
+            events = self.end_take("settings changed")
+            kept = {name: self._header[name] for name in ("take", *COUNTERS)}
+            self._adopt(plan)
+            for name, value in kept.items():
+                self._header[name] = value
+            _warm_up(plan)
+        self.level = level
+        return events
 
     def push(
         self,
@@ -84,18 +168,162 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        if type(times) is float and confidence is None and first_frame is None:
-            # The live path: one frame, with as little Python as can be.
-            self._one_time[0] = times
-            try:
-                if advance(self._memory, 0, self._params, positions, self._one_time, self._outbox) == 1:
-                    return self._collect() if self._records[0]["row"] or self._pending else []
-            except TypeError:
-                pass
-        if isinstance(positions, Frames):
+        events = self._pending
+        if (
+            type(times) is float
+            and type(positions) is np.ndarray
+            and positions.shape == self._one_shape
+            and positions.dtype is FLOAT32
+            and positions.flags.carray
+            and confidence is None
+            and first_frame is None
+            and self._live
+        ):
+            # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
+            chunk, moments = positions[None], self._one_time
+            moments[0] = times
+            code = advance(self._memory, 0, self._params, chunk, moments)
+            if code == ONE_DONE and not events:
+                return []
+        elif isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
-        chunk, moments = self._check(positions, times, confidence, first_frame)
-        if first_frame is not None:
-            self._header["next_frame"] = first_frame
-        return self._run(chunk, moments)
+        else:
+            chunk, moments = self._check(positions, times, confidence)
+            if first_frame is not None:
+                self._header["next_frame"] = first_frame
+            code = 0 if not len(moments) else self._start(chunk, moments, events)
+        self._pending = []
+        self._go_on(chunk, moments, code, events)
+        return events
+
+    def _start(self, chunk: NDArray[np.float32], moments: NDArray[np.float64], events: list[Event]) -> int:
+        """Let frames in; if they open a take, say so."""
+        was_open = self._header["open"]
+        code = advance(self._memory, 0, self._params, chunk, moments)
+        if not was_open and self._header["open"]:
+            events.append(self._stream_event("started"))
+            self._live = True
+        return code
+
+    def _go_on(
+        self,
+        chunk: NDArray[np.float32],
+        moments: NDArray[np.float64],
+        code: int,
+        events: list[Event],
+    ) -> None:
+        """Do what the kernel asks for until the frames are used up."""
+        done, stop = divmod(code, STOPS)
+        while True:
+            if stop == HAPPENED:
+                self._act(FOLLOW, events)
+            elif stop == TAKE_ENDS:
+                later = moments[done] > self._header["time"]
+                events += self.end_take("gap" if later else "clock stepped back")
+            elif stop == RING_FULL:
+                self._enlarge()
+            if done == len(moments):
+                return
+            code = self._start(chunk[done:], moments[done:], events)
+            done, stop = done + code // STOPS, code % STOPS
+
+    def end_take(self, reason: str = "") -> list[Event]:
+        """End the take: decide everything, and let the next push start a new one.
+
+        Args:
+            reason: What the `ended` event says.
+
+        Returns:
+            The pending events; nothing more if no take is open.
+        """
+        events, self._pending = self._pending, []
+        if self._header["open"]:
+            ended = self._stream_event("ended", reason)
+            self._act(END, events)
+            events.append(ended)
+            self._live = False
+        return events
+
+    def reset(self, reason: str = "") -> list[Event]:
+        """End the take and forget the running range, as for another person."""
+        events = self.end_take("reset")
+        events.append(self._stream_event("reset", reason))
+        self._header["largest"] = 0.0
+        return events
+
+    def snapshot(self) -> bytes:
+        """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
+        return pack_snapshot(self._plan, self.performer, self._level, self._pending, self._memory[0])
+
+    @classmethod
+    def restore(cls, blob: bytes) -> "Segmenter":
+        """Return a segmenter that goes on exactly where the one that made `blob` was.
+
+        Raises:
+            SnapshotError: If the bytes are damaged, truncated, or of a newer version.
+        """
+        plan, performer, level, pending, row = unpack_snapshot(blob)
+        segmenter = cls.__new__(cls)
+        segmenter.performer = performer
+        segmenter._adopt(plan, row)  # noqa: SLF001 - its own class
+        segmenter._level = level  # noqa: SLF001
+        segmenter._pending = pending  # noqa: SLF001
+        return segmenter
+
+    def _check(
+        self,
+        positions: ArrayLike,
+        times: ArrayLike | None,
+        confidence: ArrayLike | None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Return frames and times in the form that the kernels take."""
+        joints = len(self._plan.skeleton)
+        # Writeable and contiguous: other arrays would be another type to the compiler.
+        chunk = np.require(positions, np.float32, ["C", "W"])
+        if chunk.ndim == 2:
+            chunk = chunk[None]
+        if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
+            raise FrameError(
+                f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
+            )
+        if times is None:
+            if self._plan.fps is None:
+                raise ValueError("push needs times, or the segmenter fps")
+            moments = constant_times(len(chunk), self._plan.fps, int(self._header["next_frame"]))
+        else:
+            moments = np.atleast_1d(np.require(times, np.float64, ["C", "W"]))
+        if moments.shape != chunk.shape[:1]:
+            raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
+        if confidence is not None:
+            sure = np.asarray(confidence, np.float32).reshape(len(chunk), joints)
+            chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
+        return chunk, moments
+
+    def _act(self, reason: int, events: list[Event]) -> None:
+        """Let the compiled part do what is due and append its events."""
+        act(self._memory, 0, self._params, self._room, self._outbox, reason)
+        count = int(self._records[0]["row"])
+        if count:
+            self._records[0]["row"] = 0
+            events += decode(self._records[1 : count + 1].tolist(), self.performer, self._plan.skeleton.names)
+
+    def _stream_event(self, change: str, reason: str = "") -> StreamEvent:
+        return StreamEvent(performer=self.performer, event=change, take=self.take, reason=reason)  # type: ignore[arg-type]
+
+    def _enlarge(self) -> None:
+        """Double the velocity ring: the source is quicker than its nominal rate."""
+        plan = self._plan.larger(ring=2)
+        row = plan.new_rows(1)[0]
+        move_row(self._memory[0], self._plan, row, plan)
+        self._adopt(plan, row)
+
+
+def _warm_up(plan: Plan) -> None:
+    """Compile the kernels for this plan's measure, or load them, by a take of two frames."""
+    memory = plan.new_rows(1)
+    room = make_room(plan)
+    outbox, _ = make_outbox(plan.most_events)
+    frames = np.zeros((2, plan.shape.joints, 3), np.float32)
+    advance(memory, 0, plan.params, frames, np.arange(2) / 100.0)
+    act(memory, 0, plan.params, room, outbox, END)

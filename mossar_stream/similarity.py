@@ -7,7 +7,7 @@ A measure is a module with
     merge_into(params, target, other)                             two neighbours into one summary
     close(params, slot)                                           what is kept about a whole segment
     strength(params, left, right, both)                           at which the key frame between them falls, >= 0
-    similarity(params, left, right, both)                         in 0..1, for people to read
+    similarity(params, cost, left, right)                         in 0..1, for people to read; cost is strength
 
 all compiled, on summaries as described in `summary.py`, and a numpy record type for its parameters. The type of
 the record that is passed selects the module when a kernel is compiled, so that using one measure does not
@@ -43,7 +43,7 @@ def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
 def _chosen(params: types.Record, name: str) -> Callable[..., object]:
     for module, dtype in MEASURES.values():
         if set(dtype.names or ()) == set(params.fields):
-            return getattr(module, name)  # type: ignore[no-any-return]
+            return getattr(module, name).py_func  # type: ignore[no-any-return]
     raise TypeError(f"no similarity measure has the parameters {sorted(params.fields)}")
 
 
@@ -72,44 +72,36 @@ def strength(params, left, right, both):
     raise NotImplementedError
 
 
-def similarity(params, left, right, both):
-    """Return the similarity of two segments."""
+def similarity(params, cost, left, right):
+    """Return the similarity of two segments, given the strength of the key frame between them."""
     raise NotImplementedError
 
 
 @overload(add_frame)
 def _add_frame(params, slot, pose, step, joints, weight, moving):
-    chosen = _chosen(params, "add_frame")
-    return lambda params, slot, pose, step, joints, weight, moving: chosen(
-        params, slot, pose, step, joints, weight, moving
-    )
+    return _chosen(params, "add_frame")
 
 
 @overload(add_pose)
 def _add_pose(params, slot, pose, joints, weight):
-    chosen = _chosen(params, "add_pose")
-    return lambda params, slot, pose, joints, weight: chosen(params, slot, pose, joints, weight)
+    return _chosen(params, "add_pose")
 
 
 @overload(merge_into)
 def _merge_into(params, target, other):
-    chosen = _chosen(params, "merge_into")
-    return lambda params, target, other: chosen(params, target, other)
+    return _chosen(params, "merge_into")
 
 
 @overload(close)
 def _close(params, slot):
-    chosen = _chosen(params, "close")
-    return lambda params, slot: chosen(params, slot)
+    return _chosen(params, "close")
 
 
 @overload(strength)
 def _strength(params, left, right, both):
-    chosen = _chosen(params, "strength")
-    return lambda params, left, right, both: chosen(params, left, right, both)
+    return _chosen(params, "strength")
 
 
 @overload(similarity)
-def _similarity(params, left, right, both):
-    chosen = _chosen(params, "similarity")
-    return lambda params, left, right, both: chosen(params, left, right, both)
+def _similarity(params, cost, left, right):
+    return _chosen(params, "similarity")

@@ -1,9 +1,7 @@
 """JSON lines: frames in on standard input, events or frames out on standard output or into a file."""
 
 import os
-import queue
 import sys
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,7 +12,7 @@ from mossar_adapters.batch import Batch
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.frame_codec import from_json, to_json
-from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.map_intake import MapIntake
 from mossar_adapters.source import Meta
@@ -24,8 +22,7 @@ from mossar_stream.events import to_json as event_to_json
 from mossar_stream.frames import Frames
 
 MAX_LINE = 1 << 20  # bytes
-_WAITING = 256  # lines read ahead; the writer waits beyond that
-_POLL = 0.1  # s
+_READ = 1 << 16  # bytes
 
 
 class JsonLinesSource:
@@ -45,76 +42,71 @@ class JsonLinesSource:
         self, address: Address, options: ReadOptions | None = None, stream: IO[bytes] | None = None
     ) -> None:
         options = options or ReadOptions()
-        self.name = address.url
+        self.name = "standard input" if stream is None else address.url
         self.counters = Counters()
         self._batch = Batch(options.fps)
         self._intake = MapIntake(self._batch, self.counters, options)
-        self._stream = sys.stdin.buffer if stream is None else stream
-        self._lines: queue.Queue[bytes | None] = queue.Queue(_WAITING)
+        self._stream = stream
+        self._usable = 0  # frames
+        self._problem = ""  # what was wrong with the first malformed line
         self._started = time.monotonic()
-        self._closed = threading.Event()
+        self._closed = False
 
     def items(self) -> Iterator[Meta | Frames | None]:
-        """Yield metas and chunks of frames until the input ends; None when nothing came for a tenth of a second."""
-        threading.Thread(target=self._read, name="standard input", daemon=True).start()
-        while not self._closed.is_set():
-            try:
-                line = self._lines.get(timeout=_POLL)
-            except queue.Empty:
-                yield None
-                continue
-            while line is not None:
+        """Yield metas and chunks of frames until the input ends.
+
+        Raises:
+            MossarError: At the end, if no line held a usable frame.
+        """
+        rest = b""
+        while not self._closed and (data := self._read()):
+            *lines, rest = (rest + data).split(b"\n")
+            for line in lines:
                 self._take(line)
-                try:
-                    line = self._lines.get_nowait()
-                except queue.Empty:
-                    break
+            if len(rest) > MAX_LINE:
+                self._refuse(f"longer than {MAX_LINE} bytes")
+                rest = b""
             yield from self._batch.take()
-            if line is None:
-                return
+        self._take(rest)
+        yield from self._batch.take()
+        if not self._usable and not self._closed:
+            raise MossarError(f"{self.name}: there is no frame in it{self._problem}")
 
     def explain(self) -> str:
         """Return one line that says what came."""
         counters = self.counters
-        text = f"standard input: {counters.received} lines came"
+        text = f"{self.name}: {counters.received} lines came"
         if counters.malformed:
-            return f"{text}, {counters.malformed} malformed, the last: {counters.last_error}"
+            return f"{text}, {counters.malformed} malformed{self._problem}"
         return f'{text}, none of them a frame such as {{"type":"frame","t":0.0,"xyz":[[0,1,0],[0,2,0]]}}'
 
     def close(self) -> None:
-        """End `items` soon. May be called twice, and from any thread."""
-        self._closed.set()
+        """End `items` after what comes next. May be called twice, and from any thread."""
+        self._closed = True
 
-    def _read(self) -> None:
-        """Hand over lines; runs on a thread of its own, since pipes cannot be polled everywhere."""
-        line: bytes | None = b""
-        while line is not None and not self._closed.is_set():
-            try:
-                line = self._stream.readline(MAX_LINE) or None
-            except (OSError, ValueError):  # closed under our hands
-                line = None
-            while not self._closed.is_set():
-                try:
-                    self._lines.put(line, timeout=_POLL)
-                    break
-                except queue.Full:
-                    continue
+    def _read(self) -> bytes:
+        # Not through sys.stdin: a thread blocked in it would hold its lock when the interpreter ends.
+        return os.read(sys.stdin.fileno(), _READ) if self._stream is None else self._stream.read(_READ)
 
     def _take(self, line: bytes) -> None:
-        if line.isspace():
+        if not line or line.isspace():
             return
         self.counters.received += 1
-        if len(line) == MAX_LINE:
-            self.counters.reject(f"a line is longer than {MAX_LINE} bytes")
-            return
         try:
             found = from_json(line)
             if found is None:
                 self.counters.ignored += 1
-            else:
-                self._intake.take(found, time.monotonic() - self._started)
+                return
+            if isinstance(found, MetaMap) and self._batch.fps is None:
+                self._batch.fps = found.fps or None  # UNSET is false
+            self._intake.take(found, time.monotonic() - self._started)
+            self._usable += isinstance(found, FrameMap)
         except FrameError as error:
-            self.counters.reject(str(error))
+            self._refuse(str(error))
+
+    def _refuse(self, why: str) -> None:
+        self.counters.reject(why)
+        self._problem = self._problem or f" (line {self.counters.received}: {why})"
 
 
 class JsonLinesSink:
@@ -123,15 +115,18 @@ class JsonLinesSink:
     Args:
         address: `-` for standard output, else a path; what is there is replaced.
         stream: Written instead.
+        position: Go on at this byte of a file that is there.
 
     Raises:
         FileError: If the path cannot be written.
     """
 
-    def __init__(self, address: Address, stream: IO[bytes] | None = None) -> None:
-        self.name = address.url
+    def __init__(
+        self, address: Address, stream: IO[bytes] | None = None, position: int | None = None
+    ) -> None:
+        self.name = "standard output" if address.scheme == "-" else address.url
         self.dropped = 0
-        self._output = _Output(address, stream)
+        self._output = _Output(address, stream, position=position)
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the events name their performer."""
@@ -143,6 +138,10 @@ class JsonLinesSink:
             OutputClosedError: If nobody reads any more.
         """
         self._output.write(event_to_json(event) for event in events)
+
+    def position(self) -> int | None:
+        """Return the bytes in the file; None if it is none."""
+        return self._output.position()
 
     def close(self) -> None:
         """Write what is left. May be called twice."""
@@ -191,10 +190,21 @@ class JsonLinesFrameSink:
 class _Output:
     """Standard output or a file."""
 
-    def __init__(self, address: Address, stream: IO[bytes] | None = None, *, replace: bool = True) -> None:
+    def __init__(
+        self,
+        address: Address,
+        stream: IO[bytes] | None = None,
+        *,
+        replace: bool = True,
+        position: int | None = None,
+    ) -> None:
         self._owned = stream is None and address.scheme != "-"
         if stream is None:
-            stream = opened_file(address.path, replace=replace) if self._owned else sys.stdout.buffer
+            stream = (
+                opened_file(address.path, replace=replace, position=position)
+                if self._owned
+                else sys.stdout.buffer
+            )
         self._stream = stream
         self._closed = False
 
@@ -213,25 +223,37 @@ class _Output:
             self._closed = True
             raise MossarError(f"the output cannot be written: {error.strerror or error}") from None
 
+    def position(self) -> int | None:
+        return self._stream.tell() if self._owned else None
+
     def close(self) -> None:
         self._closed = True
         if self._owned:
             self._stream.close()
 
 
-def opened_file(path: str, *, replace: bool) -> IO[bytes]:
+def opened_file(path: str, *, replace: bool, position: int | None = None) -> IO[bytes]:
     """Open a file for writing.
+
+    Args:
+        path: Where it lies.
+        replace: Whether to replace one that is there.
+        position: Go on at this byte of one that is there.
 
     Raises:
         FileError: If it is there and may not be replaced, or cannot be written.
     """
     try:
-        return Path(path).open("wb" if replace else "xb")
+        file = Path(path).open("r+b" if position is not None else "wb" if replace else "xb")  # noqa: SIM115
+        if position is not None:
+            file.seek(position)
+            file.truncate()
     except FileExistsError:
         raise FileError(path, "there is a file already; --force replaces it") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise FileError(path, f"cannot be written: {reason}") from None
+    return file
 
 
 def _silence(stream: IO[bytes]) -> None:

@@ -19,17 +19,19 @@ class SegmentCsvSink:
 
     Args:
         address: Path of the file; what is there is replaced.
+        position: Go on at this byte of a file that is there.
 
     Raises:
         FileError: If the path cannot be written.
     """
 
-    def __init__(self, address: Address) -> None:
+    def __init__(self, address: Address, position: int | None = None) -> None:
         self.name = address.url
         self.dropped = 0
-        self._file = opened_file(address.path, replace=True)
-        self._strengths: dict[tuple[str, int, int], float] = {}  # performer, take, frame
-        self._write([COLUMNS])
+        self._file = opened_file(address.path, replace=True, position=position)
+        self._strengths: dict[str, float] = {}  # by id of the key frame
+        if position is None:
+            self._write([COLUMNS])
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the rows name their performer."""
@@ -39,18 +41,24 @@ class SegmentCsvSink:
         rows: list[Sequence[object]] = []
         for event in events:
             if isinstance(event, KeyFrameEvent) and event.strength is not None:
-                self._remember((event.performer, event.take, event.frame), event.strength)
+                self._remember(event.id, event.strength)
             elif isinstance(event, SegmentEvent) and event.status == "final":
                 rows.append(self._row(event))
         if rows:
             self._write(rows)
+
+    def position(self) -> int | None:
+        """Return the bytes in the file."""
+        return self._file.tell()
 
     def close(self) -> None:
         """Close the file. May be called twice."""
         self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
-        strength = self._strengths.pop((event.performer, event.take, event.end_frame), None)
+        # Ids keep Algorithm 2's frame, while a final key frame may have moved.
+        ending = f"{event.performer}/{event.take}/{event.id.rpartition('-')[2]}"
+        strength = self._strengths.pop(ending, None)
         return (
             f"{event.start_time:.4f}",
             f"{event.end_time:.4f}",
@@ -61,7 +69,7 @@ class SegmentCsvSink:
             event.take,
         )
 
-    def _remember(self, key: tuple[str, int, int], strength: float) -> None:
+    def _remember(self, key: str, strength: float) -> None:
         if len(self._strengths) == _KEPT and key not in self._strengths:
             del self._strengths[next(iter(self._strengths))]
         self._strengths[key] = strength

@@ -30,6 +30,8 @@ class Wish(msgspec.Struct, frozen=True):
         listener: Is told of performers who left and of control messages (OSC).
         settings: Of the segmentation, for metas.
         force: Whether to replace a recording that is there.
+        loop: Whether to play a recording again and again.
+        position: Byte at which to go on with a file of events.
     """
 
     options: ReadOptions = ReadOptions()
@@ -37,6 +39,8 @@ class Wish(msgspec.Struct, frozen=True):
     listener: Listener | None = None
     settings: dict[str, Any] | None = None
     force: bool = False
+    loop: bool = False
+    position: int | None = None
 
 
 class Scheme(msgspec.Struct, frozen=True):
@@ -73,6 +77,7 @@ def open_source(
     options: ReadOptions | None = None,
     speed: Speed = "max",
     listener: Listener | None = None,
+    loop: bool = False,
 ) -> Source:
     """Open a source of frames.
 
@@ -81,6 +86,7 @@ def open_source(
         options: What the user says about it; options in the URL go before.
         speed: Pace of recordings and of `demo:`; 1 is real time.
         listener: Is told, by OSC, of performers who left and of control messages.
+        loop: Whether to play a recording again and again.
 
     Returns:
         The source; live ones are `mossar_adapters.live.LiveSource`.
@@ -89,7 +95,7 @@ def open_source(
         MossarError: If it cannot be opened; one line says why and what to do.
     """
     address, scheme = _scheme(url, "source")
-    wish = Wish(_merged(options or ReadOptions(), address), speed, listener)
+    wish = Wish(_merged(options or ReadOptions(), address), speed, listener, loop=loop)
     if scheme.source is None:
         raise address.error(f"{address.scheme}: cannot be read from")
     source = scheme.source(address, wish)
@@ -97,12 +103,13 @@ def open_source(
     return SelectedSource(source, wish.options) if picky and address.scheme != "file" else source
 
 
-def open_sink(url: str, *, settings: dict[str, Any] | None = None) -> Sink:
+def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int | None = None) -> Sink:
     """Open a sink of events.
 
     Args:
         url: See the table; a path ends in `.jsonl` (events) or `.csv` (segments), `-` is standard output.
         settings: Of the segmentation, told to receivers in metas.
+        position: Byte at which to go on with a file, instead of replacing it.
 
     Raises:
         MossarError: If it cannot be opened; one line says why and what to do.
@@ -110,7 +117,7 @@ def open_sink(url: str, *, settings: dict[str, Any] | None = None) -> Sink:
     address, scheme = _scheme(url, "sink")
     if scheme.sink is None:
         raise address.error(f"{address.scheme}: takes no events")
-    return scheme.sink(address, Wish(settings=settings))
+    return scheme.sink(address, Wish(settings=settings, position=position))
 
 
 def open_frame_sink(url: str, *, force: bool = False) -> FrameSink:
@@ -166,18 +173,19 @@ def _file(address: Address, wish: Wish) -> Source:
     from mossar_adapters.files.registry import open_recording
     from mossar_adapters.recording_source import RecordingSource
 
-    return RecordingSource(open_recording(address.path, wish.options), wish.speed)
+    recording = open_recording(address.path, wish.options)
+    return RecordingSource(recording, wish.speed, loop=wish.loop)
 
 
-def _file_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+def _file_sink(address: Address, wish: Wish) -> Sink:
     from mossar_adapters.jsonlines import JsonLinesSink
     from mossar_adapters.segment_csv import SegmentCsvSink
 
     match PurePath(address.path).suffix.lower():
         case ".jsonl" | ".ndjson":
-            return JsonLinesSink(address)
+            return JsonLinesSink(address, position=wish.position)
         case ".csv":
-            return SegmentCsvSink(address)
+            return SegmentCsvSink(address, wish.position)
         case ".msk":
             raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
         case suffix:

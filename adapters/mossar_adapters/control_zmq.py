@@ -1,0 +1,45 @@
+"""Control over ZeroMQ: a REP socket that answers JSON requests."""
+
+import threading
+from collections.abc import Callable
+
+import zmq
+
+from mossar_adapters.address import Address
+from mossar_adapters.zeromq.endpoint import bound_at, open_socket
+
+_POLL = 100  # ms
+
+
+class ZmqControl:
+    """Answers requests in a thread of its own until it is closed.
+
+    Args:
+        address: `zmq+bind://127.0.0.1:5560` or a bound `ipc:` form.
+        answer: Called with each request, returns the answer; both are JSON.
+
+    Raises:
+        MossarError: If the address cannot be bound.
+    """
+
+    def __init__(self, address: Address, answer: Callable[[bytes], bytes]) -> None:
+        self.name = address.url
+        self._answer = answer
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket = open_socket(self._context, zmq.REP, address, {})
+        self.endpoint = bound_at(self._socket)
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name=f"control {self.name}", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop answering. May be called twice."""
+        self._closed.set()
+        self._thread.join()
+
+    def _serve(self) -> None:
+        while not self._closed.is_set():
+            if self._socket.poll(_POLL):
+                self._socket.send(self._answer(self._socket.recv_multipart()[0]))
+        self._socket.close(0)
+        self._context.term()

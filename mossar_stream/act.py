@@ -1,0 +1,242 @@
+"""Act: what follows from a frame in which something happened.
+
+The stream stops after such a frame; this compiled call then says what the splitter found, brings the window up to
+date and decides what is due. Few frames come here, and it is compiled apart from what every frame goes through.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.block import Plan
+from mossar_stream.compiled import compiled, entry_point
+from mossar_stream.decision import decide_oldest
+from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
+from mossar_stream.outbox import (
+    CANDIDATE,
+    DECIDED,
+    EVENT,
+    FIRST,
+    MINIMUM,
+    OFFSET,
+    ONSET,
+    SECOND,
+    SEGMENT,
+    SEGMENT_FINAL,
+    UNDECIDED,
+    UNKNOWN_STRENGTH,
+    WITHDRAWN,
+    next_event,
+    put_key_frame,
+)
+from mossar_stream.similarity import add_frame, add_pose, close, merge_into
+from mossar_stream.slots import give_slot, take_slot
+from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED
+from mossar_stream.splitter import WITHDRAWN as FORGOTTEN
+from mossar_stream.take import place_last_frame, settle
+from mossar_stream.trail import SPEED_OFFSET
+from mossar_stream.window import NO_SLOT, OWN, PREVIOUS, SCRATCH_ROWS, add_key, describe, rank, relabel
+
+FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
+KEY_BYTES, MARK_BYTES, MEMO_BYTES = KEY.itemsize, MARK.itemsize, MEMO.itemsize
+REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
+
+
+class Window(NamedTuple):
+    """Views of a row and of the room to work in, as the window's functions need them."""
+
+    keys: NDArray[np.void]  # (W + 2,) KEY
+    order: NDArray[np.int64]  # (W + 2,)
+    free: NDArray[np.int64]  # (slots,)
+    slots: NDArray[np.float64]  # (slots, slot)
+    counts: NDArray[np.int64]  # (W + 3, W + 2)
+    memo: NDArray[np.void]  # (memo,) MEMO
+    marks: NDArray[np.void]  # (trail,) MARK
+    trail: NDArray[np.int16]  # (trail, 3, lanes)
+    kept: NDArray[np.float64]  # (4, lanes), a pose from the trail
+    scratch: NDArray[np.float64]  # (W + SCRATCH_ROWS, slot)
+    bounds: NDArray[np.int64]  # (W + 4,), see hierarchy.py
+    fallen: NDArray[np.int64]  # (W + 4,)
+    active: NDArray[np.int64]  # (W + 4,)
+    links: NDArray[np.int64]  # (3, W + 4)
+    costs: NDArray[np.float64]  # (W + 4,)
+    strengths: NDArray[np.float64]  # (W + 4,)
+
+
+def make_room(plan: Plan) -> NDArray[np.uint8]:
+    """Return room to work in, shared by all rows of a plan.
+
+    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
+    """
+    window, slot, lanes = plan.shape.window, plan.shape.slot, plan.shape.lanes
+    numbers = (window + SCRATCH_ROWS) * slot + 4 * lanes + 8 * (window + 4)
+    return np.zeros(8 * numbers, np.uint8)
+
+
+@entry_point
+def act(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    room: NDArray[np.uint8],
+    outbox: NDArray[np.uint8],
+    reason: int,
+) -> None:
+    """Carry out what follows from the last frame.
+
+    Args:
+        memory: (P, row) bytes, the pool.
+        index: Row of the performer.
+        params: One-element record array of the similarity measure.
+        room: Room to work in.
+        outbox: Bytes of an outbox with room for `most_events`.
+        reason: FOLLOW after a frame at which the stream stopped, LEVEL after the level moved, END to end the
+            take: RANK to close its last segment and rank all key frames, then DECIDE.
+    """
+    row = memory[index]
+    h = row[:HEADER_BYTES].view(HEADER)[0]
+    if h.open == 0:
+        return
+    events = outbox.view(EVENT)
+    lanes, places = h.lanes, h.capacity + 2
+    counted = 0 if h.offline == 1 else places
+    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
+    pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
+    scratch = h.capacity + SCRATCH_ROWS
+    summaries = room[: 8 * scratch * h.slot]
+    kept = room[len(summaries) : len(summaries) + 32 * lanes]
+    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(8, h.capacity + 4)
+    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(8, h.capacity + 4)[2:]
+    w = Window(
+        row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
+        row[h.at_order : h.at_order + 8 * places].view(np.int64),
+        row[h.at_free : h.at_free + 8 * h.slot_count].view(np.int64),
+        row[h.at_slots : h.at_slots + 8 * h.slot_count * h.slot]
+        .view(np.float64)
+        .reshape(h.slot_count, h.slot),
+        row[h.at_counts : h.at_counts + 8 * counted * (counted + 1)]
+        .view(np.int64)
+        .reshape(counted + 1, counted),
+        row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO),
+        row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK),
+        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes]
+        .view(np.int16)
+        .reshape(h.trail_size, 3, lanes),
+        kept.view(np.float64).reshape(4, lanes),
+        summaries.view(np.float64).reshape(scratch, h.slot),
+        integers[0],
+        integers[1],
+        integers[2],
+        integers[3:],
+        numbers[0],
+        numbers[1],
+    )
+    if reason == LEVEL:
+        relabel(h, w, params[0], events)
+    elif reason == FOLLOW:
+        _follow(h, w, params[0], events)
+        if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
+            _decide(h, w, params[0], pose, step[1], events)
+    else:
+        if reason != DECIDE:
+            _close_take(h, w, params[0], pose, step[1], events)
+        if reason != RANK:
+            _decide_all(h, w, params[0], events)
+
+
+@compiled
+def _follow(h, w, params, events):
+    """Say what the splitter found, and add the key frame if there is one."""
+    happened = h.happened
+    h.happened = 0
+    if happened & REPLACED:
+        _put_candidate(h, events, WITHDRAWN, h.former_frame, h.former_time, h.former_share)
+    if happened & PROMOTED:
+        _put_candidate(h, events, CANDIDATE, h.found_frame, h.found_time, h.found_share)
+    if happened & FORGOTTEN:
+        _put_candidate(h, events, WITHDRAWN, h.found_frame, h.found_time, h.found_share)
+    if happened & (CROSSED | CONFIRMED) == 0:
+        return
+    slot = h.closed
+    h.closed = -1
+    if happened & CROSSED:
+        kind = ONSET if h.moving == 1 else OFFSET
+        add_key(h, w, params, events, slot, kind, h.used_frame, h.time, h.share, FIRST)
+    else:
+        add_key(h, w, params, events, slot, MINIMUM, h.found_frame, h.found_time, h.found_share, SECOND)
+    if h.offline == 0:
+        rank(h, w, params, NO_SLOT)
+        relabel(h, w, params, events)
+        h.due_time = w.keys[0].time + h.hold
+
+
+@compiled
+def _put_candidate(h, events, status, frame, time, share):
+    rev = FIRST if status == CANDIDATE else SECOND
+    decided = UNDECIDED if status == CANDIDATE else DECIDED
+    put_key_frame(h, events, status, MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH, rev, decided)
+
+
+@compiled
+def _decide(h, w, params, pose, step, events):
+    """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`."""
+    open_slot = take_slot(h, w.free, w.slots)
+    merge_into(params, w.slots[open_slot], w.slots[h.slot_settled])
+    merge_into(params, w.slots[open_slot], w.slots[h.slot_since])
+    merge_into(params, w.slots[open_slot], w.slots[h.slot_run])
+    add_frame(params, w.slots[open_slot], pose, step, h.joints, h.pending_weight, h.pending_moving)
+    close(params, w.slots[open_slot])
+    end_frame = h.candidate if h.candidate >= 0 else h.run_frame
+    while h.undecided > 0 and (h.undecided > h.capacity or h.time >= w.keys[0].time + h.hold):
+        rank(h, w, params, open_slot)
+        relabel(h, w, params, events)
+        decide_oldest(h, w, params, events, open_slot, end_frame)
+    give_slot(h, w.free, open_slot)
+    h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
+
+
+@compiled
+def _close_take(h, w, params, pose, step, events):
+    """Close the last segment and rank all undecided key frames together."""
+    place_last_frame(h, w.slots, params, pose, step, h.run_length, h.run_length < 0)
+    if h.candidate >= 0:
+        _put_candidate(h, events, WITHDRAWN, h.candidate, h.candidate_time, h.candidate_share)
+        h.candidate = -1
+        settle(h, w.slots, params)
+    if h.post_roll > 0.0:
+        for j in range(h.lanes):
+            pose[3, j] = REST
+        add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.post_roll)
+    close(params, w.slots[h.slot_settled])
+    rank(h, w, params, h.slot_settled)
+
+
+@compiled
+def _decide_all(h, w, params, events):
+    """Decide all undecided key frames by their strengths, and end the take."""
+    relabel(h, w, params, events)
+    h.open = 0
+    while h.undecided > 0:
+        decide_oldest(h, w, params, events, h.slot_settled, h.used_frame + 1)
+    _put_last_segment(h, w, params, events)
+    h.take += 1
+    h.next_frame = 0
+
+
+@compiled
+def _put_last_segment(h, w, params, events):
+    """Put the final message about the segment from the last final key frame to the end into the outbox."""
+    for d in range(h.slot):
+        w.scratch[OWN, d] = w.slots[h.slot_settled, d]
+        if h.has_before == 1:
+            w.scratch[PREVIOUS, d] = w.slots[h.slot_before, d]
+    event = next_event(h, events, SEGMENT)
+    event.id = h.left_id
+    event.frame = h.left_frame
+    event.time = h.left_time
+    event.end_id = h.used_frame
+    event.until_frame = h.used_frame
+    event.until_time = h.time
+    event.rev = 1
+    describe(h, w, params, event, h.has_before == 1, SEGMENT_FINAL)

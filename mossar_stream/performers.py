@@ -1,0 +1,127 @@
+"""Performers: segmenters by name, for streams in which several people move."""
+
+from mossar_stream.errors import FrameError
+from mossar_stream.events import Event
+from mossar_stream.frames import Frames, performer_name
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+
+MOST_PERFORMERS = 1024
+
+
+class Performers:
+    """A pool of segmenters with the same settings, one for each performer that is announced.
+
+    Args:
+        settings: Defaults to `Settings()`.
+        most: How many performers are followed at once; the one idle for longest makes room for a new one.
+
+    Example:
+        >>> import numpy as np
+        >>> pool = Performers()
+        >>> _ = pool.announce("ann", Skeleton(("hip", "hand"), (-1, 0)))
+        >>> events = pool.push(Frames(np.zeros((1, 2, 3), np.float32), np.zeros(1), performer="ann"))
+        >>> events[0].event
+        'started'
+    """
+
+    def __init__(self, settings: Settings | None = None, most: int = MOST_PERFORMERS) -> None:
+        self._settings = settings or Settings()
+        self._most = most
+        self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
+
+    def __contains__(self, performer: str) -> bool:
+        return performer in self._segmenters
+
+    def __getitem__(self, performer: str) -> Segmenter:
+        return self._segmenters[performer]
+
+    def __len__(self) -> int:
+        return len(self._segmenters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The performers that are followed."""
+        return tuple(self._segmenters)
+
+    def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
+        """Take note of a performer, or of its new skeleton, which ends its take.
+
+        Args:
+            performer: Name.
+            skeleton: Joints in the order of the frames to come.
+            fps: Nominal rate, Hz, if known.
+
+        Returns:
+            The events of takes that this ends.
+        """
+        name = performer_name(performer)
+        known = self._segmenters.get(name)
+        if known is not None and known.skeleton == skeleton:
+            return []
+        events = self.remove(name, "another skeleton") if known is not None else []
+        while len(self._segmenters) >= self._most:
+            events += self.remove(next(iter(self._segmenters)), "too many performers")
+        self._segmenters[name] = Segmenter(skeleton, self._settings, name, fps)
+        return events
+
+    def push(self, frames: Frames) -> list[Event]:
+        """Take frames of one performer in and return the events they cause.
+
+        Raises:
+            FrameError: If the performer was not announced or the shapes do not fit its skeleton.
+        """
+        segmenter = self._segmenters.pop(frames.performer, None)
+        if segmenter is None:
+            raise FrameError(f"performer {frames.performer!r} was not announced")
+        self._segmenters[frames.performer] = segmenter
+        return segmenter.push(frames)
+
+    def change(self, performer: str | None = None, **changes: object) -> list[Event]:
+        """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
+
+        Raises:
+            SettingsError: If a value is illegal; nothing is changed then.
+            FrameError: If there is no such performer.
+        """
+        if performer is not None:
+            if performer not in self._segmenters:
+                raise FrameError(
+                    f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
+                )
+            return self._segmenters[performer].change(**changes)
+        self._settings = self._settings.replace(**changes)
+        return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
+
+    def reset(self, performer: str | None = None) -> list[Event]:
+        """End the take of one performer, or of all, and forget the running range.
+
+        Raises:
+            FrameError: If there is no such performer.
+        """
+        if performer is not None and performer not in self._segmenters:
+            raise FrameError(
+                f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
+            )
+        chosen = self.names if performer is None else (performer,)
+        return [event for name in chosen for event in self._segmenters[name].reset()]
+
+    def end_takes(self, reason: str = "") -> list[Event]:
+        """End the takes of all performers."""
+        return [event for segmenter in self._segmenters.values() for event in segmenter.end_take(reason)]
+
+    def remove(self, performer: str, reason: str = "") -> list[Event]:
+        """End a performer's take and forget the performer."""
+        return self._segmenters.pop(performer).end_take(reason)
+
+    @property
+    def level(self) -> LevelName | float:
+        """The level of all performers; setting it acts at once."""
+        return self._settings.level
+
+    @level.setter
+    def level(self, level: LevelName | float) -> None:
+        self._settings = self._settings.replace(level=level)
+        for segmenter in self._segmenters.values():
+            segmenter.level = level

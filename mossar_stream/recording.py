@@ -1,0 +1,271 @@
+"""Recording: the whole of Mossar offline, Algorithms 1, 2 and 3, and the hierarchy that people choose from.
+
+The frames go through the same kernels as a stream, but no key frame is decided before the end.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_stream.act import DECIDE, FOLLOW, RANK, act, make_room
+from mossar_stream.block import Plan, move_row
+from mossar_stream.errors import FrameError
+from mossar_stream.events import KEY_FRAME_KINDS, KeyFrameEvent, KeyFrameKind, SegmentEvent, SegmentState
+from mossar_stream.frames import constant_times
+from mossar_stream.layout import header, region
+from mossar_stream.outbox import decode, make_outbox
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+from mossar_stream.state import CurveState, curve_state
+from mossar_stream.stream import HAPPENED, RING_FULL, STOPS, advance
+from mossar_stream.trail import SPACING, trail_size
+
+FIRST_ROOM = 64  # key frames there is room for at first
+
+
+class KeyFrame(msgspec.Struct, frozen=True):
+    """A key frame of a recording.
+
+    Args:
+        frame: Number of the frame.
+        time: s.
+        kind: `onset`, `offset` or `minimum`.
+        velocity: Share of the range.
+        strength: At which it falls in Algorithm 3; it stands at every level up to this.
+    """
+
+    frame: int
+    time: float
+    kind: KeyFrameKind
+    velocity: float
+    strength: float
+
+
+class Segment(msgspec.Struct, frozen=True):
+    """A segment of a recording; the fields are those of `SegmentEvent`."""
+
+    start_frame: int
+    end_frame: int
+    start_time: float
+    end_time: float
+    state: SegmentState
+    active_joints: tuple[str, ...]
+    similarity: float | None
+
+
+class Segmentation(msgspec.Struct, frozen=True):
+    """One level of the hierarchy: the key frames that stand, where they are, and the segments between."""
+
+    key_frames: list[KeyFrame]
+    segments: list[Segment]
+
+
+class Result:
+    """What `segment_recording` found.
+
+    Attributes:
+        settings: The settings used.
+        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
+        hierarchy: The same key frames in the order in which they fall. Without its first k entries it is the
+            k-th of the paper's nested sets.
+        curves: The velocity curve, frame by frame, if it was asked for.
+    """
+
+    def __init__(self, plan: Plan, row: NDArray[np.uint8], curves: list[CurveState]) -> None:
+        self.settings = plan.given
+        self.curves = curves
+        self._plan = plan
+        self._row = row
+        keys = region(row, plan.shape, "keys")[: int(header(row)["undecided"])]
+        self.key_frames = [
+            KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
+            for frame, time, kind, velocity, strength in keys[
+                ["frame", "time", "kind", "velocity", "strength"]
+            ].tolist()
+        ]
+        self.hierarchy = [self.key_frames[i] for i in np.argsort(keys["place"], kind="stable")]
+
+    @property
+    def segments(self) -> list[Segment]:
+        """The segments at the level of the settings, or with `max_key_frames` key frames."""
+        return self.at(self.settings.level).segments
+
+    def at(self, level: LevelName | float | None = None, *, count: int | None = None) -> Segmentation:
+        """Return the segmentation at a level, or with a number of key frames. Nothing is computed again.
+
+        Args:
+            level: A name or a strength: key frames at least as strong stand, and of the others as many as
+                `max_key_frames` calls for.
+            count: Number of key frames that stand; all of them if there are fewer.
+
+        Raises:
+            ValueError: If not exactly one of the two is given, or `count` is negative.
+        """
+        if (level is None) == (count is None):
+            raise ValueError("at() takes a level or a count")
+        if count is not None and count < 0:
+            raise ValueError(f"count must not be negative, not {count}")
+        row = self._row.copy()
+        if level is None:
+            header(row)["level"], header(row)["keep"] = math.inf, count
+        else:
+            header(row)["level"] = self._plan.strength(self.settings.replace(level=level).level)
+            header(row)["keep"] = self.settings.max_key_frames or 0
+        events = _act(self._plan, row, DECIDE)
+        standing = [
+            KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
+            for e in events
+            if isinstance(e, KeyFrameEvent) and e.status == "final"
+        ]
+        return Segmentation(standing, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+
+
+def _segment(event: SegmentEvent) -> Segment:
+    return Segment(
+        event.start_frame,
+        event.end_frame,
+        event.start_time,
+        event.end_time,
+        event.state,
+        event.active_joints,
+        event.similarity,
+    )
+
+
+def segment_recording(
+    positions: ArrayLike,
+    fps: float | None = None,
+    skeleton: Skeleton | None = None,
+    settings: Settings | None = None,
+    *,
+    times: ArrayLike | None = None,
+    curves: bool = False,
+) -> Result:
+    """Segment a whole recording (Algorithms 1, 2 and 3).
+
+    Key frames are numbered by their row in `positions`. A recording is one take: gaps and steps back in time do
+    not end it; frames out of order are dropped.
+
+    Args:
+        positions: (n, J, 3) metres, NaN where a joint is missing.
+        fps: Rate, Hz; needed without `times`.
+        skeleton: The joints; unnamed ones around their centroid if None.
+        settings: Defaults to `Settings()`. With `range=file` the range is that of the whole recording.
+        times: (n,) seconds.
+        curves: Whether to keep the velocity curve.
+
+    Returns:
+        The key frames and their hierarchy.
+
+    Raises:
+        FrameError: If the shapes do not fit.
+        ValueError: If there are neither times nor a rate.
+
+    Example:
+        >>> take = np.zeros((90, 2, 3), np.float32)
+        >>> take[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> take[60:, 1, 0] = 1
+        >>> result = segment_recording(take, fps=30, skeleton=Skeleton(("hip", "hand"), (-1, 0)))
+        >>> len(result.key_frames), len(result.at(count=1).segments)
+        (2, 2)
+    """
+    frames = np.require(positions, np.float32, ["C", "W"])
+    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
+        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
+    if len(skeleton) != frames.shape[1]:
+        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    if times is None and fps is None:
+        raise ValueError("segment_recording needs fps or times")
+    moments = (
+        constant_times(len(frames), fps or 0.0)
+        if times is None
+        else np.require(times, np.float64, ["C", "W"])
+    )
+    if moments.shape != frames.shape[:1]:
+        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    chosen = settings or Settings()
+    if chosen.range == "file":
+        chosen = _whole_range(frames, moments, skeleton, chosen, fps)
+    plan, row = _empty_take(skeleton, chosen, fps, moments)
+    return Result(*_run(plan, row, frames, moments, curves=curves))
+
+
+def _empty_take(
+    skeleton: Skeleton,
+    settings: Settings,
+    fps: float | None,
+    times: NDArray[np.float64],
+) -> tuple[Plan, NDArray[np.uint8]]:
+    """Return a plan for a recording and a row for it."""
+    finite = times[np.isfinite(times)]
+    seconds = float(np.ptp(finite)) if len(finite) else 0.0
+    trail = min(trail_size(seconds), trail_size(len(times) * SPACING))
+    plan = Plan(skeleton, settings, fps, window=FIRST_ROOM, trail=trail, offline=True)
+    row = plan.new_rows(1)[0]
+    header(row)["max_pause"] = math.inf
+    return plan, row
+
+
+def _whole_range(
+    frames: NDArray[np.float32],
+    times: NDArray[np.float64],
+    skeleton: Skeleton,
+    settings: Settings,
+    fps: float | None,
+) -> Settings:
+    """Return the settings with the range of the whole recording as fixed bounds (paper 3.1.1, normalisation).
+
+    The smallest velocity is 0, that of the first frame, where the window is empty.
+    """
+    plan, row = _empty_take(skeleton, settings.replace(range="running"), fps, times)
+    plan, row, _ = _run(plan, row, frames, times, curves=False)
+    h = header(row)
+    largest = max(float(h["largest"]), float(h["range_floor"]), np.finfo(float).tiny)
+    return settings.replace(range="fixed", range_min=0.0, range_max=largest)
+
+
+def _run(
+    plan: Plan,
+    row: NDArray[np.uint8],
+    frames: NDArray[np.float32],
+    times: NDArray[np.float64],
+    *,
+    curves: bool,
+) -> tuple[Plan, NDArray[np.uint8], list[CurveState]]:
+    """Take all frames in and rank the key frames; return the row, the plan it has grown to, and the curve."""
+    done = 0
+    states = []
+    while done < len(times):
+        until = done + 1 if curves else len(times)
+        used, stop = divmod(
+            advance(row.reshape(1, -1), 0, plan.params, frames[done:until], times[done:until]), STOPS
+        )
+        done += used
+        if stop == HAPPENED:
+            _act(plan, row, FOLLOW)
+            if header(row)["undecided"] == plan.shape.window:
+                plan, row = _grow(plan, row, plan.larger(window=2))
+        elif stop == RING_FULL:
+            plan, row = _grow(plan, row, plan.larger(ring=2))
+            continue
+        if curves:
+            states.append(curve_state(row, plan))
+    _act(plan, row, RANK)
+    return plan, row, states
+
+
+def _grow(plan: Plan, row: NDArray[np.uint8], larger: Plan) -> tuple[Plan, NDArray[np.uint8]]:
+    """Return a larger plan and the same take in a row of it."""
+    new = larger.new_rows(1)[0]
+    move_row(row, plan, new, larger)
+    return larger, new
+
+
+def _act(plan: Plan, row: NDArray[np.uint8], reason: int) -> list[KeyFrameEvent | SegmentEvent]:
+    """Let the compiled part do what is due and return its events."""
+    outbox, records = make_outbox(plan.most_events)
+    act(row.reshape(1, -1), 0, plan.params, make_room(plan), outbox, reason)
+    return decode(records[1 : int(records[0]["row"]) + 1].tolist(), "p1", plan.skeleton.names)

@@ -1,0 +1,96 @@
+"""Snapshot: everything a segmenter knows, as bytes.
+
+Magic, version, SHA-256 of the rest, then a msgpack map: settings, skeleton and rate, from which the layout of the
+row follows, and the row itself. No pickle; damaged bytes are refused before they are looked at.
+"""
+
+import hashlib
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.block import Plan
+from mossar_stream.errors import FrameError, SettingsError, SnapshotError
+from mossar_stream.events import Event
+from mossar_stream.layout import header
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+
+MAGIC = b"MOSSAR\x00"
+VERSION = 1
+HEAD_BYTES = len(MAGIC) + 1 + 32
+
+
+class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    settings: Settings
+    skeleton: Skeleton
+    fps: float | None
+    ring: int
+    offline: bool
+    performer: str
+    level: LevelName | float
+    pending: list[Event]
+    row: bytes
+
+
+def pack_snapshot(
+    plan: Plan,
+    performer: str,
+    level: LevelName | float,
+    pending: list[Event],
+    row: NDArray[np.uint8],
+) -> bytes:
+    """Return a snapshot of a performer.
+
+    Args:
+        plan: Of the row.
+        performer: Name.
+        level: As it is now.
+        pending: Events that have not been handed out.
+        row: Bytes of the performer.
+    """
+    content = _Content(
+        plan.given,
+        plan.skeleton,
+        plan.fps,
+        plan.shape.ring,
+        plan.offline,
+        performer,
+        level,
+        pending,
+        row.tobytes(),
+    )
+    body = msgspec.msgpack.encode(content)
+    return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
+
+
+def unpack_snapshot(
+    blob: bytes,
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8]]:
+    """Return plan, performer, level, pending events and row of a snapshot.
+
+    Raises:
+        SnapshotError: If the bytes are damaged, truncated, or of a newer version.
+    """
+    if len(blob) < HEAD_BYTES or not blob.startswith(MAGIC):
+        raise SnapshotError("these bytes are not a snapshot, or the beginning of one is missing")
+    version, digest, body = blob[len(MAGIC)], blob[len(MAGIC) + 1 : HEAD_BYTES], blob[HEAD_BYTES:]
+    if version != VERSION:
+        raise SnapshotError(f"the snapshot has version {version}; this program reads version {VERSION}")
+    if hashlib.sha256(body).digest() != digest:
+        raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
+    try:
+        content = msgspec.msgpack.decode(body, type=_Content)
+        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, offline=content.offline)
+    except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
+        raise SnapshotError(f"the snapshot cannot be read: {error}") from None
+    row = np.frombuffer(content.row, np.uint8).copy()
+    if len(row) != plan.row_bytes:
+        raise SnapshotError(
+            f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}"
+        )
+    level, index = header(row)["level"], 0
+    plan.prepare(row, index)
+    header(row)["level"] = level
+    return plan, content.performer, content.level, content.pending, row

@@ -1,0 +1,58 @@
+"""State: the velocity curve at the last frame, for people who watch."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.block import Plan
+from mossar_stream.layout import header, region
+
+
+class CurveState(msgspec.Struct, frozen=True):
+    """The curve at one frame, as shares of the range.
+
+    Args:
+        frame: Number of the frame.
+        time: s.
+        value: Velocity.
+        ceiling: Ceiling of Algorithm 1.
+        floor: Floor of Algorithm 1.
+        threshold: θ.
+        scale: What 1 is, m of path over the window summed over the joints; 1 with a fixed range.
+        moving: Whether this is a moving period.
+        pace: Tempo factor that merge costs are divided by.
+        pose: (J, 3) m relative to the centre.
+    """
+
+    frame: int
+    time: float
+    value: float
+    ceiling: float
+    floor: float
+    threshold: float
+    scale: float
+    moving: bool
+    pace: float
+    pose: NDArray[np.float32]
+
+
+def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
+    """Return the curve at the last frame of a row."""
+    h = header(row)
+    fixed = plan.settings.range == "fixed"
+    scale = 1.0 if fixed else max(float(h["largest"]), float(h["range_floor"]))
+    per = 1.0 / scale if scale > 0 else 0.0
+    lanes = plan.shape.lanes
+    pose = region(row, plan.shape, "pose").reshape(4, lanes)[:3, : plan.shape.joints].T
+    return CurveState(
+        frame=int(h["used_frame"]),
+        time=float(h["time"]),
+        value=float(h["value"]) * per,
+        ceiling=float(h["ceiling"]) * per,
+        floor=float(h["floor"]) * per,
+        threshold=plan.settings.sig_threshold,
+        scale=scale,
+        moving=bool(h["moving"]),
+        pace=float(h["pace"]),
+        pose=np.ascontiguousarray(pose, np.float32),
+    )

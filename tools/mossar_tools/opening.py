@@ -1,0 +1,69 @@
+"""Opening: what a source or sink on the command line stands for."""
+
+import logging
+from collections.abc import Mapping
+from pathlib import PurePath
+
+import msgspec
+
+from mossar_adapters.address import parse_url
+from mossar_adapters.files import open_recording
+from mossar_adapters.live import Listener
+from mossar_adapters.sink import FrameSink, Sink
+from mossar_adapters.source import Recording, Source
+from mossar_adapters.urls import open_frame_sink, open_sink, open_source
+from mossar_stream.settings import Settings
+from mossar_tools.errors import UsageError
+from mossar_tools.options import Options
+
+_log = logging.getLogger("mossar")
+
+
+def source_of(url: str, options: Options, listener: Listener | None = None) -> Source:
+    """Return the source that a URL or path stands for, and say what its opening found out.
+
+    Raises:
+        MossarError: If it cannot be opened.
+    """
+    scheme = parse_url(url).scheme
+    if options.speed is not None and scheme not in {"demo", "file"}:
+        raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
+    speed = options.speed or (1.0 if scheme == "demo" else "max")
+    source = open_source(url, options=options.reading(), speed=speed, listener=listener, loop=options.loop)
+    _tell(source.name, getattr(source, "notes", ()))
+    return source
+
+
+def recording_of(url: str, options: Options) -> Recording:
+    """Return the recording that a path stands for, and say what its reader found out.
+
+    Raises:
+        FileError: If it cannot be read.
+    """
+    recording = open_recording(parse_url(url).path, options.reading())
+    _tell(recording.path, recording.notes)
+    return recording
+
+
+def sink_of(
+    url: str, options: Options, settings: Settings, positions: Mapping[str, int | None]
+) -> Sink | FrameSink:
+    """Return the sink that a URL or path stands for: of events, or of frames for a recording.
+
+    Args:
+        url: As on the command line.
+        options: Tells whether a recording may be replaced.
+        settings: Told to receivers.
+        positions: Bytes written by a former run, by the names of sinks that go on.
+
+    Raises:
+        MossarError: If it cannot be opened.
+    """
+    if PurePath(parse_url(url).path).suffix.lower() == ".msk":
+        return open_frame_sink(url, force=options.force)
+    return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
+
+
+def _tell(name: str, notes: tuple[str, ...]) -> None:
+    for note in notes:
+        _log.info("%s", note if note.startswith(name) else f"{name}: {note}")
