@@ -102,7 +102,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         pool.find(request.performer)
         performers = (request.performer,)
     if request.set is not None:
-        pool.change(request.set, request.performer)
+        pipeline.send(pool.change(request.set, request.performer))
         return request.set
     if request.get == "settings":
         return pool.settings if request.performer is None else pool.find(request.performer).settings

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mossar_stream.errors import MossarError
-from mossar_stream.presets import level_strength
 from mossar_stream.settings import LEVEL_NAMES
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.live import LiveShow
@@ -15,11 +14,9 @@ from mossar_tools.dashboard.saving import save_settings
 if TYPE_CHECKING:
     import viser
 
+_RESET, _SAVE = "Reset", "Save settings"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
 _QUIET = 0.6  # s after a touch in which the page does not move what was touched
-
-__all__ = ["Controls", "level_strength"]
-
 
 class Controls:
     """The panel's widgets.
@@ -71,7 +68,7 @@ class Controls:
             top,
             0.01,
             min(show.strength, top),
-            marks=((0.0, "posture"), (strengths[1], "motion"), (strengths[2], "cluster"), (top, f"{top:g}")),
+            marks=((strengths[1], "motion"), (strengths[2], "cluster")),
             hint="Key frames at least this strong stand. Left: every posture. Right: only the great changes.",
         )
         self._on(self._level, lambda value: show.set_level(float(value)))
@@ -116,12 +113,9 @@ class Controls:
             self._on(self._freeze, lambda _: self._freeze_picture(show))
             self._record = self._gui.add_button("Record", icon="player-record", hint="Frames, to a .msk file")
             self._on(self._record, lambda _: self._switch_recording(show))
-        reset = self._gui.add_button(
-            "Reset", icon="refresh", hint="A new take and a new range, as for another person; recordings begin anew"
-        )
-        self._on(reset, lambda _: show.reset())
-        save = self._gui.add_button("Save settings", icon="device-floppy", hint="As TOML, for --config")
-        self._on(save, lambda _: self._save())
+        hint = "Reset: a new take and a new range, as for another person. Save: settings as TOML, for --config."
+        others = self._gui.add_button_group("", (_RESET, _SAVE), hint=hint)
+        self._on(others, lambda value: show.reset() if value == _RESET else self._save())
 
     def _add_keys(self, show: RecordedShow) -> None:
         # What browsers call the keys; + needs shift on some keyboards and not on others.

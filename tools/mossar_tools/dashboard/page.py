@@ -4,11 +4,13 @@ import sys
 import threading
 import time
 import webbrowser
+from html import escape
 from pathlib import Path
 
 from mossar_adapters.extras import needed
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.chart import chart
+from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.style import PANEL, sheet
@@ -19,6 +21,7 @@ PORT = 8080
 RATE = 30.0  # Hz, of the scene
 _CHART_EVERY = 2  # rounds
 _TABLES_EVERY = 8
+_BRAND = (0, 78, 122)  # becomes the palette's blue where viser paints buttons with it
 _SWITCH = 0.001  # s after which a thread that computes lets another one go on
 
 
@@ -97,7 +100,7 @@ class Page:
     def _paint(self) -> None:
         palette = DARK if self._dark.value else LIGHT
         self._server.gui.configure_theme(
-            dark_mode=self._dark.value, show_logo=False, show_share_button=False, brand_color=(0, 114, 178)
+            dark_mode=self._dark.value, show_logo=False, show_share_button=False, brand_color=_BRAND
         )
         self._scene.paint(palette)
 
@@ -108,7 +111,7 @@ class Page:
             began = time.monotonic()
             try:
                 self._draw(rounds)
-            except Exception as error:  # the stream matters more than its picture
+            except Exception as error:  # noqa: BLE001 - the stream matters more than its picture
                 if not failed:
                     LOGGER.exception("dashboard: %s", error)
                 failed = True
@@ -128,7 +131,7 @@ class Page:
             if rounds % _TABLES_EVERY == 0:
                 self._draw_tables(glimpses)
 
-    def _draw_tables(self, glimpses) -> None:
+    def _draw_tables(self, glimpses: list[Glimpse]) -> None:
         recorder = None if isinstance(self._show, RecordedShow) else self._show.recorder
         running = recorder is not None and recorder.running
         self._state.content = state_card(
@@ -139,7 +142,7 @@ class Page:
         )
         self._facts.content = facts_card(glimpses)
         self._marks.content = marks_card(glimpses)
-        note = f'<div class="mossar m-card m-note" id="mossar-note">{self._controls.note}</div>'
+        note = f'<div class="mossar m-card m-note" id="mossar-note">{escape(self._controls.note)}</div>'
         if self._note.content != note:
             self._note.content = note
         self._controls.sync()

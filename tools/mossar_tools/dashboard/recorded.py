@@ -14,7 +14,7 @@ from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
-from mossar_tools.opening import open_recorded
+from mossar_tools.opening import recording_of
 from mossar_tools.options import Options
 from mossar_tools.whole import Whole, read_whole
 
@@ -216,7 +216,7 @@ def read_parts(options: Options) -> list[tuple[str, Whole]]:
     Raises:
         MossarError: If it cannot be read.
     """
-    recording = open_recorded(options.file, options)
+    recording = recording_of(options.file, options)
     if len(recording.performers) < 2 or options.performer is not None:
         return [(options.performer or recording.performers[0], read_whole(options))]
     names = recording.performers[:MOST_PERFORMERS]

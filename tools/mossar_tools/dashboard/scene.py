@@ -14,9 +14,11 @@ from mossar_tools.palette import Palette
 if TYPE_CHECKING:
     import viser
 
-STEP = 0.92  # m between two ghosts
-FRONT = 0.75  # m by which the live body stands nearer than its ghosts
-_LANE = 2.1  # m for the live body
+STEP = 0.84  # m between two ghosts
+FRONT = 1.0  # m by which the live body stands nearer than its ghosts
+_LANE = 1.9  # m for the live body
+
+_FADED = 0.35  # opacity of the oldest ghost, as a share of the latest's
 
 Colours = NDArray[np.uint8]
 
@@ -80,10 +82,10 @@ class Scene:
     def _aim(self, count: int, ghosts: int) -> None:
         """Put the camera where everybody is seen, above the chart."""
         width = count * (ghosts * STEP + _LANE)
-        away = max(5.5, 1.28 * width)
+        away = max(6.0, 1.28 * width)
         camera = self._server.initial_camera
-        camera.position = (0.0, -away, 0.9 + 0.14 * away)
-        camera.look_at = (0.0, 0.0, 0.62 - 0.045 * away)
+        camera.position = (0.0, -away, 0.9 + 0.13 * away)
+        camera.look_at = (0.0, 0.0, 0.85 - 0.085 * away)
         for client in self._server.get_clients().values():
             client.camera.position = camera.position
             client.camera.look_at = camera.look_at
@@ -109,16 +111,20 @@ class _Lane:
         self._balls = self._add("balls", ball_mesh(), balls_of(glimpse.skeleton, empty), 1.0)
         many = [empty] * ghosts
         self._ghost_bones = self._add(
-            "ghost bones", bone_mesh(), joined([bones_of(glimpse.skeleton, e) for e in many]), 0.55
+            "ghost bones", bone_mesh(), joined([bones_of(glimpse.skeleton, e) for e in many]), _FADED
         )
         self._ghost_balls = self._add(
-            "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), 0.55
+            "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), _FADED
         )
-        if named:
-            label = server.scene.add_label(
-                f"{name}/name", glimpse.performer, position=tuple(self._spot + (0, 0, 2.15)), anchor="bottom-center"
+        self._nodes.append(
+            server.scene.add_label(
+                f"{name}/name",
+                f"{glimpse.performer} now" if named else "now",
+                position=tuple(self._spot + (0.0, -0.25, -0.02)),
+                anchor="top-center",
+                font_screen_scale=1.0,
             )
-            self._nodes.append(label)
+        )
 
     def paint(self, palette: Palette) -> None:
         """Take other colours."""
@@ -151,10 +157,10 @@ class _Lane:
 
     def _draw_ghosts(self, ghosts: list[Ghost]) -> None:
         empty = np.full((len(self.skeleton), 3), np.nan, np.float32)
-        places = [ghost.joints + self._place(i) for i, ghost in enumerate(ghosts)]
-        places += [empty] * (self._room - len(ghosts))
-        colours = [self._kinds[ghost.mark.kind] for ghost in ghosts]
-        colours += [(0, 0, 0)] * (self._room - len(ghosts))
+        free = self._room - len(ghosts)  # at the left end
+        places = [empty] * free
+        places += [ghost.joints + self._place(free + i) for i, ghost in enumerate(ghosts)]
+        colours = [(0, 0, 0)] * free + [self._kinds[ghost.mark.kind] for ghost in ghosts]
         bones = [bones_of(self.skeleton, place) for place in places]
         balls = [balls_of(self.skeleton, place) for place in places]
         _update(self._ghost_bones, joined(bones), _repeated(colours, len(self.skeleton.bones())))
@@ -165,7 +171,7 @@ class _Lane:
             self._scene.add_label(
                 f"{self._name}/time {i}",
                 f"{ghost.mark.kind} {ghost.mark.time:.1f} s",
-                position=tuple(self._place(i) + (0.0, -0.25, -0.02)),
+                position=tuple(self._place(free + i) + (0.0, -0.25, -0.02)),
                 anchor="top-center",
                 font_screen_scale=0.8,
             )
@@ -176,8 +182,10 @@ class _Lane:
         return np.array([self._first + i * STEP, 0.0, 0.0], np.float32)
 
     def _add(
-        self, name: str, mesh: tuple[NDArray[np.float32], NDArray[np.uint32]], solids: Solids, opacity: float
+        self, name: str, mesh: tuple[NDArray[np.float32], NDArray[np.uint32]], solids: Solids, oldest: float
     ) -> Any:
+        """Add copies of a mesh; those of older ghosts are paler, down to an opacity of `oldest`."""
+        fading = np.linspace(oldest, 1.0, self._room if oldest < 1 else 1) * (0.75 if oldest < 1 else 1.0)
         node = self._scene.add_batched_meshes_simple(
             f"{self._name}/{name}",
             mesh[0],
@@ -186,7 +194,7 @@ class _Lane:
             solids.places,
             batched_scales=solids.sizes,
             batched_colors=np.zeros((len(solids.places), 3), np.uint8),
-            opacity=None if opacity >= 1 else opacity,
+            batched_opacities=np.repeat(fading, len(solids.places) // len(fading)),
             lod="off",
             cast_shadow=True,
             receive_shadow=False,

@@ -17,7 +17,7 @@ from mossar_tools.dashboard.stretches import stretches_between
 
 SECONDS = 20.0  # of the curve that are shown
 RATE = 30.0  # samples and poses kept per second, at most
-GHOSTS = 8  # poses of key frames shown
+GHOSTS = 7  # poses of key frames shown
 _SAMPLES = int(1.5 * SECONDS * RATE)
 _POSES = 400  # poses kept until their key frames are confirmed
 _MARKS = 400  # key frames kept
