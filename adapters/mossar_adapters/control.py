@@ -102,7 +102,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         pool.find(request.performer)
         performers = (request.performer,)
     if request.set is not None:
-        pool.change(request.set, request.performer)
+        pipeline.send(pool.change(request.set, request.performer))
         return request.set
     if request.get == "settings":
         return pool.settings if request.performer is None else pool.find(request.performer).settings
@@ -110,7 +110,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
     if request.do == "reset":
         for name in performers:
-            pipeline.send(pool.reset(name))
+            pipeline.send(pool.reset(name, "asked for"))
         return list(performers)
     if request.get is not None:
         raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")

@@ -70,7 +70,9 @@ def test_a_performer_that_has_ended_does_not_hold_up_the_others():
 def test_resuming_skips_the_frames_of_each_performer():
     source = RecordingSource(recording(performers=("a", "b")))
     source.resume({"a": 10, "b": 3})
-    counts = {name: sum(len(f) for f in frames_of_performer) for name, frames_of_performer in split(source).items()}
+    counts = {
+        name: sum(len(f) for f in frames_of_performer) for name, frames_of_performer in split(source).items()
+    }
     assert counts == {"a": 10, "b": 17}
 
 

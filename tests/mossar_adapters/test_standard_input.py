@@ -14,7 +14,9 @@ from mossar_stream.frames import Frames
 
 def source(*maps, **options):
     lines = [m if isinstance(m, bytes) else json.dumps(m).encode() for m in maps]
-    return JsonLinesSource(parse_url("-"), ReadOptions(**options), io.BytesIO(b"".join(line + b"\n" for line in lines)))
+    return JsonLinesSource(
+        parse_url("-"), ReadOptions(**options), io.BytesIO(b"".join(line + b"\n" for line in lines))
+    )
 
 
 def frame(**fields):

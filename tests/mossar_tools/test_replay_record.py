@@ -56,7 +56,13 @@ def test_osc_replay_sends_rotations_of_recordings_that_have_them(mossar, tmp_pat
 
 def bvh():
     """A person who has turned by 90° about the vertical, in cm."""
-    lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"]
+    lines = [
+        "HIERARCHY",
+        "ROOT Hips",
+        "{",
+        "OFFSET 0 0 0",
+        "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+    ]
     limbs = {
         "Spine": (0, 30, 0),
         "Head": (0, 60, 0),

@@ -31,30 +31,27 @@ class Pool(Performers):
             raise SettingsError(f"no performer called {performer[:40]!r}; there are: {known}")
         return self[performer]
 
-    def change(self, changes: Mapping[str, object], performer: str | None = None) -> None:
-        """Change settings while running; the events come with the next frames.
+    def change(self, changes: Mapping[str, object], performer: str | None = None) -> list[Event]:  # type: ignore[override]
+        """Change settings while running, see `Segmenter.change`; more events may come with the next frames.
 
         Args:
             changes: Names and values.
             performer: Whose; None for all, those to come included.
 
-        Raises:
-            SettingsError: If a setting is unknown, its value illegal, or it cannot be changed while running;
-                nothing is changed then.
-        """
-        level = Settings.build(overrides=changes).level
-        fixed = [name for name in changes if name != "level"]
-        if fixed:
-            raise SettingsError(f"setting {fixed[0]} cannot be changed while running; level can")
-        if performer is not None:
-            self.find(performer).level = level
-        else:
-            self.level = level
-            self.settings = self.settings.replace(level=level)
+        Returns:
+            The events of takes that this ends.
 
-    def reset(self, performer: str) -> list[Event]:
-        """End the take of a performer and forget the running range."""
-        return self.find(performer).reset("asked for")
+        Raises:
+            SettingsError: If a setting is unknown, its value illegal, or of no use to a stream; nothing is
+                changed then.
+        """
+        changed = self.settings.replace(**changes)
+        if changed.range == "file":
+            raise SettingsError("setting range=file needs a whole recording; a stream has none")
+        if performer is not None:
+            return self.find(performer).change(**changes)
+        self.settings = changed
+        return super().change(None, **changes)
 
     def snapshot(self) -> dict[str, bytes]:
         """Return what all segmenters know."""
