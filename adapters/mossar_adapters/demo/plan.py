@@ -38,11 +38,12 @@ STAND_SECONDS: Final = 20.0
 LONGEST_STILL: Final = 86400.0  # s
 FLOWING: Final = 0.7  # share of changes without a pause
 _TURNS: Final = (math.radians(45), math.radians(70))
-_PACES: Final = (0.92, 1.12)
+_PACES: Final = (0.82, 1.0)
 _SIZES: Final = (0.88, 1.1)
 _RESTS: Final = (1.5, 2.5)  # s
 _CHANGES: Final = (0.25, 0.3)  # s
 _PAUSES: Final = (0.1, 0.2)  # s
+_HOLD: Final = 0.07  # s at pace 1 that a move ends in its posture, still
 _FAR: Final = 0.8  # m from its place, from where on a performer turns back
 
 
@@ -107,10 +108,10 @@ def parse_move(text: str) -> Wish:
 
 
 def default_moves(rng: np.random.Generator) -> Iterator[Wish]:
-    """Yield moves without end, in rounds of about 35 s that have every kind; `stand` is left out.
+    """Yield moves without end, in rounds of about 43 s that have every kind; `stand` is left out.
 
-    No kind follows itself. Every walk follows a turn, because that is where a performer can head back to its
-    place.
+    No kind follows itself, and walk and turn alternate without touching: a turn is where a performer can head
+    back to its place.
     """
     yield Wish("rest")
     kinds = ["punch", "kick", "jump", "wave", "squat"] * 2 + ["turn", "walk"] * 2
@@ -129,9 +130,9 @@ def beats(
     """Yield the moves at their times, with the true cuts between them.
 
     A move is repeated for 1.5-3 s in its own posture; rest and stand are moves without motion. Between two moves
-    the performer changes posture in one brisk movement of 0.25-0.4 s, whose middle is the cut. It pauses for
-    0.1-0.3 s around it (`pause`) or goes straight on (`flow`); next to rest and stand the cut is called `rest`.
-    Between two of these there is neither change nor cut.
+    the performer changes posture in one brisk movement of 0.25-0.3 s, whose middle is the cut. It pauses for
+    0.1-0.2 s, half before and half after it (`pause`), or goes straight on (`flow`); next to rest and stand the
+    cut is called `rest`. Between two of these there is neither change nor cut.
 
     Args:
         wishes: The moves.
@@ -159,7 +160,7 @@ def beats(
             write, fewest, most = REPEATED[wish.kind]
             size = angle if wish.kind == "turn" else rng.uniform(*_SIZES)
             stance = write(script, side, size, int(rng.integers(fewest, most + 1)))
-            end = script.end
+            end = script.end + _HOLD * script.pace
         start = min([stroke.start for stroke in strokes], default=begin)
         before = Beat(_name(wish.kind, side), start, end, (*strokes, *script.strokes), cut, kind)
         held = goal
