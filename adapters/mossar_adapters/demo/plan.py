@@ -38,7 +38,7 @@ STAND_SECONDS: Final = 20.0
 LONGEST_STILL: Final = 86400.0  # s
 FLOWING: Final = 0.7  # share of changes without a pause
 _TURNS: Final = (math.radians(45), math.radians(70))
-_PACES: Final = (0.82, 1.0)
+_PACES: Final = (0.82, 1.0)  # factor on the times of a move
 _SIZES: Final = (0.88, 1.1)
 _RESTS: Final = (1.5, 2.5)  # s
 _CHANGES: Final = (0.25, 0.3)  # s
@@ -172,10 +172,18 @@ def _change(
     wish: Wish,
     rng: np.random.Generator,
     tempo: float,
-    pose: tuple[Stance, Floats, Floats],
+    postures: tuple[Stance, Floats, Floats],
 ) -> tuple[float, float | None, str, list[Stroke]]:
-    """Return when the next move begins, the cut before it with its kind, and the change that leads to it."""
-    stance, held, goal = pose
+    """Return when the next move begins, the cut before it with its kind, and the change that leads to it.
+
+    Args:
+        before: The move before.
+        wish: The next move.
+        rng: Chooses how long change and pause are.
+        tempo: 2 is twice as fast.
+        postures: Where the performer stands, the posture it holds and the one to come.
+    """
+    stance, held, goal = postures
     seconds = rng.uniform(*_CHANGES) / tempo
     pause = rng.uniform(*_PAUSES) / tempo if rng.random() >= FLOWING else 0.0
     end, quiet = (0.0, True) if before is None else (before.end, before.name in STILL)
