@@ -97,7 +97,7 @@ def test_oscsendfile_replays_a_log_into_the_source(hear, program, tmp_path):
     names = ("head", "neck", "torso")
     log.write_text(
         "".join(
-            f"{0xE0000000 + k // 50:08x}.{(k % 50) * 85899345:08x} /joint sifff \"{name}\" 1 0.5 0.{i} 2.{k:02d}\n"
+            f'{0xE0000000 + k // 50:08x}.{(k % 50) * 85899345:08x} /joint sifff "{name}" 1 0.5 0.{i} 2.{k:02d}\n'
             for k in range(20)
             for i, name in enumerate(names)
         )

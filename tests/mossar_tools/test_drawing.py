@@ -60,7 +60,9 @@ def test_figures_stand_upright_and_face_the_reader_whatever_their_axes():
         assert flat[toes, 0] > flat[foot, 0]
 
 
-@pytest.mark.parametrize("names", [("lhand", "rhand", "lfoot", "rfoot"), ("L_Hand", "R_Hand", "L_Foot", "R_Foot")])
+@pytest.mark.parametrize(
+    "names", [("lhand", "rhand", "lfoot", "rfoot"), ("L_Hand", "R_Hand", "L_Foot", "R_Foot")]
+)
 def test_sides_are_told_by_names(names):
     assert sides(Skeleton(names)).tolist() == [1, -1, 1, -1]
 

@@ -26,7 +26,7 @@ def test_replay_keeps_the_pace(mossar, swing, tmp_path):
 def test_record_writes_what_comes_and_refuses_to_replace(mossar, tmp_path):
     path = tmp_path / "take.msk"
     record = ("record", "demo:?performers=2", path, "--speed", "max", "--seconds", "1")
-    status, out, err = mossar(*record)
+    status, out, _ = mossar(*record)
     assert (status, out) == (0, "")
     recording = open_recording(path)
     assert recording.performers == ("p1", "p2")
@@ -56,7 +56,13 @@ def test_osc_replay_sends_rotations_of_recordings_that_have_them(mossar, tmp_pat
 
 def bvh():
     """A person who has turned by 90° about the vertical, in cm."""
-    lines = ["HIERARCHY", "ROOT Hips", "{", "OFFSET 0 0 0", "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"]
+    lines = [
+        "HIERARCHY",
+        "ROOT Hips",
+        "{",
+        "OFFSET 0 0 0",
+        "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+    ]
     limbs = {
         "Spine": (0, 30, 0),
         "Head": (0, 60, 0),

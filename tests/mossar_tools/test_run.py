@@ -2,9 +2,8 @@ import csv
 import json
 import threading
 
-from mossar_tools.cli import main
-
 from mossar_adapters.files import open_recording
+from mossar_tools.cli import main
 
 
 def test_json_lines_come_in_a_pipe(events):
@@ -23,18 +22,26 @@ def test_json_lines_come_in_a_pipe(events):
 def test_only_what_is_asked_for_is_emitted_and_revs_stay(events):
     everything = events("run", "demo:?seconds=8", "--speed", "max")
     finals = events("run", "demo:?seconds=8", "--speed", "max", "--emit", "key_frame.final,stream")
-    assert finals == [e for e in everything if e["type"] == "stream" or (e["type"], e.get("status")) == ("key_frame", "final")]
+    assert finals == [
+        e
+        for e in everything
+        if e["type"] == "stream" or (e["type"], e.get("status")) == ("key_frame", "final")
+    ]
 
 
 def test_several_sinks_at_once(mossar, tmp_path):
     jsonl, table, frames = (tmp_path / name for name in ("e.jsonl", "s.csv", "f.msk"))
-    status, out, _ = mossar("run", "demo:?seconds=8", "--speed", "max", "--to", jsonl, "--to", table, "--to", frames)
+    status, out, _ = mossar(
+        "run", "demo:?seconds=8", "--speed", "max", "--to", jsonl, "--to", table, "--to", frames
+    )
     assert (status, out) == (0, "")
     written = [json.loads(line) for line in jsonl.read_text().splitlines()]
     finals = [e for e in written if (e["type"], e.get("status")) == ("segment", "final")]
     rows = list(csv.DictReader(table.read_text().splitlines()))
     assert [row["state"] for row in rows] == [event["state"] for event in finals]
-    strengths = {e["id"]: e["strength"] for e in written if e.get("status") == "final" and e["type"] == "key_frame"}
+    strengths = {
+        e["id"]: e["strength"] for e in written if e.get("status") == "final" and e["type"] == "key_frame"
+    }
     assert [row["strength"] for row in rows[:-1]] == [f"{s:.4f}" for s in strengths.values()]
     assert open_recording(frames).frame_count == 480
 
@@ -49,7 +56,7 @@ def test_a_recording_is_not_replaced_unless_asked(mossar, tmp_path):
     assert mossar(*run, "--force")[0] == 0
 
 
-def test_standard_input_gives_the_same_events_as_the_recording(events, mossar, swing, process, tmp_path):
+def test_standard_input_gives_the_same_events_as_the_recording(events, mossar, swing, process):
     status, frames, _ = mossar("replay", swing, "--to", "-", "--speed", "max")
     assert status == 0
     running = process("run", "-", stdin=-1)
@@ -111,7 +118,7 @@ def test_a_damaged_snapshot_is_refused(mossar, swing, tmp_path):
     assert "delete it to start anew" in err
 
 
-def test_zeromq_in_and_out_gives_the_same_key_frames(events, mossar, swing, tmp_path):
+def test_zeromq_in_and_out_gives_the_same_key_frames(events, swing, tmp_path):
     direct = [e["frame"] for e in events("run", swing, "--emit", "confirmed")]
     url = f"ipc://{tmp_path}/pose"
     frames = url.replace("ipc:", "ipc+bind:")
