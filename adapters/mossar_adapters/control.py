@@ -96,22 +96,21 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
     asked = [name for name in ("set", "get", "do") if getattr(request, name) is not None]
     if len(asked) != 1:
         raise SettingsError('a request has one of "set", "get" and "do"')
-    pool = pipeline.pool
-    performers = tuple(sorted(pool.names))
-    if request.performer is not None:
-        pool.find(request.performer)
-        performers = (request.performer,)
+    pool, performer = pipeline.pool, request.performer
+    if performer is not None and performer not in pool:
+        raise SettingsError(f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}")
+    performers = sorted(pool.names) if performer is None else [performer]
     if request.set is not None:
-        pipeline.send(pool.change(request.set, request.performer))
+        pipeline.send(pool.set(request.set, performer))
         return request.set
     if request.get == "settings":
-        return pool.settings if request.performer is None else pool.find(request.performer).settings
+        return pool.settings if performer is None else pool[performer].settings
     if request.get == "stats":
         return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
     if request.do == "reset":
         for name in performers:
             pipeline.send(pool.reset(name, "asked for"))
-        return list(performers)
+        return performers
     if request.get is not None:
         raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")
     raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")

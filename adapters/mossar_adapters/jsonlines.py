@@ -1,7 +1,10 @@
 """JSON lines: frames in on standard input, events or frames out on standard output or into a file."""
 
+import io
 import os
+import queue
 import sys
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -23,6 +26,8 @@ from mossar_stream.frames import Frames
 
 MAX_LINE = 1 << 20  # bytes
 _READ = 1 << 16  # bytes
+_WAITING = 8  # reads ahead; the writer waits beyond that
+_POLL = 0.1  # s
 
 
 class JsonLinesSource:
@@ -47,28 +52,34 @@ class JsonLinesSource:
         self._batch = Batch(options.fps)
         self._intake = MapIntake(self._batch, self.counters, options)
         self._stream = stream
+        self._parts: queue.Queue[bytes] = queue.Queue(_WAITING)
         self._usable = 0  # frames
         self._problem = ""  # what was wrong with the first malformed line
         self._started = time.monotonic()
         self._closed = False
 
     def items(self) -> Iterator[Meta | Frames | None]:
-        """Yield metas and chunks of frames until the input ends.
+        """Yield metas and chunks of frames until the input ends; None when nothing came for a tenth of a second.
 
         Raises:
             MossarError: At the end, if no line held a usable frame.
         """
-        rest = b""
-        while not self._closed and (data := self._read()):
-            *lines, rest = (rest + data).split(b"\n")
+        threading.Thread(target=self._read, name="standard input", daemon=True).start()
+        rest, data = b"", b"."
+        while data and not self._closed:
+            try:
+                data = self._parts.get(timeout=_POLL)
+            except queue.Empty:
+                yield None
+                continue
+            # What follows the last line's end is a line only when the input ends.
+            *lines, rest = [*(rest + data).split(b"\n"), *([] if data else [b""])]
             for line in lines:
                 self._take(line)
             if len(rest) > MAX_LINE:
                 self._refuse(f"longer than {MAX_LINE} bytes")
                 rest = b""
             yield from self._batch.take()
-        self._take(rest)
-        yield from self._batch.take()
         if not self._usable and not self._closed:
             raise MossarError(f"{self.name}: there is no frame in it{self._problem}")
 
@@ -84,9 +95,28 @@ class JsonLinesSource:
         """End `items` after what comes next. May be called twice, and from any thread."""
         self._closed = True
 
-    def _read(self) -> bytes:
-        # Not through sys.stdin: a thread blocked in it would hold its lock when the interpreter ends.
-        return os.read(sys.stdin.fileno(), _READ) if self._stream is None else self._stream.read(_READ)
+    def _read(self) -> None:
+        """Hand over what comes, nothing at the end; in a thread, since pipes cannot be polled everywhere."""
+        data = b"."
+        while data and not self._closed:
+            try:
+                data = self._next()
+            except (OSError, ValueError):  # closed under our hands
+                data = b""
+            while not self._closed:
+                try:
+                    self._parts.put(data, timeout=_POLL)
+                    break
+                except queue.Full:
+                    continue
+
+    def _next(self) -> bytes:
+        stream = sys.stdin.buffer if self._stream is None else self._stream
+        try:
+            # Not through the stream: a thread blocked in it would hold its lock when the interpreter ends.
+            return os.read(stream.fileno(), _READ)
+        except io.UnsupportedOperation:  # a stream in memory
+            return stream.read(_READ)
 
     def _take(self, line: bytes) -> None:
         if not line or line.isspace():

@@ -64,6 +64,23 @@ def test_the_level_of_one_performer_can_be_set(running):
     assert ask(pipeline, {"get": "settings", "performer": "p2"})["value"]["level"] == 0.7
 
 
+def test_other_settings_can_be_changed_and_begin_a_new_take_where_they_must(running):
+    pipeline, sink = running
+    assert ask(pipeline, {"set": {"sig_threshold": "0.07"}})["ok"]
+    assert ask(pipeline, {"set": {"window": 0.4, "features.positions": 1}, "performer": "p1"})["ok"]
+    assert pipeline.pool["p1"].settings.window == 0.4
+    assert (pipeline.pool["p1"].settings.sig_threshold, pipeline.pool["p2"].settings.sig_threshold) == (
+        0.07,
+        0.07,
+    )
+    assert pipeline.pool.settings.window is None
+    pipeline.outlets[0].drain(1)
+    ended = [
+        (e.performer, e.reason) for e in sink.events if isinstance(e, StreamEvent) and e.event == "ended"
+    ]
+    assert ended == [("p1", "settings changed")]
+
+
 def test_stats_tell_about_every_performer(running):
     value = ask(running[0], {"get": "stats"})["value"]
     assert set(value) == {"p1", "p2"}
@@ -88,7 +105,7 @@ def test_a_reset_ends_the_takes(running):
         ({"do": "dance"}, "there is reset"),
         ({"set": {"level": "strong"}}, "posture, motion, cluster"),
         ({"set": {"nothing": 1}}, "no setting called 'nothing'"),
-        ({"set": {"level": "motion"}, "performer": "p9"}, "no performer called 'p9'; there are: p1, p2"),
+        ({"set": {"level": "motion"}, "performer": "p9"}, "no performer called 'p9'; there are p1, p2"),
         ({"set": 3}, "object"),
         ({"bla": 3}, "bla"),
         ([], "object"),

@@ -59,11 +59,17 @@ def test_a_performer_that_has_ended_does_not_hold_up_the_others():
     times = np.arange(200) / 10
     chunks = [Frames(np.zeros((1, 1, 3), np.float32), times[:1], None, "a")]
     chunks += [Frames(np.zeros((1, 1, 3), np.float32), times[i : i + 1], None, "b") for i in range(200)]
-    early = []
-    ordered = in_order_of_time(iter(chunks), 2)
-    for _ in range(100):
-        early.append(next(ordered))
-    assert len(early) == 100
+    taken = 0
+
+    def arriving():
+        nonlocal taken
+        for chunk in chunks:
+            taken += 1
+            yield chunk
+
+    ordered = in_order_of_time(arriving(), 2)
+    assert len([next(ordered) for _ in range(100)]) == 100
+    assert taken < 200
     assert sum(1 for _ in ordered) == 101
 
 

@@ -26,7 +26,7 @@ def test_replay_keeps_the_pace(mossar, swing, tmp_path):
 def test_record_writes_what_comes_and_refuses_to_replace(mossar, tmp_path):
     path = tmp_path / "take.msk"
     record = ("record", "demo:?performers=2", path, "--speed", "max", "--seconds", "1")
-    status, out, err = mossar(*record)
+    status, out, _ = mossar(*record)
     assert (status, out) == (0, "")
     recording = open_recording(path)
     assert recording.performers == ("p1", "p2")

@@ -56,7 +56,7 @@ def test_a_recording_is_not_replaced_unless_asked(mossar, tmp_path):
     assert mossar(*run, "--force")[0] == 0
 
 
-def test_standard_input_gives_the_same_events_as_the_recording(events, mossar, swing, process, tmp_path):
+def test_standard_input_gives_the_same_events_as_the_recording(events, mossar, swing, process):
     status, frames, _ = mossar("replay", swing, "--to", "-", "--speed", "max")
     assert status == 0
     running = process("run", "-", stdin=-1)
@@ -118,7 +118,7 @@ def test_a_damaged_snapshot_is_refused(mossar, swing, tmp_path):
     assert "delete it to start anew" in err
 
 
-def test_zeromq_in_and_out_gives_the_same_key_frames(events, mossar, swing, tmp_path):
+def test_zeromq_in_and_out_gives_the_same_key_frames(events, swing, tmp_path):
     direct = [e["frame"] for e in events("run", swing, "--emit", "confirmed")]
     url = f"ipc://{tmp_path}/pose"
     frames = url.replace("ipc:", "ipc+bind:")

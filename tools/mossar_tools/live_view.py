@@ -126,8 +126,8 @@ class LiveView:
             f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
         )
         if verdict.error is None:
-            return self._console.colour(f"{text:<58} ✗ missed", "31")
-        return self._console.colour(f"{text:<58} ✓ {verdict.error * 1000:+.0f} ms", "1;33")
+            return self._console.colour(f"{text:<66} ✗ missed", "31")
+        return self._console.colour(f"{text:<66} ✓ {verdict.error * 1000:+.0f} ms", "1;33")
 
     def _status(self, pipeline: "Pipeline") -> str:
         parts = []

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.performers import Performers
 from mossar_stream.segmenter import Segmenter
@@ -10,48 +9,30 @@ from mossar_stream.settings import Settings
 
 
 class Pool(Performers):
-    """Performers that can be asked, changed and kept.
+    """Performers whose settings come as text, and that can be kept and restored."""
 
-    Args:
-        settings: Settings of the performers.
-    """
+    @property
+    def settings(self) -> Settings:
+        """Settings of the performers to come."""
+        return self._settings
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__(settings)
-        self.settings = settings  # of performers to come
-
-    def find(self, performer: str) -> Segmenter:
-        """Return the segmenter of a performer.
-
-        Raises:
-            SettingsError: If there is no such performer.
-        """
-        if performer not in self:
-            known = ", ".join(sorted(self.names)[:20]) or "none"
-            raise SettingsError(f"no performer called {performer[:40]!r}; there are: {known}")
-        return self[performer]
-
-    def change(self, changes: Mapping[str, object], performer: str | None = None) -> list[Event]:  # type: ignore[override]
-        """Change settings while running, see `Segmenter.change`; more events may come with the next frames.
+    def set(self, changes: Mapping[str, object], performer: str | None = None) -> list[Event]:
+        """Change settings while running.
 
         Args:
-            changes: Names and values.
+            changes: Names and values as for `Settings.build`.
             performer: Whose; None for all, those to come included.
 
         Returns:
             The events of takes that this ends.
 
         Raises:
-            SettingsError: If a setting is unknown, its value illegal, or of no use to a stream; nothing is
-                changed then.
+            SettingsError: If a name is unknown or a value illegal; nothing is changed then.
+            FrameError: If there is no such performer.
         """
-        changed = self.settings.replace(**changes)
-        if changed.range == "file":
-            raise SettingsError("setting range=file needs a whole recording; a stream has none")
-        if performer is not None:
-            return self.find(performer).change(**changes)
-        self.settings = changed
-        return super().change(None, **changes)
+        built = Settings.build(overrides=changes)
+        fields = {name.partition(".")[0] for name in changes}
+        return self.change(performer, **{field: getattr(built, field) for field in fields})
 
     def snapshot(self) -> dict[str, bytes]:
         """Return what all segmenters know."""

@@ -67,14 +67,14 @@ def test_waiting_for_room_ends_when_the_program_is_to_end():
 def test_a_sink_that_fails_is_left_alone_afterwards():
     class Broken(Slow):
         def send(self, events):
-            raise OSError("no space left")
+            raise OSError(f"no space left for {len(events)} events")
 
     outlet = Outlet(Broken(), waits=True, room=2)
     outlet.start()
     for take in range(10):
         outlet.put(events(take))
     assert outlet.drain(1) is False
-    assert str(outlet.error) == "no space left"
+    assert str(outlet.error) == "no space left for 1 events"
 
 
 def test_delivery_is_reported_with_the_time_of_arrival():

@@ -41,8 +41,8 @@ def run(options: Options, console: Console) -> int:
     console.line(console.colour("sources and sinks", "1"))
     for scheme in SCHEMES:
         uses = [
-            name
-            for name, opener in (
+            use
+            for use, opener in (
                 ("source", scheme.source),
                 ("sink of events", scheme.sink),
                 ("sink of frames", scheme.frame_sink),
@@ -50,8 +50,8 @@ def run(options: Options, console: Console) -> int:
             if opener is not None
         ]
         *further, last = scheme.form.split(", ")
-        for form in further:
-            console.line(f"  {form},")
+        for address in further:
+            console.line(f"  {address},")
         console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
     console.line("")
     console.line(console.colour("recordings", "1"))

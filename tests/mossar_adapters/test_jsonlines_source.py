@@ -57,7 +57,7 @@ def test_broken_lines_are_counted_and_passed_over():
 
 @pytest.mark.parametrize("text", [b"", b"\n\n", b"hello", b'{"type":"key_frame"}', b"x" * 3_000_000])
 def test_no_frame_at_all_is_an_error(text):
-    with pytest.raises(MossarError, match="standard input|-: there is no frame in it"):
+    with pytest.raises(MossarError, match="there is no frame in it"):
         list(source(text).items())
 
 
