@@ -19,8 +19,8 @@ from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
 if TYPE_CHECKING:
-    from mossar_tools.dashboard.live import LiveShow
     from mossar_adapters.control import Control
+    from mossar_tools.dashboard.live import LiveShow
 
 COMPILE_SECONDS = 20  # what compiling took where it was measured
 

@@ -29,7 +29,9 @@ EXAMPLES = """  mossar view demo:                            the built-in perfor
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are fine")
+    parser.add_argument(
+        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are fine"
+    )
     add_page(parser)
     add_speed(parser, "1")
     add_stream(parser)

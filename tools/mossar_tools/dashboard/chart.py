@@ -20,7 +20,11 @@ _STRIP = 20  # px of the segments
 _GAP = 6  # px between curve and segments
 _BOX = 1000.0  # units across
 
-SYMBOLS = {"onset": "M0-5.2L5 4H-5Z", "offset": "M0 5.2L5-4H-5Z", "minimum": "M-4.4 0a4.4 4.4 0 1 0 8.8 0a4.4 4.4 0 1 0-8.8 0Z"}
+SYMBOLS = {
+    "onset": "M0-5.2L5 4H-5Z",
+    "offset": "M0 5.2L5-4H-5Z",
+    "minimum": "M-4.4 0a4.4 4.4 0 1 0 8.8 0a4.4 4.4 0 1 0-8.8 0Z",
+}
 
 
 def chart(glimpses: list[Glimpse]) -> str:
@@ -57,7 +61,9 @@ def _legend() -> str:
     fallen = '<span><svg width="9" height="9" viewBox="-4.5 -4.5 9 9"><path class="mark fallen minimum" '
     fallen += 'd="M-3-3L3 3M3-3L-3 3"/></svg> merged</span>'
     band = '<span><svg width="20" height="10"><rect class="band" width="20" height="10"/></svg> floor to ceiling</span>'
-    theta = '<span><svg width="20" height="10"><line class="theta" x2="20" y1="5" y2="5"/></svg> threshold</span>'
+    theta = (
+        '<span><svg width="20" height="10"><line class="theta" x2="20" y1="5" y2="5"/></svg> threshold</span>'
+    )
     return f'<span class="m-legend">{kinds}{undecided}{fallen}{band}{theta}</span>'
 
 
@@ -65,7 +71,9 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool) -> str:
     room = height - _STRIP - _GAP - 8
     curve, place = glimpse.curve, _placer(glimpse)
     value = np.nan_to_num(curve.value)
-    high = max(0.25, float(value.max(initial=0.0)), *(m.velocity for m in glimpse.marks), 1.6 * glimpse.threshold)
+    high = max(
+        0.25, float(value.max(initial=0.0)), *(m.velocity for m in glimpse.marks), 1.6 * glimpse.threshold
+    )
     high *= 1.1
     x = _BOX * (curve.times - glimpse.start) / (glimpse.end - glimpse.start)
     lines = (
@@ -84,7 +92,9 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool) -> str:
     head = ""
     if glimpse.now < glimpse.end:
         at = place(glimpse.now)
-        head = f'<line class="head" x1="{at}" x2="{at}" y1="{top + 4:.1f}" y2="{baseline + _GAP + _STRIP:.1f}"/>'
+        head = (
+            f'<line class="head" x1="{at}" x2="{at}" y1="{top + 4:.1f}" y2="{baseline + _GAP + _STRIP:.1f}"/>'
+        )
     name = f'<text class="name" x="4" y="{top + 20:.1f}">{escape(glimpse.performer)}</text>' if named else ""
     return axis + lines + strip + marks + head + name
 
@@ -96,7 +106,9 @@ def _symbol(mark: Mark, place: str, top: float, room: float, high: float) -> str
     title = f"<title>{mark.kind} at {mark.time:.2f} s, frame {mark.frame}{strength}</title>"
     if not mark.standing and not mark.tentative:
         cross = "M-3-3L3 3M3-3L-3 3"
-        return f'<svg x="{place}" y="{y:.1f}"><path class="mark fallen {mark.kind}" d="{cross}"/>{title}</svg>'
+        return (
+            f'<svg x="{place}" y="{y:.1f}"><path class="mark fallen {mark.kind}" d="{cross}"/>{title}</svg>'
+        )
     state = "tentative" if mark.tentative else "final" if mark.decided else ""
     stem = (
         ""
@@ -155,9 +167,7 @@ def _points(x: NDArray[np.float64], values: NDArray[np.float64], high: float) ->
     return "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
 
 
-def _between(
-    x: NDArray[np.float64], low: NDArray[np.float64], top: NDArray[np.float64], high: float
-) -> str:
+def _between(x: NDArray[np.float64], low: NDArray[np.float64], top: NDArray[np.float64], high: float) -> str:
     if not len(x):
         return "M0 0"
     return f"M{_points(x, top, high)}L{_points(x[::-1], low[::-1], high)}Z"

@@ -19,7 +19,9 @@ class Motion:
     def __init__(self, skeleton: Skeleton) -> None:
         self._root = skeleton.root
         self._speed = np.zeros(len(skeleton))  # (J,) m/s
-        self._last: tuple[float, NDArray[np.float32]] | None = None  # time, s, and pose relative to the centre
+        self._last: tuple[float, NDArray[np.float32]] | None = (
+            None  # time, s, and pose relative to the centre
+        )
 
     def take(self, time: float, pose: NDArray[np.float32]) -> None:
         """Take a pose in, (J, 3) m."""

@@ -39,7 +39,12 @@ class Page:
     """
 
     def __init__(
-        self, show: LiveShow | RecordedShow, port: int = PORT, *, dark: bool = False, folder: Path | None = None
+        self,
+        show: LiveShow | RecordedShow,
+        port: int = PORT,
+        *,
+        dark: bool = False,
+        folder: Path | None = None,
     ) -> None:
         needed("viser", "view", "the dashboard")
         import rich

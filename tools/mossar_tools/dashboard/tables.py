@@ -31,7 +31,9 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
     if frozen:
         notes.append("the picture stands still; the stream goes on")
     if recording:
-        notes.append(f'<span class="m-red"></span> {escape(recording)}: <b id="mossar-frames">{frames}</b> frames')
+        notes.append(
+            f'<span class="m-red"></span> {escape(recording)}: <b id="mossar-frames">{frames}</b> frames'
+        )
     if notes:
         rows.append(f'<div class="mossar m-card">{"<br>".join(notes)}</div>')
     return "".join(rows)
@@ -60,7 +62,9 @@ def marks_card(glimpses: list[Glimpse]) -> str:
     several = len(glimpses) > 1
     rows = "".join(_mark_row(g, mark, several=several) for g, mark in found[:ROWS])
     delayed = any(mark.delay is not None for _, mark in found)
-    head = f"<tr><th>key frame</th><th>time</th><th>{'delay' if delayed else 'frame'}</th><th>strength</th></tr>"
+    head = (
+        f"<tr><th>key frame</th><th>time</th><th>{'delay' if delayed else 'frame'}</th><th>strength</th></tr>"
+    )
     return f'<div class="mossar m-card" id="mossar-marks"><table>{head}{rows}</table></div>'
 
 

@@ -121,7 +121,9 @@ class Track:
             marks=[mark for mark in marks if mark.time >= start],
             stretches=stretches_between(cuts, times, moving > 0),
             body=self._body(),
-            ghosts=[Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None],
+            ghosts=[
+                Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
+            ],
             facts=facts,
         )
 
