@@ -40,7 +40,7 @@ def opened(browser):
     windows = []
 
     def open_at(url):
-        window = browser.new_page(viewport={"width": 1000, "height": 760})
+        window = browser.new_page(viewport={"width": 840, "height": 680})
         windows.append(window)
         window.goto(url)
         window.wait_for_selector("#mossar-standing", timeout=60_000)

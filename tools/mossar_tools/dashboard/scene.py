@@ -195,7 +195,7 @@ class _Lane:
             batched_colors=np.zeros((len(solids.places), 3), np.uint8),
             batched_opacities=np.repeat(fading, len(solids.places) // len(fading)),
             lod="off",
-            cast_shadow=True,
+            cast_shadow=oldest == 1,  # ghosts cast none
             receive_shadow=False,
         )
         self._nodes.append(node)
