@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -22,6 +22,7 @@ from mossar_tools.dashboard.track import RATE, Track
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
+    from mossar_adapters.pipeline.pool import Pool
 
 MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
 _UNREAD = 256  # snapshots kept for the page
@@ -76,7 +77,7 @@ class LiveShow:
             while len(self._tracks) > MOST_PERFORMERS:
                 gone = next(iter(self._tracks))
                 for kept in (self._tracks, self._latest, self._rates):
-                    kept.pop(gone, None)  # type: ignore[attr-defined]
+                    kept.pop(gone, None)
 
     def send(self, events: Sequence[Event]) -> None:
         """Take events in."""
@@ -136,7 +137,7 @@ class LiveShow:
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all performers."""
         self.level = level
-        self._ask({"level": level})
+        self._ask(lambda pool: pool.set({"level": level}))
 
     def change(self, changes: dict[str, object]) -> None:
         """Change settings of all performers.
@@ -145,29 +146,33 @@ class LiveShow:
             SettingsError: If a value is illegal.
         """
         self.settings = self.settings.replace(**changes)
-        self._ask(changes)
+        self._ask(lambda pool: pool.set(changes))
 
     def reset(self) -> None:
         """End all takes and forget the running ranges."""
+<<<<<<< HEAD
         pipeline = self._pipeline
         if pipeline is not None:
             pipeline.ask(
                 lambda: [pipeline.send(pipeline.pool.reset(n)) for n in pipeline.pool.names] and None
             )
+=======
+        self._ask(lambda pool: pool.reset(reason="asked for"))
+>>>>>>> 8f1336a6e086ef6208e65d61604c3a6869ae9723
 
-    def _ask(self, changes: dict[str, object]) -> None:
-        """Have settings changed by the thread that segments."""
+    def _ask(self, act: "Callable[[Pool], list[Event]]") -> None:
+        """Have something done by the thread that segments, and its events sent."""
         pipeline = self._pipeline
+        if pipeline is None:
+            return
 
         def carry_out() -> None:
-            if pipeline is not None:
-                try:
-                    pipeline.send(pipeline.pool.change(changes))
-                except MossarError as error:
-                    LOGGER.warning("%s", error)
+            try:
+                pipeline.send(act(pipeline.pool))
+            except MossarError as error:
+                LOGGER.warning("%s", error)
 
-        if pipeline is not None:
-            pipeline.ask(carry_out)
+        pipeline.ask(carry_out)
 
     def _read_looks(self) -> None:
         while self._looks:
