@@ -5,6 +5,8 @@ float32 bytes in msgpack and nested lists in JSON (null where missing); a meta m
 frame of a performer and when its skeleton changes.
 """
 
+import functools
+import importlib.metadata
 from typing import Any
 
 import msgspec
@@ -42,6 +44,8 @@ class MetaMap(msgspec.Struct):
     root: int = 0
     fps: float | UnsetType | None = UNSET
     unit: str = "m"
+    settings: dict[str, Any] | UnsetType = UNSET
+    version: str | UnsetType = UNSET
     v: int = VERSION
     type: str = "meta"
 
@@ -61,8 +65,13 @@ def meta_of_map(found: MetaMap) -> Meta:
     return Meta(performer_name(found.performer), skeleton, fps)
 
 
-def map_of_meta(meta: Meta) -> MetaMap:
-    """Return a meta as a map."""
+def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
+    """Return a meta as a map.
+
+    Args:
+        meta: The performer.
+        settings: Those of the segmentation, where it is known.
+    """
     skeleton = meta.skeleton
     return MetaMap(
         skeleton.names,
@@ -70,7 +79,17 @@ def map_of_meta(meta: Meta) -> MetaMap:
         skeleton.parents,
         skeleton.root,
         UNSET if meta.fps is None else meta.fps,
+        settings=UNSET if settings is None else settings,
+        version=_version(),
     )
+
+
+@functools.cache
+def _version() -> str | UnsetType:
+    try:
+        return importlib.metadata.version("mossar-stream")
+    except importlib.metadata.PackageNotFoundError:  # run from a checkout that is not installed
+        return UNSET
 
 
 def positions_of_map(found: FrameMap) -> NDArray[np.float32]:

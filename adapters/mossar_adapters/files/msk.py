@@ -16,28 +16,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import msgspec
-
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.frame_codec import from_msgpack, to_msgpack
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
+from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
 MAGIC = b"MSK1"
 MAX_RECORD = 1 << 20  # bytes; 1024 joints with confidence take 17 thousand
 FLUSH_SECONDS = 1.0
 _LENGTH = struct.Struct("<I")
-
-
-class _Kind(msgspec.Struct):
-    type: str = ""
-
-
-_kind = msgspec.msgpack.Decoder(_Kind)
-_frame = msgspec.msgpack.Decoder(FrameMap)
-_meta = msgspec.msgpack.Decoder(MetaMap)
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -66,11 +57,8 @@ def _records(path: Path) -> Iterator[MapRecord]:
 
 def _decoded(path: Path, number: int, data: bytes) -> FrameMap | MetaMap | None:
     try:
-        kind = _kind.decode(data).type
-        if kind == "frame":
-            return _frame.decode(data)
-        return _meta.decode(data) if kind == "meta" else None
-    except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+        return from_msgpack(data)
+    except FrameError as error:
         raise FileError(path, f"record {number} is damaged: {error}") from None
 
 
@@ -99,7 +87,6 @@ class MskWriter:
             raise FileError(path, "there is a file already; --force replaces it") from None
         except OSError as error:
             raise FileError(path, f"cannot be written: {error.strerror or error}") from None
-        self._encoder = msgspec.msgpack.Encoder()
         self._counts: dict[str, int] = {}  # frames written of each performer
         self._flushed = time.monotonic()  # s
         self._file.write(MAGIC)
@@ -127,7 +114,7 @@ class MskWriter:
         self._file.close()
 
     def _append(self, record: MetaMap | FrameMap) -> None:
-        data = self._encoder.encode(record)
+        data = to_msgpack(record)
         self._file.write(_LENGTH.pack(len(data)) + data)
 
     def __enter__(self) -> Self:

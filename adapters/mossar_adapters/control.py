@@ -1,0 +1,120 @@
+"""Control: requests to a running pipeline, from ZeroMQ or OSC.
+
+A request is `{"set": {"level": "motion"}}`, `{"get": "settings"}`, `{"get": "stats"}` or `{"do": "reset"}`, each with
+an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`. What a request
+changes happens in the thread that segments, between two chunks of frames.
+"""
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from mossar_adapters.pipeline import Pipeline
+from mossar_stream.errors import MossarError, SettingsError
+
+PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
+MAX_REQUEST = 1 << 16  # bytes
+
+
+class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One of `set`, `get` and `do`."""
+
+    set: dict[str, Any] | None = None
+    get: str | None = None
+    do: str | None = None
+    performer: str | None = None
+
+
+class Control:
+    """Carries requests out. Any thread may call its methods.
+
+    Args:
+        pipeline: What is controlled.
+    """
+
+    def __init__(self, pipeline: Pipeline) -> None:
+        self._pipeline = pipeline
+
+    def answer(self, message: bytes) -> bytes:
+        """Return the answer to a request, both JSON."""
+        try:
+            if len(message) > MAX_REQUEST:
+                raise SettingsError(f"a request has at most {MAX_REQUEST} bytes")
+            request = msgspec.json.decode(message, type=Request)
+            return msgspec.json.encode({"ok": True, "value": self._wait_for(request)})
+        except (MossarError, ValueError, TypeError, RecursionError) as error:
+            return msgspec.json.encode({"ok": False, "error": str(error)})
+
+    def obey(self, address: str, arguments: Sequence[Any]) -> None:
+        """Carry out an OSC message, `/mossar/set/<name> value` or `/mossar/reset`, without waiting.
+
+        Raises:
+            SettingsError: If there is no such message.
+        """
+        parts = address.strip("/").split("/")
+        if parts == ["mossar", "reset"]:
+            self._pipeline.ask(lambda: _quietly(self._pipeline, Request(do="reset")))
+        elif len(parts) == 3 and parts[:2] == ["mossar", "set"] and len(arguments) == 1:
+            request = Request(set={parts[2]: arguments[0]})
+            self._pipeline.ask(lambda: _quietly(self._pipeline, request))
+        else:
+            raise SettingsError(f"{address[:60]} is neither /mossar/set/NAME with a value nor /mossar/reset")
+
+    def _wait_for(self, request: Request) -> object:
+        """Have a request carried out by the thread that segments, and return what comes of it."""
+        results: list[object] = []
+        done = threading.Event()
+
+        def carry() -> None:
+            try:
+                results.append(carry_out(self._pipeline, request))
+            except (MossarError, ValueError, TypeError) as error:
+                results.append(error)
+            done.set()
+
+        self._pipeline.ask(carry)
+        if not done.wait(PATIENCE):
+            raise SettingsError("the pipeline is busy or has ended")
+        if isinstance(results[0], Exception):
+            raise results[0]
+        return results[0]
+
+
+def carry_out(pipeline: Pipeline, request: Request) -> object:
+    """Do what a request asks for, in the thread that segments, and return the answer's value.
+
+    Raises:
+        SettingsError: If the request is impossible; nothing is changed then.
+    """
+    asked = [name for name in ("set", "get", "do") if getattr(request, name) is not None]
+    if len(asked) != 1:
+        raise SettingsError('a request has one of "set", "get" and "do"')
+    pool = pipeline.pool
+    performers = tuple(sorted(pool.names))
+    if request.performer is not None:
+        pool.find(request.performer)
+        performers = (request.performer,)
+    if request.set is not None:
+        pool.change(request.set, request.performer)
+        return request.set
+    if request.get == "settings":
+        return pool.settings if request.performer is None else pool.find(request.performer).settings
+    if request.get == "stats":
+        return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
+    if request.do == "reset":
+        for name in performers:
+            pipeline.send(pool.reset(name))
+        return list(performers)
+    if request.get is not None:
+        raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")
+    raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")
+
+
+def _quietly(pipeline: Pipeline, request: Request) -> None:
+    """Carry a request out whose sender gets no answer; what is wrong with it is logged."""
+    try:
+        carry_out(pipeline, request)
+    except (MossarError, ValueError, TypeError) as error:
+        pipeline.warn(f"control: {error}")

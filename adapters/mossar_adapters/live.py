@@ -1,0 +1,72 @@
+"""What live sources offer beyond `Source`: counters, an explanation of silence, and a listener."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
+
+import msgspec
+
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+
+SEEN_LIMIT = 8  # addresses kept as examples
+
+
+class Counters(msgspec.Struct):
+    """What came in since the source was opened; for the stats and for the explanation of silence.
+
+    Args:
+        received: Datagrams (OSC) or messages (ZeroMQ, LSL, standard input).
+        malformed: Those, or parts of those, that could not be used.
+        kernel_drops: Datagrams that the operating system dropped because nobody read them in time.
+        ignored: Messages that no profile wanted, or whose sender is not allowed.
+        gaps: Frames that the sender numbered but that never came.
+        seen: A few addresses or topics with how often they came, whether used or not.
+        last_error: Why the last malformed one could not be used.
+    """
+
+    received: int = 0
+    malformed: int = 0
+    kernel_drops: int = 0
+    ignored: int = 0
+    gaps: int = 0
+    seen: dict[str, int] = msgspec.field(default_factory=dict)
+    last_error: str = ""
+
+    def see(self, address: str) -> None:
+        """Remember an address if it is among the first few."""
+        if address in self.seen:
+            self.seen[address] += 1
+        elif len(self.seen) < SEEN_LIMIT:
+            self.seen[address] = 1
+
+    def reject(self, why: str) -> None:
+        """Count something malformed."""
+        self.malformed += 1
+        self.last_error = why
+
+
+class Listener(Protocol):
+    """Is told, on the reader's thread and between its frames, what a source hears besides frames."""
+
+    def lost(self, performer: str, reason: str) -> None:
+        """Note that the sender says a performer has left."""
+
+    def control(self, address: str, arguments: Sequence[Any]) -> None:
+        """Act on `/mossar/set/<name> value` or `/mossar/reset`."""
+
+
+class LiveSource(Protocol):
+    """A `Source` fed by others at their own pace."""
+
+    name: str
+    live: bool
+    counters: Counters
+
+    def items(self) -> Iterator[Meta | Frames | None]:
+        """Yield metas and chunks of frames; None when nothing came for a tenth of a second."""
+
+    def explain(self) -> str:
+        """Return one line that says why there may be silence: what is bound, what came, what to try."""
+
+    def close(self) -> None:
+        """Release the socket; `items` ends soon after. May be called twice."""

@@ -1,0 +1,1 @@
+"""OSC over UDP: skeletons in through several profiles, events and frames out."""

@@ -1,0 +1,160 @@
+"""A UDP socket that keeps up: a large buffer, whole reads, true counts of what the system dropped.
+
+On Linux the kernel reports its drops and the arrival time with each datagram; elsewhere the drops stay 0 and
+the time of reading is taken.
+"""
+
+import errno
+import selectors
+import socket
+import struct
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+from mossar_adapters.address import Address
+from mossar_stream.errors import MossarError
+
+MAX_DATAGRAM = 65_535  # bytes
+WANTED_BUFFER = 4 << 20  # bytes; the usual default holds a tenth of a second of single-joint messages
+DRAIN = 512  # datagrams read before the frames in them are handed on
+_RXQ_OVFL, _TIMESTAMPNS = 40, 35  # Linux's SO_RXQ_OVFL and SO_TIMESTAMPNS, which the socket module lacks
+_LINUX = sys.platform == "linux"
+
+
+class Datagram(msgspec.Struct, frozen=True):
+    """What came in one piece: the bytes, the sender's host and port, and when (s since the socket opened)."""
+
+    data: bytes
+    host: str
+    port: int
+    arrival: float
+
+
+class DatagramSocket:
+    """Receives UDP datagrams.
+
+    Args:
+        address: Where to listen; port 0 takes a free one.
+
+    Raises:
+        MossarError: If the host is unknown or the port in use.
+    """
+
+    def __init__(self, address: Address) -> None:
+        self._socket, self.host, self.port = _bound(address)
+        self.buffer = _enlarged(self._socket)  # bytes granted
+        self.kernel_drops = 0
+        self._tells = _LINUX and _ask(self._socket)  # whether drops and times come with the datagrams
+        self._opened = time.monotonic()
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._socket, selectors.EVENT_READ)
+
+    @property
+    def now(self) -> float:
+        """Seconds since the socket was opened."""
+        return time.monotonic() - self._opened
+
+    def wait(self, seconds: float) -> bool:
+        """Return whether something can be read, within `seconds`."""
+        return bool(self._selector.select(seconds))
+
+    def drain(self) -> Iterator[Datagram]:
+        """Yield what has come, at most `DRAIN` datagrams."""
+        for _ in range(DRAIN):
+            try:
+                data, host, port, age = self._read()
+            except BlockingIOError:
+                return
+            except ConnectionError:  # Windows reports here that an earlier answer of ours found nobody
+                continue
+            except OSError as error:
+                if error.errno == errno.EMSGSIZE:  # Windows again, for what does not fit
+                    continue
+                raise
+            yield Datagram(data, host, port, time.monotonic() - self._opened - age)
+
+    def close(self) -> None:
+        """Release the port. May be called twice."""
+        self._selector.close()
+        self._socket.close()
+
+    def _read(self) -> tuple[bytes, str, int, float]:
+        if not self._tells:
+            data, sender = self._socket.recvfrom(MAX_DATAGRAM)
+            return data, sender[0], sender[1], 0.0
+        data, notes, _, sender = self._socket.recvmsg(MAX_DATAGRAM, 128)
+        age = 0.0
+        for _, kind, value in notes:
+            if kind == _RXQ_OVFL:
+                self.kernel_drops = struct.unpack("=I", value[:4])[0]
+            elif kind == _TIMESTAMPNS and len(value) == 16:
+                seconds, nanoseconds = struct.unpack("=qq", value)
+                age = time.time() - seconds - nanoseconds * 1e-9
+        return data, sender[0], sender[1], age if 0 <= age < 60 else 0.0  # else the clock was set meanwhile
+
+
+def resolve(address: Address, *, passive: bool) -> tuple[socket.AddressFamily, Any]:
+    """Return the family and the socket address for UDP.
+
+    Raises:
+        MossarError: If the host is unknown.
+    """
+    flags = socket.AI_PASSIVE if passive else 0
+    try:
+        found = socket.getaddrinfo(
+            address.host or "127.0.0.1", address.required_port(), type=socket.SOCK_DGRAM, flags=flags
+        )
+    except (OSError, UnicodeError):
+        raise MossarError(f"{address.url}: the host {address.host[:80]!r} cannot be found") from None
+    family, _, _, _, place = found[0]
+    return family, place
+
+
+def _bound(address: Address) -> tuple[socket.socket, str, int]:
+    family, place = resolve(address, passive=True)
+    opened = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        opened.setblocking(False)
+        opened.bind(place)
+    except OSError as error:
+        opened.close()
+        raise MossarError(f"{address.url}: {_why(error, address)}") from None
+    name = opened.getsockname()
+    return opened, name[0], name[1]
+
+
+def _why(error: OSError, address: Address) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return (
+            f"UDP port {address.port} is in use; close the program that listens there, or take another port"
+        )
+    if error.errno == errno.EADDRNOTAVAIL:
+        return f"{address.host} is not an address of this computer; 0.0.0.0 listens on all of them"
+    if error.errno == errno.EACCES:
+        return f"port {address.port} needs administrator rights; take one above 1023"
+    return f"cannot listen: {error.strerror or error}"
+
+
+def _enlarged(opened: socket.socket) -> int:
+    """Ask for a large receive buffer and return the bytes granted."""
+    for size in (WANTED_BUFFER, WANTED_BUFFER // 4):
+        try:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
+            break
+        except OSError:  # macOS refuses what is above its limit instead of granting less
+            continue
+    granted = opened.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+    return granted // 2 if _LINUX else granted  # Linux reports twice what it grants
+
+
+def _ask(opened: socket.socket) -> bool:
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, _RXQ_OVFL, 1)
+        opened.setsockopt(socket.SOL_SOCKET, _TIMESTAMPNS, 1)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,109 @@
+"""The OSC event sink: one message per event, times in seconds since the take's first frame.
+
+`/mossar/key_frame ,sssiiffffi` performer, status, kind, take, frame, time, decided time, velocity, strength (-1
+until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
+time, end time; `/mossar/stream ,sssi` performer, event, reason, take.
+"""
+
+from collections.abc import Sequence
+
+from mossar_adapters.address import Address
+from mossar_adapters.osc.encode import encode
+from mossar_adapters.osc.sender import DatagramSender
+from mossar_adapters.source import Meta
+from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
+
+_MAX_PERFORMERS = 1024
+
+
+class OscSink:
+    """Sends events over OSC; implements `Sink`.
+
+    Args:
+        address: `osc://HOST:PORT`.
+
+    Raises:
+        MossarError: If the host is unknown or an option is wrong.
+    """
+
+    def __init__(self, address: Address) -> None:
+        address.check({})
+        self.name = address.url
+        self._sender = DatagramSender(address)
+        self._starts: dict[
+            str, tuple[int, float]
+        ] = {}  # performer -> take and the time of its first frame, s
+
+    @property
+    def dropped(self) -> int:
+        """Events that the system did not take."""
+        return self._sender.dropped
+
+    def announce(self, meta: Meta) -> None:
+        """Do nothing: the messages name their performer."""
+
+    def begin_take(self, performer: str, take: int, time: float) -> None:
+        """Take note of when a take began.
+
+        Without this call the beginning is reckoned from the frame number and time of the take's first event.
+
+        Args:
+            performer: Name.
+            take: Its number.
+            time: Source time of its first frame, s.
+        """
+        if len(self._starts) == _MAX_PERFORMERS and performer not in self._starts:
+            del self._starts[next(iter(self._starts))]
+        self._starts[performer] = (take, time)
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Send events, one datagram each; stats are not sent."""
+        for event in events:
+            match event:
+                case KeyFrameEvent():
+                    self._sender.send(self._key_frame(event))
+                case SegmentEvent():
+                    self._sender.send(self._segment(event))
+                case StreamEvent():
+                    words = (event.performer, event.event, event.reason)
+                    self._sender.send(encode("/mossar/stream", "sssi", *words, event.take))
+
+    def close(self) -> None:
+        """Release the socket. May be called twice."""
+        self._sender.close()
+
+    def _key_frame(self, event: KeyFrameEvent) -> bytes:
+        start = self._start(event)
+        strength = -1.0 if event.strength is None else event.strength
+        return encode(
+            "/mossar/key_frame",
+            "sssiiffffi",
+            *(event.performer, event.status, event.kind, event.take, event.frame),
+            *(event.time - start, event.decided_time - start, event.velocity, strength, event.rev),
+        )
+
+    def _segment(self, event: SegmentEvent) -> bytes:
+        start = self._start(event)
+        return encode(
+            "/mossar/segment",
+            "sssiiiff",
+            *(event.performer, event.status, event.state, event.take, event.start_frame, event.end_frame),
+            *(event.start_time - start, event.end_time - start),
+        )
+
+    def _start(self, event: KeyFrameEvent | SegmentEvent) -> float:
+        known = self._starts.get(event.performer)
+        if known is None or known[0] != event.take:
+            self.begin_take(event.performer, event.take, _reckoned(event))
+        return self._starts[event.performer][1]
+
+
+def _reckoned(event: KeyFrameEvent | SegmentEvent) -> float:
+    """Return when frame 0 was, going back from two frames at their mean rate."""
+    if isinstance(event, SegmentEvent):
+        first, last = (event.start_frame, event.start_time), (event.end_frame, event.end_time)
+    else:
+        first, last = (event.frame, event.time), (event.decided_frame, event.decided_time)
+    frames = last[0] - first[0]
+    step = (last[1] - first[1]) / frames if frames > 0 else 0.0
+    return first[1] - first[0] * step

@@ -1,0 +1,124 @@
+"""The humanoid bones of VMC: hierarchy, a rest skeleton, and what other programs call them.
+
+A bone stands at its joint and turns what hangs on it. Positions are right-handed: +y up, +z forward, left is +x.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.kinematics import JointMotion, rest_positions
+from mossar_adapters.joint_sets import HUMANOID
+
+# Metres from the parent, of a person 1.7 m tall in T-pose; the right side mirrors the left.
+_REST = {
+    "Hips": (0.0, 0.94, 0.0),
+    "Spine": (0.0, 0.08, 0.0),
+    "Chest": (0.0, 0.12, 0.0),
+    "UpperChest": (0.0, 0.12, 0.0),
+    "Neck": (0.0, 0.15, 0.0),
+    "Head": (0.0, 0.09, 0.0),
+    "LeftShoulder": (0.03, 0.11, 0.0),
+    "LeftUpperArm": (0.12, 0.0, 0.0),
+    "LeftLowerArm": (0.27, 0.0, 0.0),
+    "LeftHand": (0.25, 0.0, 0.0),
+    "LeftUpperLeg": (0.09, -0.03, 0.0),
+    "LeftLowerLeg": (0.0, -0.41, 0.0),
+    "LeftFoot": (0.0, -0.42, 0.0),
+    "LeftToes": (0.0, -0.06, 0.13),
+}
+
+# One convention per line; Left and Right alike. Order: Hips Spine Chest UpperChest Neck Head, then of one side
+# Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot Toes; `-` where the convention has none.
+_CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
+_SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
+_CONVENTIONS = (
+    "hips spine chest upperchest neck head @shoulder @upperarm @lowerarm @hand @upperleg @lowerleg @foot @toes",
+    "hips spine spine1 spine2 neck head @shoulder @arm @forearm @hand @upleg @leg @foot @toebase",
+    "hips chest chest2 chest3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @toe",
+    "hip ab chest - neck head #shoulder #uarm #farm #hand #thigh #shin #foot #toe",
+    "hip abdomen chest - neck head #collar #shldr #forearm #hand #thigh #shin #foot #toe",
+    "spinebase spinemid - spineshoulder neck head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
+    "hipcenter spine - - shouldercenter head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
+    "pelvis spine1 spine2 spine3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @foot",
+    "torso - - - neck head - #shoulder #elbow #hand #hip #knee #foot -",
+)
+# Acclaim names bones: a joint of rotations is where the bone begins, a joint of positions where it ends.
+_ACCLAIM_BEGINS = "root lowerback upperback thorax lowerneck head #clavicle #humerus #radius #hand #femur #tibia #foot #toes"
+_ACCLAIM_ENDS = (
+    "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
+)
+MIN_BONES = 6
+
+
+def bone_name(name: str) -> str | None:
+    """Return the humanoid bone of a VMC name, None for fingers, eyes, jaw and others."""
+    return _BONES.get(name.lower())
+
+
+def present_parents(bones: Sequence[str]) -> tuple[int, ...]:
+    """Return for each bone the index of its nearest ancestor among them, -1 without."""
+    place = {bone: i for i, bone in enumerate(bones)}
+    parents = []
+    for bone in bones:
+        ancestor = HUMANOID.parents[HUMANOID.index(bone)]
+        while ancestor >= 0 and HUMANOID.names[ancestor] not in place:
+            ancestor = HUMANOID.parents[ancestor]
+        parents.append(place[HUMANOID.names[ancestor]] if ancestor >= 0 else -1)
+    return tuple(parents)
+
+
+def rest_skeleton() -> dict[str, NDArray[np.float64]]:
+    """Return where each bone of the built-in skeleton is at rest, (3,) metres."""
+    offsets = np.array([_rest_offset(bone) for bone in HUMANOID.names])
+    return dict(zip(HUMANOID.names, rest_positions(offsets, HUMANOID.parents)[0], strict=True))
+
+
+def rest_of(motion: JointMotion) -> dict[str, NDArray[np.float64]]:
+    """Return where the bones of a recording's skeleton are at rest; only those that it has."""
+    places = rest_positions(motion.offsets, motion.parents)[0]
+    return {bone: places[joint] for bone, joint in mapped_bones(motion.names, rotations=True).items()}
+
+
+def mapped_bones(names: Sequence[str], *, rotations: bool) -> Mapping[str, int]:
+    """Return which joint is which bone: the convention that explains most names.
+
+    Args:
+        names: Of the joints, in any spelling.
+        rotations: Whether the joints are those of a file's rotations (matters for Acclaim).
+
+    Returns:
+        Index of the joint for each bone found, parents first; empty if fewer than `MIN_BONES` are found.
+    """
+    place = {_plain(name): i for i, name in reversed(list(enumerate(names)))}
+    tables = (*_CONVENTIONS, _ACCLAIM_BEGINS if rotations else _ACCLAIM_ENDS)
+    found = max((_matches(table, place) for table in tables), key=len)
+    return found if len(found) >= MIN_BONES and "Hips" in found else {}
+
+
+def _matches(table: str, place: Mapping[str, int]) -> dict[str, int]:
+    words = table.split()
+    found = {
+        bone: place[word] for bone, word in zip(_CENTRE, words[: len(_CENTRE)], strict=True) if word in place
+    }
+    for side in ("Left", "Right"):
+        for part, word in zip(_SIDE, words[len(_CENTRE) :], strict=True):
+            name = word.replace("@", side.lower()).replace("#", side[0].lower())
+            if name in place:
+                found[side + part] = place[name]
+    return found
+
+
+def _plain(name: str) -> str:
+    return "".join(c for c in name.lower().rpartition(":")[2] if c.isalnum())
+
+
+def _rest_offset(bone: str) -> tuple[float, float, float]:
+    if bone.startswith("Right"):
+        x, y, z = _REST["Left" + bone.removeprefix("Right")]
+        return -x, y, z
+    return _REST[bone]
+
+
+_BONES = {bone.lower(): bone for bone in HUMANOID.names}

@@ -1,0 +1,110 @@
+"""OSC datagrams taken apart into messages, in the order in which they were written.
+
+python-osc reads the messages. Bundles are walked here, because its own walk sorts by time tags (a sender with
+a skewed clock would have its bundles shuffled) and never ends on a negative size. Time tags are ignored.
+"""
+
+import math
+import struct
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from pythonosc.osc_message import OscMessage, ParseError
+
+from mossar_stream.errors import FrameError
+
+MAX_DEPTH = 8  # bundles within bundles
+_BUNDLE = b"#bundle\0"
+_BUNDLE_HEAD = 16  # bytes: the word and the time tag
+_SIZES = {"i": 4, "f": 4, "s": 4, "b": 4, "h": 8, "d": 8, "t": 8, "r": 4, "m": 4} | dict.fromkeys("TFN[]", 0)
+_int32 = struct.Struct(">i")
+
+
+def messages(datagram: bytes) -> Iterator[tuple[str, Sequence[Any]]]:
+    """Yield address and arguments of each message in a datagram.
+
+    Raises:
+        FrameError: If the datagram is damaged or has arguments of an unknown type; the messages before the
+            damage have been yielded.
+    """
+    return _walk(datagram, 0)
+
+
+def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ...]:
+    """Return `count` arguments from `start` on as numbers; integers, floats and doubles are all welcome.
+
+    NaN passes, infinity becomes NaN.
+
+    Raises:
+        FrameError: If there are fewer, or one is no number.
+    """
+    found = arguments[start : start + count]
+    if len(found) < count:
+        raise FrameError(f"{len(arguments)} arguments are too few; {start + count} are needed")
+    for value in found:
+        if type(value) is not float and type(value) is not int:
+            raise FrameError(f"argument {value!r} is no number"[:100])
+    return tuple([value if -math.inf < value < math.inf else math.nan for value in found])
+
+
+def whole(value: Any) -> int:
+    """Return an id as a whole number; programs that know only floats send 1.0.
+
+    Raises:
+        FrameError: If it is no whole number.
+    """
+    if type(value) is int:
+        return value
+    if type(value) is float and value.is_integer():
+        return int(value)
+    raise FrameError(f"{value!r} is no whole number"[:100])
+
+
+def word(arguments: Sequence[Any], place: int) -> str:
+    """Return an argument that must be text.
+
+    Raises:
+        FrameError: If it is none.
+    """
+    if len(arguments) <= place or not isinstance(arguments[place], str):
+        raise FrameError(f"argument {place} is no text")
+    return str(arguments[place])
+
+
+def _walk(packet: bytes, depth: int) -> Iterator[tuple[str, Sequence[Any]]]:
+    if packet[:1] == b"/":
+        yield _message(packet)
+        return
+    if packet[:8] != _BUNDLE or len(packet) < _BUNDLE_HEAD:
+        raise FrameError("this is no OSC packet")
+    if depth == MAX_DEPTH:
+        raise FrameError(f"more than {MAX_DEPTH} bundles within each other")
+    at = _BUNDLE_HEAD
+    while at < len(packet):
+        size = _int32.unpack_from(packet, at)[0] if at + 4 <= len(packet) else -1
+        at += 4
+        if not 0 < size <= len(packet) - at:
+            raise FrameError("a bundle is cut off or damaged")
+        yield from _walk(packet[at : at + size], depth + 1)
+        at += size
+
+
+def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
+    tags_at = (packet.find(b"\0") // 4 + 1) * 4
+    tags_end = packet.find(b"\0", tags_at)
+    if packet[tags_at : tags_at + 1] != b"," or tags_end < 0:
+        if 0 < tags_at == len(packet):  # an address alone: old senders leave out empty tags
+            return packet.rstrip(b"\0").decode("utf-8", "replace"), ()
+        raise FrameError("a message has no type tags")
+    needed = (tags_end // 4 + 1) * 4
+    for tag in packet[tags_at + 1 : tags_end].decode("latin-1"):
+        if tag not in _SIZES:
+            raise FrameError(f"unknown type tag {tag!r}")
+        needed += _SIZES[tag]
+    if needed > len(packet):
+        raise FrameError("a message is cut off")
+    try:
+        message = OscMessage(packet)
+    except (ParseError, ValueError, IndexError, OverflowError, struct.error) as error:
+        raise FrameError(f"damaged OSC message: {error}"[:200]) from None
+    return message.address, message.params

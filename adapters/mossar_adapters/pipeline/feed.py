@@ -1,0 +1,55 @@
+"""Feed: one thread that reads one source into the inbox."""
+
+import threading
+import time
+
+from mossar_adapters.pipeline.inbox import Arrival, Inbox
+from mossar_adapters.source import Source
+from mossar_stream.errors import MossarError
+
+
+class Feed:
+    """Reads a source in a thread of its own until it ends or is stopped.
+
+    Args:
+        source: What to read.
+        index: Its number.
+        inbox: Where its items go.
+    """
+
+    def __init__(self, source: Source, index: int, inbox: Inbox) -> None:
+        self.source = source
+        self.heard_at = time.monotonic()  # s, when frames came last
+        self._index = index
+        self._inbox = inbox
+        self._stopped = False
+        self._thread = threading.Thread(target=self._read, name=f"read {source.name}", daemon=True)
+
+    def start(self) -> None:
+        """Begin to read."""
+        self.heard_at = time.monotonic()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Make the thread end; a source that does not come back is left to the end of the process."""
+        self._stopped = True
+        self.source.close()
+
+    def join(self, timeout: float) -> None:
+        """Wait for the thread's end."""
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+
+    def _read(self) -> None:
+        last: Exception | None = None
+        try:
+            for item in self.source.items():
+                if self._stopped:
+                    break
+                if item is not None and not self._inbox.put(Arrival(self._index, item, time.monotonic())):
+                    return
+        except MossarError as error:
+            last = error
+        except Exception as error:  # noqa: BLE001 - a source of any kind must not end the others
+            last = error
+        self._inbox.put(Arrival(self._index, last, time.monotonic()))

@@ -1,0 +1,121 @@
+"""Inbox: bounded queues from the reader threads to the one thread that segments.
+
+Bounds are in frames. A full queue of a live source drops its oldest frames, because late key frames are worth
+less than missing ones; a recording waits instead, because nothing of it may be lost.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import msgspec
+
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+
+ROOM = 2048  # frames per source
+
+
+class Arrival(msgspec.Struct, frozen=True):
+    """Something that a source delivered.
+
+    Args:
+        source: Index of the source.
+        item: A meta, frames, a request to be carried out, an error that ended the source, or None when the
+            source ended.
+        at: When it arrived, monotonic s.
+    """
+
+    source: int
+    item: "Meta | Frames | Callable[[], None] | Exception | None"
+    at: float
+
+
+class Inbox:
+    """Hands arrivals of several sources over, fairly. Every method may be called from any thread.
+
+    Args:
+        drops: For each source, whether its oldest frames are dropped when its queue is full.
+        room: Frames that a queue holds; one chunk always fits.
+    """
+
+    def __init__(self, drops: Sequence[bool], room: int = ROOM) -> None:
+        self.dropped = [0] * len(drops)  # frames dropped of each source
+        self._drops = list(drops)
+        self._room = room
+        self._queues: list[deque[Arrival]] = [deque() for _ in drops]
+        self._frames = [0] * len(drops)  # in each queue
+        self._urgent: deque[Arrival] = deque()
+        self._next = 0  # source whose turn it is
+        self._closed = False
+        self._changed = threading.Condition()
+
+    def put(self, arrival: Arrival) -> bool:
+        """Add an arrival; wait for room if its source does not drop.
+
+        Returns:
+            False if the inbox was closed: the source need not go on.
+        """
+        source, count = arrival.source, _frames_in(arrival)
+        with self._changed:
+            while not self._drops[source] and not self._closed and self._is_full(source, count):
+                self._changed.wait()
+            if self._closed:
+                return False
+            while self._drops[source] and self._is_full(source, count):
+                self._drop_oldest(source)
+            self._queues[source].append(arrival)
+            self._frames[source] += count
+            self._changed.notify_all()
+        return True
+
+    def ask(self, request: Callable[[], None]) -> None:
+        """Have something done by the thread that segments, before what waits."""
+        with self._changed:
+            self._urgent.append(Arrival(-1, request, 0.0))
+            self._changed.notify_all()
+
+    def get(self, timeout: float) -> Arrival | None:
+        """Return the next arrival, None after `timeout` seconds without one."""
+        with self._changed:
+            if not self._urgent and not any(self._queues):
+                self._changed.wait(timeout)
+            if self._urgent:
+                return self._urgent.popleft()
+            for _ in self._queues:
+                source = self._next
+                self._next = (source + 1) % len(self._queues)
+                if self._queues[source]:
+                    arrival = self._queues[source].popleft()
+                    self._frames[source] -= _frames_in(arrival)
+                    self._changed.notify_all()
+                    return arrival
+        return None
+
+    def waiting(self, source: int) -> bool:
+        """Return whether something of a source waits."""
+        with self._changed:
+            return bool(self._queues[source])
+
+    def close(self) -> None:
+        """Let no more in; writers that wait return."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def _is_full(self, source: int, count: int) -> bool:
+        return self._frames[source] > 0 and self._frames[source] + count > self._room
+
+    def _drop_oldest(self, source: int) -> None:
+        queue = self._queues[source]
+        for place, arrival in enumerate(queue):
+            count = _frames_in(arrival)
+            if count:
+                del queue[place]
+                self._frames[source] -= count
+                self.dropped[source] += count
+                return
+
+
+def _frames_in(arrival: Arrival) -> int:
+    return len(arrival.item) if isinstance(arrival.item, Frames) else 0

@@ -1,0 +1,39 @@
+"""Latency: how long from the arrival of a frame until the event it caused is handed over."""
+
+import threading
+
+import numpy as np
+
+KEPT = 2048  # latest delays that the quantiles are taken of
+
+
+class Latency:
+    """Quantiles of the latest delays. Any thread may call any method.
+
+    Example:
+        >>> delays = Latency()
+        >>> for ms in range(1, 101):
+        ...     delays.add(ms / 1000)
+        >>> delays.quantiles_ms()
+        (50.5, 99.01)
+    """
+
+    def __init__(self) -> None:
+        self._delays = np.zeros(KEPT)  # (KEPT,) float64, s, ring buffer
+        self._count = 0
+        self._lock = threading.Lock()
+
+    def add(self, seconds: float) -> None:
+        """Take a delay in."""
+        with self._lock:
+            self._delays[self._count % KEPT] = seconds
+            self._count += 1
+
+    def quantiles_ms(self) -> tuple[float, float] | None:
+        """Return the median and the 99th percentile in ms, None before the first delay."""
+        with self._lock:
+            delays = self._delays[: min(self._count, KEPT)].copy()
+        if not len(delays):
+            return None
+        median, high = np.quantile(delays, (0.5, 0.99)) * 1000
+        return round(float(median), 3), round(float(high), 3)

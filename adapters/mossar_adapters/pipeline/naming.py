@@ -1,0 +1,71 @@
+"""Naming: performers of several sources under names of their own, and how far each source was read."""
+
+import logging
+from collections.abc import Sequence
+
+from mossar_adapters.pipeline.snapshot import Position
+from mossar_stream.frames import Frames
+
+_log = logging.getLogger("mossar.pipeline")
+
+
+class Naming:
+    """Gives each performer of each source a name that nobody else has.
+
+    Args:
+        sources: Names of the sources.
+    """
+
+    def __init__(self, sources: Sequence[str]) -> None:
+        self._sources = list(sources)
+        self._names: list[dict[str, str]] = [{} for _ in sources]  # from the source's name to ours
+        self._frames: list[dict[str, int]] = [{} for _ in sources]  # taken so far, by the source's name
+
+    def name(self, source: int, performer: str) -> str:
+        """Return our name for a performer of a source; the first source with a name keeps it."""
+        names = self._names[source]
+        if performer not in names:
+            names[performer] = self._free(performer)
+            if names[performer] != performer:
+                _log.info(
+                    "%s: performer %s is called %s here", self._sources[source], performer, names[performer]
+                )
+        return names[performer]
+
+    def of_source(self, source: int) -> list[str]:
+        """Return our names for the performers of a source."""
+        return list(self._names[source].values())
+
+    def source_of(self, name: str) -> int:
+        """Return the source of the performer that we call `name`."""
+        return next(i for i, names in enumerate(self._names) if name in names.values())
+
+    def count(self, source: int, frames: Frames) -> None:
+        """Count frames, under the source's name for the performer."""
+        counts = self._frames[source]
+        counts[frames.performer] = counts.get(frames.performer, 0) + len(frames)
+
+    def positions(self) -> tuple[Position, ...]:
+        """Return how far each source was read."""
+        return tuple(
+            Position(name, dict(frames), dict(names))
+            for name, frames, names in zip(self._sources, self._frames, self._names, strict=True)
+        )
+
+    def resume(self, positions: Sequence[Position]) -> None:
+        """Go on with the names and counts of a snapshot of the same sources."""
+        self._names = [dict(position.names) for position in positions]
+        self._frames = [dict(position.frames) for position in positions]
+
+    def fits(self, positions: Sequence[Position]) -> bool:
+        """Return whether positions are of these sources."""
+        return [position.name for position in positions] == self._sources
+
+    def _free(self, performer: str) -> str:
+        taken = {name for names in self._names for name in names.values()}
+        if performer not in taken:
+            return performer
+        number = 1
+        while f"p{number}" in taken:
+            number += 1
+        return f"p{number}"

@@ -1,0 +1,172 @@
+"""Outlet: one thread that feeds one sink, so that a slow or dead sink never stalls the stream."""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+
+import msgspec
+
+from mossar_adapters.pipeline.emission import Emission
+from mossar_adapters.sink import FrameSink, Sink
+from mossar_adapters.source import Meta
+from mossar_stream.events import Event
+from mossar_stream.frames import Frames
+
+ROOM = 20_000  # events, or frames of a sink that takes frames
+PATIENCE = 3.0  # s given to a sink at the end, to take what waits
+_NAP = 0.1  # s, after which a wait looks whether the program is to end
+
+_log = logging.getLogger("mossar.pipeline")
+
+
+class Parcel(msgspec.Struct, frozen=True):
+    """What a sink gets at once.
+
+    Args:
+        item: A meta, events, or frames.
+        arrived_at: When the frame arrived that caused it, monotonic s; None if no frame did.
+    """
+
+    item: Meta | list[Event] | Frames
+    arrived_at: float | None = None
+
+    def size(self) -> int:
+        """Return what it takes in the queue."""
+        return 1 if isinstance(self.item, Meta) else max(1, len(self.item))
+
+
+class Outlet:
+    """Hands parcels to a sink in a thread of its own.
+
+    Args:
+        sink: Where they go; one that has `send_frames` gets frames as well.
+        waits: Whether to wait for room instead of dropping the oldest parcels.
+        delivered: Called in the outlet's thread with each parcel that was handed over.
+        gives_up: Asked while waiting for room; True means that the program is to end.
+        emission: Which events the sink gets; None for all.
+        room: What the queue holds.
+    """
+
+    def __init__(
+        self,
+        sink: Sink | FrameSink,
+        *,
+        waits: bool,
+        delivered: Callable[[Parcel], None] = lambda _: None,
+        gives_up: Callable[[], bool] = lambda: False,
+        emission: Emission | None = None,
+        room: int = ROOM,
+    ) -> None:
+        self.sink = sink
+        self.dropped = 0  # events and frames that found no room
+        self.error: Exception | None = None  # what the sink died of
+        self._waits = waits
+        self._delivered = delivered
+        self._gives_up = gives_up
+        self._emission = emission or Emission()
+        self._room = room
+        self._queue: deque[Parcel] = deque()
+        self._size = 0
+        self._busy = False
+        self._ending = False
+        self._changed = threading.Condition()
+        self._thread = threading.Thread(target=self._deliver, name=f"write {sink.name}", daemon=True)
+        self._takes_frames = hasattr(sink, "send_frames")
+        self._takes_events = hasattr(sink, "send")
+
+    def start(self) -> None:
+        """Begin to deliver."""
+        self._thread.start()
+
+    def put(self, parcel: Parcel) -> None:
+        """Queue a parcel."""
+        if self.error is not None or not self._wants(parcel):
+            return
+        if isinstance(parcel.item, list):
+            wanted = self._emission.of(parcel.item)
+            if not wanted:
+                return
+            parcel = Parcel(wanted, parcel.arrived_at)
+        with self._changed:
+            while self._waits and self._size >= self._room and self.error is None and not self._gives_up():
+                self._changed.wait(_NAP)
+            while self._size >= self._room and self._drop_oldest():
+                pass
+            self._queue.append(parcel)
+            self._size += parcel.size()
+            self._changed.notify_all()
+
+    def drain(self, timeout: float = PATIENCE) -> bool:
+        """Wait until everything is handed over; return whether it was."""
+        give_up = time.monotonic() + timeout
+        with self._changed:
+            while (self._queue or self._busy) and self.error is None:
+                left = give_up - time.monotonic()
+                if left <= 0:
+                    return False
+                self._changed.wait(left)
+        return self.error is None
+
+    def close(self) -> None:
+        """Deliver what waits, as far as the sink takes it in time, and close the sink."""
+        self.drain()
+        with self._changed:
+            self._ending = True
+            self._changed.notify_all()
+        self._thread.join(PATIENCE)
+        if self._thread.is_alive():
+            _log.warning("%s does not take its events; %d are lost", self.sink.name, self._size)
+
+    def _wants(self, parcel: Parcel) -> bool:
+        if isinstance(parcel.item, Meta):
+            return True
+        return self._takes_frames if isinstance(parcel.item, Frames) else self._takes_events
+
+    def _drop_oldest(self) -> bool:
+        for place, parcel in enumerate(self._queue):
+            if not isinstance(parcel.item, Meta):
+                del self._queue[place]
+                self._size -= parcel.size()
+                if not self.dropped:
+                    _log.warning("%s is too slow: its oldest events are dropped", self.sink.name)
+                self.dropped += parcel.size()
+                return True
+        return False
+
+    def _deliver(self) -> None:
+        try:
+            while (parcel := self._next()) is not None:
+                self._hand_over(parcel)
+                self._delivered(parcel)
+                with self._changed:
+                    self._busy = False
+                    self._changed.notify_all()
+            self.sink.close()
+        except Exception as error:  # noqa: BLE001 - a sink of any kind must not end the stream
+            with self._changed:
+                self.error = error
+                self._queue.clear()
+                self._changed.notify_all()
+
+    def _next(self) -> Parcel | None:
+        with self._changed:
+            while not self._queue and not self._ending:
+                self._changed.wait()
+            if not self._queue:
+                return None
+            self._busy = True
+            parcel = self._queue.popleft()
+            self._size -= parcel.size()
+            self._changed.notify_all()
+            return parcel
+
+    def _hand_over(self, parcel: Parcel) -> None:
+        item = parcel.item
+        if isinstance(item, Meta):
+            self.sink.announce(item)
+        elif isinstance(item, Frames):
+            self.sink.send_frames(item)  # type: ignore[union-attr] - asked for when the outlet was built
+        else:
+            self.sink.send(item)  # type: ignore[union-attr]

@@ -1,0 +1,204 @@
+"""Upkeep: what a pipeline does between frames, on the wall clock: stalls, silence, stats, snapshots."""
+
+import logging
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from mossar_adapters.pipeline.counting import counters_of, explanation
+from mossar_adapters.pipeline.inbox import Arrival
+from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
+from mossar_adapters.pipeline.watch import Watch
+from mossar_stream.errors import SnapshotError
+from mossar_stream.events import StatsEvent, StreamChange, StreamEvent
+
+if TYPE_CHECKING:
+    from mossar_adapters.pipeline.pipeline import Pipeline
+
+SILENCE = 3.0  # s without a frame after which a source explains itself
+SNAPSHOT_PERIOD = 5.0  # s
+_LOOK = 0.02  # s between two looks
+
+_log = logging.getLogger("mossar.pipeline")
+
+
+class Upkeep:
+    """Notices stalls and silence, sends stats, writes snapshots.
+
+    Args:
+        stats: Seconds between two stats events; None for none.
+        snapshot: File for snapshots; None for none.
+        period: Seconds between two snapshots.
+    """
+
+    def __init__(
+        self, *, stats: float | None = None, snapshot: Path | None = None, period: float = SNAPSHOT_PERIOD
+    ) -> None:
+        self._stats = stats
+        self._path = snapshot
+        self._period = period
+        self._watch = Watch(1.0)
+        self._looked = 0.0  # monotonic s
+        self._stats_due = float("inf")
+        self._snapshot_due = float("inf")
+        self._explained: set[int] = set()  # sources whose silence was explained
+        self._full: set[int] = set()  # sources whose queue was said to be full
+        self._counted: dict[
+            str, tuple[int, float]
+        ] = {}  # frames and time of each performer at the last stats
+
+    def begin(self, pipeline: "Pipeline") -> None:
+        """Start the clocks."""
+        now = time.monotonic()
+        self._watch.max_pause = pipeline.settings.max_pause
+        self._stats_due = now + self._stats if self._stats else float("inf")
+        self._snapshot_due = now + self._period if self._path else float("inf")
+
+    def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> None:
+        """Take note that frames came; say so if they had stalled."""
+        feed = pipeline.feeds[arrival.source]
+        feed.heard_at = arrival.at
+        self._explained.discard(arrival.source)
+        if feed.source.live and self._watch.heard(performer, arrival.source, arrival.at):
+            pipeline.send([self._news(pipeline, performer, "resumed")])
+
+    def forget(self, source: int) -> None:
+        """Stop watching a source that has ended."""
+        self._watch.forget(source)
+
+    def look(self, pipeline: "Pipeline") -> None:
+        """Do what is due."""
+        now = time.monotonic()
+        if now - self._looked < _LOOK:
+            return
+        self._looked = now
+        self._look_for_stalls(pipeline, now)
+        self._look_for_silence(pipeline, now)
+        if now >= self._stats_due:
+            self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
+            self.send_stats(pipeline)
+        if now >= self._snapshot_due:
+            self._snapshot_due = now + self._period
+            if all(outlet.drain(0.5) for outlet in pipeline.outlets):
+                self._write(pipeline, complete=False)
+
+    def send_stats(self, pipeline: "Pipeline") -> None:
+        """Send the counters of all performers, and say them."""
+        for performer in sorted(pipeline.pool.names):
+            event = self.stats_of(pipeline, performer)
+            pipeline.send([event])
+            _log.info("stats: %s", _in_words(event))
+
+    def stats_of(self, pipeline: "Pipeline", performer: str) -> StatsEvent:
+        """Return the counters of a performer; the rate is that since the last stats, on the source's clock."""
+        source = pipeline.naming.source_of(performer)
+        counted = counters_of(pipeline.feeds[source].source)
+        quantiles = pipeline.latency[performer].quantiles_ms() if performer in pipeline.latency else None
+        stats = pipeline.pool[performer].stats
+        first, last = pipeline.times.get(performer, (0.0, 0.0))
+        frames, since = self._counted.get(performer, (1, first))
+        fps = (stats["frames"] - frames) / (last - since) if last > since else 0.0
+        self._counted[performer] = (stats["frames"], last)
+        return StatsEvent(
+            performer=performer,
+            fps=round(fps, 2),
+            malformed=counted.get("malformed", 0) + pipeline.unusable.get(performer, 0),
+            kernel_drops=counted.get("kernel_drops", 0),
+            queue_dropped=pipeline.inbox.dropped[source],
+            latency_p50_ms=quantiles[0] if quantiles else None,
+            latency_p99_ms=quantiles[1] if quantiles else None,
+            **stats,
+        )
+
+    def keeps_takes(self, pipeline: "Pipeline") -> bool:
+        """Return whether takes stay open at the end: the run was cut short and is to go on later."""
+        return self._path is not None and not pipeline.outcome.complete
+
+    def end(self, pipeline: "Pipeline") -> None:
+        """Send the last stats, say what was lost, and write the last snapshot."""
+        if self._stats:
+            self.send_stats(pipeline)
+        if self._path is not None:
+            for outlet in pipeline.outlets:
+                outlet.drain()
+            self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
+        for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
+            if dropped:
+                _log.warning(
+                    "%s: %d frames were dropped, they came faster than they were used",
+                    feed.source.name,
+                    dropped,
+                )
+
+    def resume(self, pipeline: "Pipeline", snapshot: Snapshot) -> None:
+        """Go on where a snapshot was written.
+
+        Raises:
+            SnapshotError: If it is of other sources or settings.
+        """
+        if not pipeline.naming.fits(snapshot.sources):
+            names = ", ".join(position.name for position in snapshot.sources)
+            raise SnapshotError(f"the snapshot is of other sources ({names}); delete it to start anew")
+        if snapshot.settings != msgspec.json.encode(pipeline.settings):
+            raise SnapshotError("the snapshot was made with other settings; delete it to start anew")
+        pipeline.pool.restore(snapshot.performers)
+        pipeline.naming.resume(snapshot.sources)
+        for feed, position in zip(pipeline.feeds, snapshot.sources, strict=True):
+            skip = getattr(feed.source, "resume", None)
+            if callable(skip):
+                skip(position.frames)
+
+    def _write(self, pipeline: "Pipeline", *, complete: bool) -> None:
+        if self._path is None:
+            return
+        sinks = [outlet.sink for outlet in pipeline.outlets]
+        snapshot = Snapshot(
+            settings=msgspec.json.encode(pipeline.settings),
+            complete=complete,
+            sources=pipeline.naming.positions(),
+            performers=pipeline.pool.snapshot(),
+            sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
+        )
+        try:
+            write_snapshot(self._path, snapshot)
+        except SnapshotError as error:
+            _log.error("%s", error)  # noqa: TRY400 - one line for the user
+
+    def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
+        for performer, finding in self._watch.check(now):
+            # What waits in the queue has come in time; only a queue run dry is a stall.
+            if pipeline.inbox.waiting(pipeline.naming.source_of(performer)):
+                self._watch.heard(performer, pipeline.naming.source_of(performer), now)
+            elif finding == "stalled":
+                pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
+            else:
+                pipeline.send(pipeline.pool[performer].end_take("gap"))
+
+    def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
+        for i, feed in enumerate(pipeline.feeds):
+            if pipeline.running[i] and now - feed.heard_at > SILENCE and i not in self._explained:
+                self._explained.add(i)
+                why = explanation(feed.source)
+                _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")
+            if pipeline.inbox.dropped[i] and i not in self._full:
+                self._full.add(i)
+                _log.warning(
+                    "%s: frames come faster than they are used; the oldest are dropped", feed.source.name
+                )
+
+    def _news(
+        self, pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = ""
+    ) -> StreamEvent:
+        take = pipeline.pool[performer].take
+        return StreamEvent(performer=performer, event=event, take=take, reason=reason)
+
+
+def _in_words(event: StatsEvent) -> str:
+    words = [event.performer, f"{event.frames} frames", f"{event.fps:.1f} fps"]
+    if event.latency_p50_ms is not None:
+        words.append(f"latency {event.latency_p50_ms:.2f} ms median, {event.latency_p99_ms:.2f} ms 99 %")
+    names = ("out_of_order", "outliers", "held", "gaps", "malformed", "kernel_drops", "queue_dropped")
+    words += [f"{getattr(event, name)} {name.replace('_', ' ')}" for name in names if getattr(event, name)]
+    return ", ".join(words)

@@ -1,0 +1,62 @@
+"""Watch: notices on the wall clock that frames have stopped, and that they are back."""
+
+from typing import Literal
+
+import msgspec
+
+STALL = 0.3  # s without frames
+
+Finding = Literal["stalled", "ended"]
+
+
+class _Heard(msgspec.Struct):
+    at: float  # monotonic s of the last frames
+    source: int
+    stalled: bool = False
+    ended: bool = False
+
+
+class Watch:
+    """Keeps the time of the last frames of each performer of live sources.
+
+    Args:
+        max_pause: Time without frames after which a take ends, s.
+
+    Example:
+        >>> watch = Watch(max_pause=1.0)
+        >>> watch.heard("p1", 0, now=0.0), watch.check(0.2), watch.check(0.4), watch.check(0.5)
+        (False, [], [('p1', 'stalled')], [])
+        >>> watch.check(1.1), watch.heard("p1", 0, now=2.0)
+        ([('p1', 'ended')], True)
+    """
+
+    def __init__(self, max_pause: float) -> None:
+        self.max_pause = max_pause
+        self._heard: dict[str, _Heard] = {}
+
+    def heard(self, performer: str, source: int, now: float) -> bool:
+        """Take note of frames; return whether they had stalled."""
+        known = self._heard.get(performer)
+        self._heard[performer] = _Heard(now, source)
+        return known is not None and known.stalled
+
+    def forget(self, source: int) -> None:
+        """Stop watching the performers of a source that has ended."""
+        self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
+
+    def performers(self, source: int) -> list[str]:
+        """Return the performers of a source."""
+        return [name for name, heard in self._heard.items() if heard.source == source]
+
+    def check(self, now: float) -> list[tuple[str, Finding]]:
+        """Return who has stalled, and whose take is over, since the last call."""
+        found: list[tuple[str, Finding]] = []
+        for name, heard in self._heard.items():
+            quiet = now - heard.at
+            if quiet > STALL and not heard.stalled:
+                heard.stalled = True
+                found.append((name, "stalled"))
+            if quiet > self.max_pause and not heard.ended:
+                heard.ended = True
+                found.append((name, "ended"))
+        return found

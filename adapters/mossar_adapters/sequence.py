@@ -1,0 +1,28 @@
+"""Counts frames that were numbered by the sender but never came."""
+
+from mossar_adapters.live import Counters
+
+_MAX_KNOWN = 256
+_RESTART = 10_000  # frames; a larger jump means that the sender started again, not that frames were lost
+
+
+class Sequences:
+    """The latest `seq` of each performer.
+
+    Args:
+        counters: Where gaps are counted.
+    """
+
+    def __init__(self, counters: Counters) -> None:
+        self._counters = counters
+        self._latest: dict[str, int] = {}
+
+    def count(self, performer: str, seq: int) -> None:
+        """Take note of a frame's number."""
+        latest = self._latest.get(performer)
+        if latest is None:
+            if len(self._latest) == _MAX_KNOWN:
+                del self._latest[next(iter(self._latest))]
+        elif 1 < seq - latest <= _RESTART:
+            self._counters.gaps += seq - latest - 1
+        self._latest[performer] = seq

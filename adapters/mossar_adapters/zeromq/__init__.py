@@ -1,0 +1,1 @@
+"""ZeroMQ: frames in by SUB, events and frames out by PUB."""

@@ -1,0 +1,174 @@
+"""ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer.
+
+Two parts: topic `mossar.<type>.<performer>.` and a msgpack map, or JSON with `?encoding=json`. A receiver that
+is too slow loses the newest messages; it can tell by `seq` and `rev`.
+"""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import zmq
+
+from mossar_adapters.address import Address
+from mossar_adapters.frame_codec import to_json, to_msgpack
+from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.source import Meta
+from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
+from mossar_stream.events import Event
+from mossar_stream.frames import Frames
+
+OPTIONS = {"encoding": "msgpack or json", **CURVE_OPTIONS}
+FRAME_OPTIONS = {
+    **OPTIONS,
+    "wait": "seconds to wait for a first subscriber before the first frame; default 1",
+}
+QUEUE = 50_000  # messages kept for a subscriber that is slow
+_WAIT = 1.0  # s
+_SUBSCRIBE = b"\x01"
+
+
+class ZmqSink:
+    """Publishes events; implements `Sink`. Call `send(())` now and then to serve late joiners in quiet times.
+
+    Args:
+        address: `zmq+bind://HOST:PORT`, `zmq://HOST:PORT` or an `ipc:` form.
+        settings: Told to receivers in metas.
+
+    Raises:
+        MossarError: If the socket cannot be had or an option is wrong.
+    """
+
+    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+        address.check(OPTIONS)
+        self.name = address.url
+        self.dropped = 0
+        self._publisher = Publisher(address, settings)
+        self.endpoint = self._publisher.endpoint
+        json = self._publisher.json
+        self._encode = msgspec.json.Encoder().encode if json else msgspec.msgpack.Encoder().encode
+
+    def announce(self, meta: Meta) -> None:
+        """Publish a performer's meta, and keep it for late joiners."""
+        self._publisher.announce(meta)
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Publish events."""
+        self._publisher.serve()
+        for event in events:
+            kind = event.__struct_config__.tag
+            topic = f"mossar.{kind}.{event.performer}.".encode()
+            if not self._publisher.put(topic, self._encode(event)):
+                self.dropped += 1
+
+    def close(self) -> None:
+        """Send what is left and release the port. May be called twice."""
+        self._publisher.close()
+
+
+class ZmqFrameSink:
+    """Publishes frames; implements `FrameSink`.
+
+    Args:
+        address: As for `ZmqSink`; option `wait`.
+
+    Raises:
+        MossarError: If the socket cannot be had or an option is wrong.
+    """
+
+    def __init__(self, address: Address) -> None:
+        address.check(FRAME_OPTIONS)
+        self.name = address.url
+        self.dropped = 0
+        self._wait = address.number("wait", 0, 3600, _WAIT)
+        self._publisher = Publisher(address)
+        self.endpoint = self._publisher.endpoint
+        self._encode = to_json if self._publisher.json else to_msgpack
+        self._counts: dict[str, int] = {}  # frames sent of each performer
+
+    def announce(self, meta: Meta) -> None:
+        """Publish a performer's meta, and keep it for late joiners."""
+        self._publisher.announce(meta)
+
+    def send_frames(self, frames: Frames) -> None:
+        """Publish frames, one message each."""
+        if self._wait:
+            self._publisher.await_subscriber(self._wait)
+            self._wait = 0.0
+        self._publisher.serve()
+        count = self._counts.get(frames.performer, 0)
+        topic = f"mossar.frame.{frames.performer}.".encode()
+        for found in maps_of_frames(frames, count):
+            if not self._publisher.put(topic, self._encode(found)):
+                self.dropped += 1
+        self._counts[frames.performer] = count + len(frames)
+
+    def close(self) -> None:
+        """Send what is left and release the port. May be called twice."""
+        self._publisher.close()
+
+
+class Publisher:
+    """An XPUB socket with the latest metas.
+
+    Args:
+        address: Where.
+        settings: For the metas.
+    """
+
+    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+        self.json = address.choice("encoding", ("msgpack", "json"), "msgpack") == "json"
+        self._settings = settings
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        try:
+            wanted: dict[int, int | bytes] = {zmq.XPUB_VERBOSE: 1, zmq.SNDHWM: QUEUE}
+            self._socket = open_socket(self._context, zmq.XPUB, address, wanted)
+        except BaseException:
+            self._context.term()
+            raise
+        self.endpoint = bound_at(self._socket)
+        self._metas: dict[bytes, bytes] = {}  # topic -> latest meta map
+        self._subscribed = False  # whether anybody ever did
+
+    def announce(self, meta: Meta) -> None:
+        """Publish a meta and keep it."""
+        found = map_of_meta(meta, self._settings)
+        topic = f"mossar.meta.{meta.performer}.".encode()
+        self._metas[topic] = to_json(found) if self.json else to_msgpack(found)
+        self.serve()
+        self.put(topic, self._metas[topic])
+
+    def serve(self) -> None:
+        """Answer new subscriptions with the metas they ask for."""
+        while True:
+            try:
+                request = self._socket.recv(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            if request[:1] != _SUBSCRIBE:
+                continue
+            self._subscribed = True
+            for topic, data in self._metas.items():
+                if topic.startswith(request[1:]):
+                    self.put(topic, data)
+
+    def await_subscriber(self, seconds: float) -> None:
+        """Wait until somebody subscribes, at most `seconds`."""
+        deadline = time.monotonic() + seconds
+        while not self._subscribed and (left := deadline - time.monotonic()) > 0:
+            if self._socket.poll(int(min(left, 0.1) * 1000) + 1):
+                self.serve()
+
+    def put(self, topic: bytes, data: bytes) -> bool:
+        """Publish, and return whether ZeroMQ took it."""
+        try:
+            self._socket.send_multipart((topic, data), zmq.NOBLOCK)
+        except zmq.Again:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Release the port. May be called twice."""
+        self._socket.close()
+        self._context.term()

@@ -1,0 +1,129 @@
+"""The ZeroMQ source: SUB, connecting or binding.
+
+Accepted are two parts, topic and a msgpack or JSON map, or a single JSON part. Events and stats that pass by
+are left alone.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+
+import zmq
+
+from mossar_adapters.address import Address
+from mossar_adapters.batch import Batch
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.frame_codec import from_json, from_msgpack
+from mossar_adapters.live import Counters
+from mossar_adapters.map_intake import MapIntake
+from mossar_adapters.source import Meta
+from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, open_socket
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+
+OPTIONS = {
+    "fps": "rate in Hz for frames without a time of their own",
+    "unit": "m, cm, mm or inch",
+    "performer": "name of the performer",
+    "topic": "subscribe to topics that begin with this; default all",
+    **CURVE_OPTIONS,
+}
+POLL_MS = 100
+DRAIN = 512  # messages read before their frames are handed on
+QUEUE = 20_000  # messages kept by ZeroMQ while the program is busy
+
+
+class ZmqSource:
+    """Receives frame and meta maps over ZeroMQ; implements `LiveSource`.
+
+    Args:
+        address: `zmq://HOST:PORT`, `zmq+bind://HOST:PORT` or an `ipc:` form.
+        options: The user's fps and unit.
+
+    Raises:
+        MossarError: If the socket cannot be had or an option is wrong.
+    """
+
+    live = True
+
+    def __init__(self, address: Address, options: ReadOptions | None = None) -> None:
+        address.check(OPTIONS)
+        options = options or ReadOptions()
+        self.name = address.url
+        self.counters = Counters()
+        self._batch = Batch(options.fps)
+        self._intake = MapIntake(self._batch, self.counters, options, address.options.get("performer"))
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        try:
+            topic = address.options.get("topic", "").encode()
+            wanted: dict[int, int | bytes] = {zmq.RCVHWM: QUEUE, zmq.SUBSCRIBE: topic}
+            self._socket = open_socket(self._context, zmq.SUB, address, wanted)
+        except BaseException:
+            self._context.term()
+            raise
+        self._binds = binds(address)
+        self.endpoint = bound_at(self._socket)
+        self._opened = time.monotonic()
+        self._running = False
+        self._closed = False
+
+    def items(self) -> Iterator[Meta | Frames | None]:
+        """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
+        self._running = True
+        try:
+            while not self._closed:
+                if self._socket.poll(POLL_MS) == 0:
+                    yield None
+                    continue
+                self._drain()
+                yield from self._batch.take()
+        finally:
+            self._release()
+
+    def explain(self) -> str:
+        """Return one line that says what is bound or connected and what came."""
+        counters = self.counters
+        text = f"{self.name}: {'bound at' if self._binds else 'connecting to'} {self.endpoint}"
+        if counters.received == 0:
+            hint = "" if self._binds else " (is the sender running, and does it bind?)"
+            return f"{text}; no message came yet{hint}"
+        text += f"; {counters.received} messages came, topics: {', '.join(counters.seen) or 'none'}"
+        if counters.malformed:
+            text += f"; {counters.malformed} malformed, the last: {counters.last_error}"
+        return f"{text}; none was a frame map (type: frame)"
+
+    def close(self) -> None:
+        """End `items` soon. May be called twice, and from any thread."""
+        self._closed = True
+        if not self._running:
+            self._release()
+
+    def _release(self) -> None:
+        self._closed = True
+        self._socket.close(0)
+        self._context.term()
+
+    def _drain(self) -> None:
+        for _ in range(DRAIN):
+            try:
+                parts = self._socket.recv_multipart(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            self.counters.received += 1
+            try:
+                self._take(parts)
+            except FrameError as error:
+                self.counters.reject(str(error))
+
+    def _take(self, parts: Sequence[bytes]) -> None:
+        if len(parts) > 2:
+            raise FrameError(
+                f"a message of {len(parts)} parts; two (topic, map) or one (JSON) are understood"
+            )
+        if len(parts) == 2:
+            self.counters.see(parts[0][:80].decode("utf-8", "replace"))
+        data = parts[-1]
+        found = from_json(data) if len(parts) == 1 or data.lstrip()[:1] == b"{" else from_msgpack(data)
+        if found is None:
+            self.counters.ignored += 1
+        else:
+            self._intake.take(found, time.monotonic() - self._opened)

@@ -1,0 +1,150 @@
+"""Cli: the program `mossar`.
+
+Only the command that is asked for is imported, so that help and errors come at once.
+"""
+
+import argparse
+import contextlib
+import importlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import metadata
+from typing import Final, NoReturn
+
+from mossar_stream.errors import MossarError
+from mossar_tools.console import LOGGER, Console, console
+from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
+from mossar_tools.signals import raising
+
+COMMANDS: Final[dict[str, str]] = {
+    "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
+    "run": "segment live or recorded streams; JSON lines on standard output unless --to says otherwise",
+    "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
+    "replay": "send a recording out as a live stream of frames",
+    "record": "write what arrives to a file that replay reproduces with its timing",
+    "adapters": "what can be read and written, which extras are missing; --check URL",
+}
+
+_EPILOG = """examples:
+  mossar demo                                  watch key frames of the built-in performer
+  mossar run osc://0.0.0.0:39539               segment what a VMC or Kinect program sends
+  mossar segment walk.bvh --plot walk.png      one picture of a recording
+
+mossar COMMAND --help explains a command.
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `mossar` and return its exit status.
+
+    Args:
+        argv: Arguments after the program's name; None for those of the process.
+    """
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    terminal = console()
+    terminal.set_up("info", as_json=False, status=True)
+    try:
+        with raising():
+            status = _run(arguments, terminal)
+            terminal.clear()
+            terminal.out.flush()
+    except BrokenPipeError:
+        _leave_standard_output()
+        return DONE
+    except KeyboardInterrupt:
+        terminal.clear()
+        return INTERRUPTED
+    except Terminated:
+        terminal.clear()
+        return TERMINATED
+    except MossarError as error:
+        LOGGER.error("%s", error)
+        return WRONG_USAGE
+    except Exception as error:  # noqa: BLE001 - the last resort: one line, and the traceback on request
+        _report_defect(error)
+        return FAILED
+    return status
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports wrong usage as one line."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def _run(arguments: list[str], terminal: Console) -> int:
+    # What stands before the command's name can only be --help or --version.
+    if not arguments or arguments[0].startswith("-"):
+        return _run_without_command(arguments, terminal)
+    name = arguments[0]
+    if name not in COMMANDS:
+        raise UsageError(f"no command called {name[:40]!r}; there are {', '.join(COMMANDS)}")
+    from mossar_tools.options import parse
+
+    command = importlib.import_module(f"mossar_tools.commands.{name}")
+    parser = _Parser(
+        prog=f"mossar {name}",
+        description=command.DESCRIPTION,
+        epilog=f"examples:\n{command.EXAMPLES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        argument_default=argparse.SUPPRESS,
+        allow_abbrev=False,
+    )
+    command.add_arguments(parser)
+    try:
+        options = parse(parser, arguments[1:])
+    except SystemExit:  # --help
+        return DONE
+    level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
+    terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    status: int = command.run(options, terminal)
+    return status
+
+
+def _run_without_command(arguments: list[str], terminal: Console) -> int:
+    parser = _Parser(
+        prog="mossar",
+        description="Tells, live, where one human motion ends and the next begins.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        usage="mossar COMMAND [options]",
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and stop")
+    commands = parser.add_argument_group("commands")
+    for name, summary in COMMANDS.items():
+        commands.add_argument(name, help=summary, nargs="?")
+    try:
+        found = parser.parse_args(arguments)
+    except SystemExit:
+        return DONE
+    if found.version:
+        terminal.line(f"mossar-stream {_version()}")
+        return DONE
+    raise UsageError(f"which command? There are {', '.join(COMMANDS)} (see mossar --help)")
+
+
+def _version() -> str:
+    try:
+        return metadata.version("mossar-stream")
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def _leave_standard_output() -> None:
+    """Let the interpreter's last flush go nowhere: nobody reads our output any more."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def _report_defect(error: Exception) -> None:
+    text = " ".join(str(error).split())
+    LOGGER.error(
+        "internal error, please report it: %s: %s (--verbose shows where)", type(error).__name__, text
+    )
+    for line in traceback.format_exception(error):
+        LOGGER.debug("%s", line.rstrip())

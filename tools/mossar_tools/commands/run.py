@@ -1,0 +1,52 @@
+"""`mossar run`: segment live or recorded streams."""
+
+import argparse
+
+from mossar_tools.console import Console, is_terminal
+from mossar_tools.errors import UsageError
+from mossar_tools.options import (
+    Options,
+    add_body,
+    add_messages,
+    add_settings,
+    add_speed,
+    add_stream,
+)
+
+DESCRIPTION = (
+    "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
+)
+EXAMPLES = """  mossar run osc://0.0.0.0:39539                         a VMC or Kinect program on another computer
+  mossar run osc://127.0.0.1:7110 --to osc://127.0.0.1:9000   key frames to a game
+  mossar run zmq://127.0.0.1:5556 --to ws://127.0.0.1:8765 --level cluster
+  mossar run walk.bvh --to events.jsonl --stats 5
+  python poses.py | mossar run - | jq 'select(.status == "final")'
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "sources",
+        metavar="SOURCE",
+        nargs="*",
+        help="a URL, a recording, or - for JSON lines; several are fine",
+    )
+    add_speed(parser, "max for recordings, 1 for demo:")
+    add_stream(parser)
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    from mossar_tools.streaming import stream
+
+    if not options.sources:
+        raise UsageError("which source? A URL, a recording, or - (see mossar run --help)")
+    status, summary = stream(options, console)
+    if is_terminal(console.out):
+        for line in summary:
+            console.say(line)
+    return status

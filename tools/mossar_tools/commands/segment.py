@@ -1,0 +1,106 @@
+"""`mossar segment`: a whole recording, offline."""
+
+import argparse
+import csv
+import io
+from pathlib import Path
+
+import msgspec
+
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.options import Options, add_body, add_messages, add_settings
+from mossar_tools.values import whole as whole_number
+
+DESCRIPTION = """Segment a whole recording, offline, with the range of the whole file: key frames, their hierarchy,
+segments at a level. Without an option a table for people."""
+EXAMPLES = """  mossar segment walk.bvh
+  mossar segment walk.bvh --plot walk.png              also .svg and .pdf
+  mossar segment 86_01.amc --level cluster --csv > segments.csv
+  mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
+  mossar segment demo:?seed=3 --plot demo.pdf --dark
+"""
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="FILE", help="a recording, or demo:")
+    group = parser.add_argument_group("what to put out")
+    form = group.add_mutually_exclusive_group()
+    form.add_argument(
+        "--json", action="store_true", help="all key frames with their strengths, and the segments"
+    )
+    form.add_argument(
+        "--csv", action="store_true", help="start, end, duration (s), state, strength of segments"
+    )
+    group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
+    group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    settings = options.settings(range="file")
+    if options.plot is not None and Path(options.plot).suffix.lower() not in PICTURES:
+        raise UsageError(f"{options.plot}: pictures are {', '.join(PICTURES)}")
+    from mossar_stream.recording import segment_recording
+    from mossar_tools.streaming import say_if_cold
+    from mossar_tools.whole import read_whole
+
+    whole = read_whole(options)
+    say_if_cold()
+    console.status(f"segmenting {len(whole.times)} frames ...")
+    result = segment_recording(
+        whole.positions,
+        whole.fps,
+        whole.skeleton,
+        settings,
+        times=whole.times,
+        curves=options.plot is not None,
+    )
+    chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
+    console.clear()
+    if options.json:
+        report = {
+            "v": 1,
+            "recording": whole.name,
+            "fps": whole.fps,
+            "level": settings.level if options.keep is None else None,
+            "key_frames": result.key_frames,
+            "segments": chosen.segments,
+        }
+        console.line(msgspec.json.encode(report).decode())
+    elif options.csv:
+        console.line(_csv(chosen).rstrip("\n"))
+    elif options.plot is None:
+        from mossar_tools.tables import segmentation_table
+
+        for line in segmentation_table(whole, result, chosen, console):
+            console.line(line)
+    if options.plot is not None:
+        from mossar_tools.palette import DARK, LIGHT
+        from mossar_tools.plot import draw
+
+        console.status("drawing ...", now=True)
+        draw(Path(options.plot), whole, result, chosen, DARK if options.dark else LIGHT, options.keep)
+        console.say(f"drawn: {options.plot}")
+    return DONE
+
+
+def _csv(chosen) -> str:
+    from mossar_adapters.event_files import CSV_COLUMNS, segment_cells
+
+    strengths = {key.frame: key.strength for key in chosen.key_frames}
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(CSV_COLUMNS[1:])
+    for part in chosen.segments:
+        table.writerow(
+            segment_cells(part.start_time, part.end_time, part.state, strengths.get(part.end_frame))
+        )
+    return text.getvalue()

@@ -1,0 +1,113 @@
+"""Configuration: the options of the command line in a TOML file.
+
+Keys are the long options without dashes; lists stand for options given several times. Two more: `sources`, the
+list of sources if the command line names none, and the table `[settings]` for `--set`. Options that a command
+does not have are passed over, so that one file serves several commands::
+
+    preset = "game"
+    to = ["osc://127.0.0.1:9000", "events.jsonl"]
+
+    [settings]
+    sig_threshold = 0.04
+"""
+
+import argparse
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from mossar_stream.errors import MossarError
+from mossar_tools.errors import UsageError
+
+MAX_BYTES = 1 << 20
+
+
+def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
+    """Return the option values in a file, named as in `Options`.
+
+    Args:
+        path: TOML file.
+        parser: Parser of the command; it checks and converts the values.
+
+    Raises:
+        UsageError: If the file cannot be read, or a key or value is impossible.
+    """
+    content = _load(path)
+    settings = content.pop("settings", {})
+    sources = content.pop("sources", [])
+    if not isinstance(settings, dict):
+        raise UsageError(f"{path}: settings must be a table: [settings]")
+    if not isinstance(sources, list) or not all(isinstance(source, str) for source in sources):
+        raise UsageError(f"{path}: sources must be a list of texts")
+    found: dict[str, Any] = {"set": _flattened(settings)}
+    actions = {name: action for action in parser._actions for name in action.option_strings}  # noqa: SLF001
+    for key, value in content.items():
+        option = "--" + key.replace("_", "-")
+        if option not in _known():
+            raise UsageError(f"{path}: there is no option {key!r}; there are {', '.join(sorted(_names()))}")
+        if option in actions:
+            found[actions[option].dest] = _converted(path, key, value, actions[option])
+    if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001
+        found["sources"] = sources
+    return found
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise UsageError(f"{path}: larger than 1 MB; this is no configuration")
+        return tomllib.loads(data.decode())
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
+        raise UsageError(f"{path}: not valid TOML: {error}") from None
+
+
+def _names() -> set[str]:
+    from mossar_tools.options import Options
+
+    return {*Options.__struct_fields__, "settings"} - {"set", "file", "check"}
+
+
+def _known() -> set[str]:
+    return {"--" + name.replace("_", "-") for name in _names()}
+
+
+def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any:
+    """Return a value as its option would have it."""
+    if action.nargs == 0:
+        if not isinstance(value, bool):
+            raise UsageError(f"{path}: {key} must be true or false, not {value!r}")
+        return value
+    several = isinstance(action, argparse._AppendAction)  # noqa: SLF001 - how argparse says it
+    if isinstance(value, list) and not several:
+        value = ",".join(str(part) for part in value)
+    values = value if isinstance(value, list) else [value]
+    converted = [_one(path, key, part, action) for part in values]
+    return converted if several else converted[0]
+
+
+def _one(path: Path, key: str, value: Any, action: argparse.Action) -> Any:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise UsageError(f"{path}: {key} cannot be {str(value)[:40]}")
+    text = str(value)
+    try:
+        result = action.type(text) if callable(action.type) else text
+    except (argparse.ArgumentTypeError, ValueError, MossarError) as error:
+        raise UsageError(f"{path}: {key}: {error}") from None
+    if action.choices is not None and result not in action.choices:
+        raise UsageError(f"{path}: {key} must be one of {', '.join(map(str, action.choices))}, not {text!r}")
+    return result
+
+
+def _flattened(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return nested tables as dotted names: `features.positions`."""
+    flat: dict[str, Any] = {}
+    for name, value in settings.items():
+        if isinstance(value, dict):
+            flat.update({f"{name}.{part}": inner for part, inner in value.items()})
+        else:
+            flat[name] = value
+    return flat

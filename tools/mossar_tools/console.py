@@ -1,0 +1,166 @@
+"""Console: messages and the status line on standard error, results on standard output.
+
+Everything said to the user goes through the logger `mossar`, so that libraries say things without printing.
+"""
+
+import contextlib
+import json
+import logging
+import os
+import shutil
+import sys
+import threading
+import time
+from typing import Final, TextIO
+
+LOGGER: Final = logging.getLogger("mossar")
+LEVELS: Final = ("debug", "info", "warning", "error")
+
+_STATUS_PERIOD = 0.1  # s between two updates of the status line
+_ASCII: Final = {"·": "-", "→": "->", "…": "...", "✓": "hit", "✗": "miss", "±": "+-", "—": "-", "–": "-"}  # noqa: RUF001
+
+
+class Console:
+    """Where a program's words go. Any thread may call any method.
+
+    Args:
+        out: Standard output.
+        err: Standard error.
+    """
+
+    def __init__(self, out: TextIO, err: TextIO) -> None:
+        self.out = out
+        self.err = err
+        self.unicode = prints_unicode(out)
+        self._lock = threading.RLock()
+        self._shown = 0  # characters of the status line now on the screen
+        self._last_status = 0.0  # monotonic s
+        self._status_on = is_terminal(err)
+
+    def set_up(self, level: str, *, as_json: bool, status: bool) -> None:
+        """Send the logger's messages to standard error.
+
+        Args:
+            level: One of `LEVELS`.
+            as_json: One JSON object per message.
+            status: Whether status lines may be shown, if standard error is a terminal.
+        """
+        self._status_on = status and not as_json and is_terminal(self.err)
+        handler = _Handler(self)
+        handler.setFormatter(_JsonLines() if as_json else _Plain())
+        LOGGER.handlers[:] = [handler]
+        LOGGER.setLevel(level.upper())
+        LOGGER.propagate = False
+
+    @property
+    def live(self) -> bool:
+        """Whether status lines are shown."""
+        return self._status_on
+
+    def colour(self, text: str, code: str) -> str:
+        """Return `text` in the colour of an ANSI code if standard output shows colours."""
+        return f"\x1b[{code}m{text}\x1b[0m" if self.coloured else text
+
+    @property
+    def coloured(self) -> bool:
+        """Whether standard output shows colours."""
+        return is_terminal(self.out) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+    def line(self, text: str) -> None:
+        """Write a line of results to standard output."""
+        with self._lock:
+            self.clear()
+            print(self.plain(text), file=self.out, flush=True)
+
+    def say(self, text: str) -> None:
+        """Write a line to standard error."""
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            self.clear()
+            print(_printable(text, self.err), file=self.err, flush=True)
+
+    def plain(self, text: str) -> str:
+        """Return `text` as standard output can print it."""
+        return text if self.unicode else _printable(text, self.out)
+
+    def status(self, text: str, *, now: bool = False) -> None:
+        """Show a status line, at most ten times a second; nothing where standard error is no terminal."""
+        moment = time.monotonic()
+        if not self._status_on or (not now and moment - self._last_status < _STATUS_PERIOD):
+            return
+        self._last_status = moment
+        text = _printable(text, self.err)[: shutil.get_terminal_size().columns - 1]
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            print("\r" + text.ljust(self._shown), end="", file=self.err, flush=True)
+            self._shown = len(text)
+
+    def clear(self) -> None:
+        """Remove the status line, before something else is written."""
+        with self._lock, contextlib.suppress(OSError, ValueError):
+            if self._shown:
+                print("\r" + " " * self._shown + "\r", end="", file=self.err, flush=True)
+            self._shown = 0
+
+    def width(self) -> int:
+        """Return the columns of the terminal."""
+        return shutil.get_terminal_size().columns
+
+
+def console() -> Console:
+    """Return the console of this process."""
+    return Console(sys.stdout, sys.stderr)
+
+
+def is_terminal(stream: TextIO) -> bool:
+    """Return whether somebody looks at `stream`."""
+    try:
+        return stream.isatty()
+    except (AttributeError, ValueError):
+        return False
+
+
+def prints_unicode(stream: TextIO) -> bool:
+    """Return whether `stream` can print the characters used here."""
+    try:
+        "▕█▏✓→·".encode(stream.encoding or "ascii")
+    except (UnicodeError, LookupError):
+        return False
+    return True
+
+
+def _printable(text: str, stream: TextIO) -> str:
+    encoding = stream.encoding or "ascii"
+    try:
+        text.encode(encoding)
+    except UnicodeError:
+        for fine, simple in _ASCII.items():
+            text = text.replace(fine, simple)
+        text = text.encode(encoding, "replace").decode(encoding)
+    return text
+
+
+class _Handler(logging.Handler):
+    """Writes messages where the status line was."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._console.say(self.format(record))
+
+
+class _Plain(logging.Formatter):
+    def format(self, record: logging.LogRecord) -> str:
+        word = f"{record.levelname.lower()}: " if record.levelno >= logging.ERROR else ""
+        return f"mossar: {word}{record.getMessage()}"
+
+
+class _JsonLines(logging.Formatter):
+    def format(self, record: logging.LogRecord) -> str:
+        facts = {
+            "time": round(record.created, 3),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+        }
+        return json.dumps(facts)

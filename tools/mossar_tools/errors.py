@@ -1,0 +1,13 @@
+"""What makes a program end otherwise than with status 0."""
+
+from mossar_stream.errors import MossarError
+
+DONE, FAILED, WRONG_USAGE, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143  # exit statuses
+
+
+class UsageError(MossarError):
+    """The command line or the configuration asks for something impossible; status 2."""
+
+
+class Terminated(BaseException):
+    """SIGTERM came; status 143."""

@@ -1,0 +1,144 @@
+"""Live view: key frames as they come, line by line, in a terminal; and what there is to say at the end."""
+
+import statistics
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.source import Meta, Source
+from mossar_stream.events import Event, KeyFrameEvent, StreamEvent
+from mossar_tools.bars import bar
+from mossar_tools.console import Console
+from mossar_tools.score import Score, Verdict
+
+if TYPE_CHECKING:
+    from mossar_adapters.pipeline import Pipeline
+
+SHOWN = ("confirmed", "final")  # statuses of key frames that get a line
+
+_COLOURS = {"onset": "32", "offset": "35", "minimum": "36", "final": "1"}
+_HEADING = f"{'performer':<12}{'time':>10}{'frame':>9}  {'key frame':<10}{'kind':<9}{'delay':>8}  velocity"
+_STARTED = "started"
+
+
+class LiveView:
+    """Shows key frames; implements `Sink`. Counts them also where nobody looks.
+
+    Args:
+        console: Where lines go.
+        sources: True cuts of the built-in performers among them are shown, too.
+        visible: Whether to show anything before the end.
+    """
+
+    name = "the terminal"
+    dropped = 0
+
+    def __init__(self, console: Console, sources: Sequence[Source], *, visible: bool) -> None:
+        self.confirmed = 0
+        self.final = 0
+        self.score = Score([source for source in sources if isinstance(source, DemoSource)])
+        self._console = console
+        self.visible = visible
+        self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
+        self._times: dict[str, float] = {}  # s, of the last frame of each performer
+        self._headed = False
+        self._lock = threading.Lock()
+
+    def announce(self, meta: Meta) -> None:
+        """Do nothing: lines name their performer."""
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Show events."""
+        for event in events:
+            if isinstance(event, KeyFrameEvent):
+                self._take(event)
+            elif isinstance(event, StreamEvent) and self.visible and event.event != _STARTED:
+                self._console.line(self._dim(f"{event.performer:<12}{event.event} {event.reason}".rstrip()))
+
+    def close(self) -> None:
+        """Judge the last cuts."""
+        self._judge(dict.fromkeys(self._times, float("inf")))
+
+    def tick(self, pipeline: "Pipeline") -> None:
+        """Show the status line; from the thread that segments."""
+        self._times = {name: last for name, (_, last) in pipeline.times.items()}
+        if self.visible:
+            self._judge(self._times)
+        if self._console.live:
+            self._console.status(self._status(pipeline))
+
+    def summary(self) -> list[str]:
+        """Return what there is to say at the end."""
+        lines = []
+        seconds = max(self._times.values(), default=0.0)
+        if self.score.cuts:
+            spread = (
+                statistics.median(abs(error) for error in self.score.errors) if self.score.errors else 0.0
+            )
+            lines.append(
+                f"true cuts hit: {self.score.hits} of {self.score.cuts} within 0.25 s by a confirmed key frame, "
+                f"median distance {spread * 1000:.0f} ms"
+            )
+        lines.append(
+            f"key frames: {self.confirmed} confirmed, {self.final} of them final, by {seconds:.1f} s"
+        )
+        if self._delays:
+            ordered = sorted(self._delays)
+            high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
+            lines.append(
+                f"delay from a key frame to its confirmation: median {statistics.median(ordered) * 1000:.0f} ms, "
+                f"95 % within {high * 1000:.0f} ms"
+            )
+        return lines
+
+    def _take(self, event: KeyFrameEvent) -> None:
+        with self._lock:
+            if event.status == "confirmed":
+                self.confirmed += 1
+                self._delays.append(event.decided_time - event.time)
+                self.score.add(event)
+            elif event.status == "final":
+                self.final += 1
+        if self.visible and event.status in SHOWN:
+            if not self._headed:
+                self._headed = True
+                self._console.line(self._dim(_HEADING))
+            self._console.line(self._line(event))
+
+    def _line(self, event: KeyFrameEvent) -> str:
+        delay = (event.decided_time - event.time) * 1000
+        wide = f"{delay:.0f} ms" if delay < 1000 else f"{delay / 1000:.1f} s"
+        text = f"{event.performer:<12}{event.time:>8.2f} s{event.frame:>9}  {event.status:<10}{event.kind:<9}{wide:>8}  "
+        colour = _COLOURS[event.status if event.status == "final" else event.kind]
+        return self._console.colour(text, colour) + bar(event.velocity, 10, fine=self._console.unicode)
+
+    def _judge(self, now: dict[str, float]) -> None:
+        with self._lock:
+            verdicts = self.score.judge(now)
+        for verdict in verdicts if self.visible else ():
+            self._console.line(self._cut_line(verdict))
+
+    def _cut_line(self, verdict: Verdict) -> str:
+        cut = verdict.cut
+        text = (
+            f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
+        )
+        if verdict.error is None:
+            return self._console.colour(f"{text:<58} ✗ missed", "31")
+        return self._console.colour(f"{text:<58} ✓ {verdict.error * 1000:+.0f} ms", "1;33")
+
+    def _status(self, pipeline: "Pipeline") -> str:
+        parts = []
+        for performer in sorted(pipeline.pool.names)[:3]:
+            state = pipeline.pool[performer].state
+            if state is not None:
+                word = "moving " if state.moving else "resting"
+                moment = bar(state.value, 12, fine=self._console.unicode)
+                parts.append(f"{performer} {state.time:.1f} s {word} {moment}")
+        counts = f"{self.confirmed} key frames, {self.final} final"
+        return " · ".join([*parts, counts]) if parts else "waiting for frames"
+
+    def _dim(self, text: str) -> str:
+        return self._console.colour(text, "2")

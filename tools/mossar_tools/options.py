@@ -1,0 +1,171 @@
+"""Options: what several commands share, and where values come from.
+
+Precedence: defaults < preset < configuration file < command line. The parsers carry no defaults; `Options` does,
+so that what the user wrote and what nobody wrote can be told apart.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_stream.settings import Settings
+from mossar_tools.configuration import read_configuration
+from mossar_tools.console import LEVELS
+from mossar_tools.errors import UsageError
+from mossar_tools.values import names, positive, setting, speed
+
+PRESETS = ("paper", "default", "game")
+
+
+class Options(msgspec.Struct, frozen=True):
+    """Values of all options of all commands; those that a command does not have keep their defaults."""
+
+    sources: tuple[str, ...] = ()
+    file: str = ""
+    to: tuple[str, ...] = ()
+    preset: str = "default"
+    level: str | None = None
+    set: dict[str, Any] = {}  # noqa: RUF012 - msgspec copies defaults
+    joints: tuple[str, ...] = ()
+    root: str | None = None
+    unit: str = "auto"
+    skeleton: str | None = None
+    performer: str | None = None
+    fps: float | None = None
+    control: tuple[str, ...] = ()
+    snapshot: str | None = None
+    emit: tuple[str, ...] = ()
+    stats: float | None = None
+    speed: float | Literal["max"] | None = None
+    seconds: float | None = None
+    loop: bool = False
+    force: bool = False
+    seed: int = 1
+    noise: float = 0.0
+    performers: int = 1
+    json: bool = False
+    csv: bool = False
+    plot: str | None = None
+    dark: bool = False
+    keep: int | None = None
+    check: str | None = None
+    quiet: bool = False
+    verbose: bool = False
+    log_level: str | None = None
+    log_json: bool = False
+
+    def settings(self, **overrides: object) -> Settings:
+        """Return the settings of the segmenter.
+
+        Args:
+            overrides: What this command sets where the user says nothing.
+
+        Raises:
+            SettingsError: If a name is unknown or a value illegal.
+        """
+        chosen = {**overrides, **self.set}
+        if self.level is not None:
+            chosen["level"] = self.level
+        return Settings.build(self.preset, chosen)
+
+    def reading(self) -> ReadOptions:
+        """Return how to read a recording."""
+        return ReadOptions(self.fps, self.unit, self.skeleton, self.root, self.joints, self.performer)
+
+
+def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
+    """Return what the command line and the configuration file say.
+
+    Args:
+        parser: Parser of the command, without defaults.
+        arguments: Arguments after the command's name.
+
+    Raises:
+        UsageError: If something is unknown or impossible.
+    """
+    given = vars(parser.parse_args(arguments))
+    path = given.pop("config", None)
+    settings = dict(given.pop("set", ()))
+    configured = read_configuration(Path(path), parser) if path else {}
+    settings = {**configured.pop("set", {}), **settings}
+    given = {name: value for name, value in given.items() if value not in ([], None)}
+    merged = {**configured, **given, "set": settings}
+    if merged.get("quiet") and merged.get("verbose"):
+        raise UsageError("--quiet and --verbose cannot be wanted at once")
+    return Options(**{n: tuple(v) if isinstance(v, list) else v for n, v in merged.items()})
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how to segment."""
+    group = parser.add_argument_group("how to segment")
+    group.add_argument("--preset", choices=PRESETS, help="where settings start from (default: default)")
+    group.add_argument(
+        "--level", metavar="LEVEL", help="posture, motion or cluster, or a number: the strength to keep"
+    )
+    group.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        type=setting,
+        help="any setting, as in --set window=0.3; may be given several times",
+    )
+    group.add_argument("--config", metavar="FILE.toml", help="a file with these options; see the README")
+
+
+def add_body(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what a frame holds."""
+    group = parser.add_argument_group("who and what is in a frame")
+    group.add_argument("--joints", metavar="A,B,C", type=names, help="use these joints only")
+    group.add_argument("--root", metavar="JOINT", help="the joint that is the centre of the body")
+    group.add_argument("--unit", choices=[*METRES, "auto"], help="unit of the positions (default: auto)")
+    group.add_argument("--fps", metavar="HZ", type=positive, help="rate, where frames carry no time")
+    group.add_argument("--skeleton", metavar="FILE", help="the skeleton of the recording, as .asf for .amc")
+    group.add_argument("--performer", metavar="NAME", help="take this performer only")
+
+
+def add_messages(parser: argparse.ArgumentParser) -> None:
+    """Add the options about messages on standard error."""
+    group = parser.add_argument_group("messages, on standard error")
+    group.add_argument("--quiet", action="store_true", help="errors only")
+    group.add_argument("--verbose", action="store_true", help="everything")
+    group.add_argument("--log-level", choices=LEVELS, help="how much to say (default: info)")
+    group.add_argument("--log-json", action="store_true", help="one JSON object per message")
+
+
+def add_stream(parser: argparse.ArgumentParser) -> None:
+    """Add the options of running pipelines."""
+    group = parser.add_argument_group("while running")
+    group.add_argument(
+        "--to", metavar="SINK", action="append", help="where events go: a URL, a file or -; several are fine"
+    )
+    group.add_argument(
+        "--emit",
+        metavar="LIST",
+        type=names,
+        help="send only these: types (key_frame segment stream stats), statuses (confirmed final ...) "
+        "or both as key_frame.final; separated by commas",
+    )
+    group.add_argument(
+        "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
+    )
+    group.add_argument(
+        "--control",
+        metavar="URL",
+        action="append",
+        help="take requests: zmq+bind://127.0.0.1:5560, or osc with an OSC source",
+    )
+    group.add_argument(
+        "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
+    )
+    group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
+
+
+def add_speed(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add `--speed`."""
+    parser.add_argument(
+        "--speed", metavar="X", type=speed, help=f"1 is real time; 2, 0.5, max (default: {default})"
+    )

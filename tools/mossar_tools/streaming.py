@@ -1,0 +1,128 @@
+"""Streaming: what `demo` and `run` have in common, from options to exit status."""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from mossar_adapters.files import FileError
+from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
+from mossar_adapters.sink import FrameSink, Sink
+from mossar_adapters.source import Source
+from mossar_stream.settings import Settings
+from mossar_tools.console import LOGGER, Console, is_terminal
+from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
+from mossar_tools.live_view import LiveView
+from mossar_tools.opening import open_sink, open_source, scheme_of
+from mossar_tools.options import Options
+from mossar_tools.signals import stopping
+
+COMPILE_SECONDS = 20  # what compiling took where it was measured
+
+
+def stream(options: Options, console: Console) -> tuple[int, list[str]]:
+    """Run a pipeline as the options say.
+
+    Returns:
+        The exit status, and the summary; empty if nobody reads any more.
+    """
+    settings = options.settings()
+    snapshot = _snapshot(options)
+    with contextlib.ExitStack() as opened:
+        sources = _opened_sources(options, opened)
+        view = LiveView(console, sources, visible=is_terminal(console.out) and "-" not in options.to)
+        pipeline = Pipeline(
+            sources,
+            _opened_sinks(options, console, snapshot, opened),
+            settings,
+            views=[view],
+            emit=options.emit,
+            seconds=options.seconds,
+            upkeep=Upkeep(stats=options.stats, snapshot=Path(options.snapshot) if options.snapshot else None),
+            resume=snapshot,
+            tick=lambda: view.tick(pipeline),
+        )
+        warm_up(settings)
+        with _controls(options, pipeline), stopping(pipeline.stop) as stop:
+            outcome = pipeline.run()
+    if outcome.abandoned:
+        return DONE, []
+    return stop.status or _status(outcome), view.summary()
+
+
+def warm_up(settings: Settings) -> None:
+    """Compile, or load, the kernels before frames come; say so if it takes long."""
+    from mossar_stream.segmenter import Segmenter
+    from mossar_stream.skeleton import Skeleton
+
+    say_if_cold()
+    Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+
+
+def say_if_cold() -> None:
+    """Say that the kernels are about to be compiled, if they are."""
+    from mossar_stream.compiled import is_warm
+
+    if not is_warm():
+        LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
+
+
+def _snapshot(options: Options) -> Snapshot | None:
+    if options.snapshot is None:
+        return None
+    found = read_snapshot(Path(options.snapshot))
+    if found is None or found.complete:
+        return None
+    LOGGER.info("%s: going on where the last run was cut short", options.snapshot)
+    return found
+
+
+def _opened_sources(options: Options, opened: contextlib.ExitStack) -> list[Source]:
+    if options.sources.count("-") > 1:
+        raise UsageError("standard input can be read once only")
+    sources = []
+    for url in options.sources:
+        sources.append(open_source(url, options))
+        opened.callback(sources[-1].close)
+    return sources
+
+
+def _opened_sinks(
+    options: Options, console: Console, snapshot: Snapshot | None, opened: contextlib.ExitStack
+) -> list[Sink | FrameSink]:
+    wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
+    if len(set(wanted)) < len(wanted):
+        raise UsageError("a sink is named twice")
+    sinks = []
+    for url in wanted:
+        sinks.append(open_sink(url, snapshot.sinks if snapshot else {}))
+        opened.callback(sinks[-1].close)
+    return sinks
+
+
+@contextlib.contextmanager
+def _controls(options: Options, pipeline: Pipeline) -> Iterator[None]:
+    """Open what takes requests while the block runs."""
+    if not options.control:
+        yield
+        return
+    from mossar_adapters.control import Control
+    from mossar_adapters.control_zmq import ZmqControl
+
+    control = Control(pipeline)
+    with contextlib.ExitStack() as opened:
+        for url in options.control:
+            if url == "osc":
+                listen(pipeline, control)
+            elif scheme_of(url).startswith(("zmq", "ipc")):
+                served = ZmqControl(url, control.answer)
+                opened.callback(served.close)
+                LOGGER.info("control: %s", url)
+            else:
+                raise UsageError(f"--control {url}: use zmq+bind://127.0.0.1:5560, or osc with an OSC source")
+        yield
+
+
+def _status(outcome: Outcome) -> int:
+    if outcome.errors:
+        return WRONG_USAGE if isinstance(outcome.errors[0], FileError) else FAILED
+    return FAILED if outcome.dead_sinks else DONE

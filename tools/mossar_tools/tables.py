@@ -1,0 +1,33 @@
+"""Tables: results for people to read in a terminal."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from mossar_stream.recording import Result, Segmentation
+from mossar_tools.console import Console
+from mossar_tools.whole import Whole
+
+
+def segmentation_table(whole: Whole, result: Result, chosen: Segmentation, console: Console) -> Iterator[str]:
+    """Yield the lines of a table of segments.
+
+    Args:
+        whole: The recording.
+        result: What was found in it.
+        chosen: The level to show.
+        console: Tells what can be printed.
+    """
+    rate = f" at {whole.fps:g} Hz" if whole.fps else ""
+    length = float(whole.times[-1] - whole.times[0]) if len(whole.times) else 0.0
+    yield f"{Path(whole.name).name} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
+    yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
+    yield ""
+    heading = f"{'start':>10}{'end':>10}{'length':>10}  {'state':<9}{'ended by':<10}{'strength':>9}  most active joints"
+    yield console.colour(heading, "2")
+    ends = {key.frame: key for key in chosen.key_frames}
+    for part in chosen.segments:
+        key = ends.get(part.end_frame)
+        ended = f"{key.kind:<10}{key.strength:>9.2f}" if key else f"{'the end':<10}{'':>9}"
+        seconds = part.end_time - part.start_time
+        row = f"{part.start_time:>8.2f} s{part.end_time:>8.2f} s{seconds:>8.2f} s  {part.state:<9}{ended}"
+        yield f"{row}  {', '.join(part.active_joints[:3])}"

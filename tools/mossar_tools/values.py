@@ -1,0 +1,61 @@
+"""Values: how the text of an option becomes what it means."""
+
+import argparse
+import math
+from typing import Literal
+
+
+def setting(text: str) -> tuple[str, str]:
+    """Return name and value of `name=value`."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not of the form name=value")
+    return name.strip(), value.strip()
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Return the parts between commas."""
+    parts = tuple(part.strip() for part in text.split(",") if part.strip())
+    if not parts:
+        raise argparse.ArgumentTypeError("there is no name in it")
+    return parts
+
+
+def positive(text: str) -> float:
+    """Return a positive number."""
+    number = _number(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a positive number")
+    return number
+
+
+def share(text: str) -> float:
+    """Return a number that is not negative."""
+    number = _number(text)
+    if not 0 <= number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number from 0")
+    return number
+
+
+def whole(text: str) -> int:
+    """Return a whole number from 0."""
+    if not text.strip().isdecimal():
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number from 0")
+    return int(text)
+
+
+def speed(text: str) -> float | Literal["max"]:
+    """Return a positive number or "max"."""
+    if text == "max":
+        return "max"
+    number = _number(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is neither a positive number nor max")
+    return number
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
