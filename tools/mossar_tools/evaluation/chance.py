@@ -20,9 +20,9 @@ SEED = 1
 
 def chance_methods(settings: Settings) -> Iterator[Method]:
     """Yield random merging, blind cuts and random cuts; the same numbers each time."""
-    yield Method(f"random merging, best of {RANDOM_MERGES}", "best each", lambda take: merged(take, settings))
-    yield Method("a cut every k seconds", "best for all", blind)
-    yield Method(f"random cuts, best of {RANDOM_CUTS}", "best each", randomly)
+    yield Method(f"random merging, {RANDOM_MERGES} times", ("best each",), lambda take: merged(take, settings))
+    yield Method("a cut every k seconds", ("best for all",), blind)
+    yield Method(f"random cuts, {RANDOM_CUTS} times", ("best each",), randomly)
 
 
 def blind(take: Take) -> Variants:

@@ -35,9 +35,9 @@ class Found(msgspec.Struct, frozen=True):
         )
 
 
-# What a method is given the choice of, by what sets the variants apart; one variant if there is no choice.
-Variants = Mapping[str, Found]
+Variants = Mapping[str, Found]  # what there is to choose from, by what sets the variants apart
 Choice = Literal["fixed", "best for all", "best each"]
+FIXED: tuple[Choice, ...] = ("fixed",)
 
 
 class Method(msgspec.Struct, frozen=True):
@@ -45,13 +45,13 @@ class Method(msgspec.Struct, frozen=True):
 
     Args:
         name: For the tables.
-        choice: How one of the variants is chosen: there is one only; the one best for all takes of a group; the
-            best for each take, which looks at the truth.
+        choices: How one of the variants is chosen: there is one only; the one best for all takes of a group; the
+            best for each take. The latter two look at the truth.
         run: Finds key frames in a take.
         online: Whether it could run on a live stream.
     """
 
     name: str
-    choice: Choice
+    choices: tuple[Choice, ...]
     run: Callable[[Take], Variants]
     online: bool = False

@@ -8,7 +8,8 @@ from mossar_stream.events import KeyFrameEvent
 from mossar_stream.recording import Result, segment_recording
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import KernelForm, Settings
-from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_stream.similarity import MEASURES
+from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
 from mossar_tools.evaluation.takes import Take
 
 CHUNK = 64  # frames pushed at once; events do not depend on it
@@ -21,7 +22,7 @@ def mossar_methods(settings: Settings) -> Iterator[Method]:
         settings: Where they start from; the level is that of each take.
     """
     yield _streaming("splitting alone, streaming", settings, "confirmed")
-    yield Method("splitting alone, offline", "fixed", lambda take: _only(split(take, settings)))
+    yield Method("splitting alone, offline", FIXED, lambda take: _only(split(take, settings)))
     for name, chosen in similarities(settings).items():
         yield _streaming(f"Mossar {name}, streaming", chosen, "final")
         yield _offline(f"Mossar {name}, offline", chosen)
@@ -33,7 +34,8 @@ def similarities(settings: Settings) -> dict[str, Settings]:
         f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
         for form in get_args(KernelForm)
     }
-    return {"likelihood": settings.replace(similarity="likelihood"), **forms}
+    forms = {"likelihood": settings.replace(similarity="likelihood"), **forms}
+    return {name: chosen for name, chosen in forms.items() if chosen.similarity in MEASURES}
 
 
 def stream(take: Take, settings: Settings, status: str) -> Found:
@@ -71,7 +73,7 @@ def whole(take: Take, settings: Settings) -> Result:
 
 
 def _streaming(name: str, settings: Settings, status: str) -> Method:
-    return Method(name, "fixed", lambda take: _only(stream(take, settings, status)), online=True)
+    return Method(name, FIXED, lambda take: _only(stream(take, settings, status)), online=True)
 
 
 def _offline(name: str, settings: Settings) -> Method:
@@ -80,7 +82,7 @@ def _offline(name: str, settings: Settings) -> Method:
         standing = whole(take, settings).at(take.level).key_frames
         return _only(Found([key.time for key in standing], seconds=time.perf_counter() - began))
 
-    return Method(name, "fixed", run)
+    return Method(name, FIXED, run)
 
 
 def _only(found: Found) -> Variants:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import msgspec
 import numpy as np
 
-from mossar_tools.evaluation.found import Found, Method
+from mossar_tools.evaluation.found import Choice, Found, Method
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
 
@@ -31,12 +31,14 @@ class Row(msgspec.Struct, frozen=True):
     """What a method reached on a group of takes.
 
     Args:
-        method: Which method.
+        method: Name of the method.
+        choice: How variants were chosen.
         outcomes: One for each take.
         mean: Over the takes.
     """
 
-    method: Method
+    method: str
+    choice: Choice
     outcomes: list[Outcome]
     mean: Scores
 
@@ -65,7 +67,7 @@ def trial(
         for take in takes:
             tell(f"{method.name}: {take.name}")
             outcomes.append(_outcomes(method, take))
-        rows.append(_row(method, outcomes))
+        rows += [_row(method, choice, outcomes) for choice in method.choices]
     return rows
 
 
@@ -76,12 +78,12 @@ def _outcomes(method: Method, take: Take) -> dict[str, Outcome]:
     }
 
 
-def _row(method: Method, outcomes: Sequence[dict[str, Outcome]]) -> Row:
+def _row(method: Method, choice: Choice, outcomes: Sequence[dict[str, Outcome]]) -> Row:
     """Choose among the variants by mean F1 (one for all) or by F1 (each take its own); the first on ties."""
-    if method.choice == "best for all":
+    if choice == "best for all":
         shared = [name for name in outcomes[0] if all(name in own for own in outcomes)]
         best = max(shared, key=lambda name: float(np.mean([own[name].scores.f1 for own in outcomes])))
         chosen = [own[best] for own in outcomes]
     else:
         chosen = [max(own.values(), key=lambda one: one.scores.f1) for own in outcomes]
-    return Row(method, chosen, mean_scores([one.scores for one in chosen]))
+    return Row(method.name, choice, chosen, mean_scores([one.scores for one in chosen]))
