@@ -3,7 +3,6 @@
 import ipaddress
 import re
 from collections.abc import Mapping
-from typing import NoReturn
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
@@ -33,9 +32,9 @@ class Address(msgspec.Struct, frozen=True):
     path: str = ""
     options: dict[str, str] = msgspec.field(default_factory=dict)
 
-    def fail(self, problem: str) -> NoReturn:
-        """Raise a SettingsError that names this URL."""
-        raise SettingsError(f"{self.url[:_SHOWN]}: {problem}")
+    def error(self, problem: str) -> SettingsError:
+        """Return an error that names this URL."""
+        return SettingsError(f"{self.url[:_SHOWN]}: {problem}")
 
     def check(self, legal: Mapping[str, str]) -> None:
         """Check the names of the options.
@@ -49,7 +48,7 @@ class Address(msgspec.Struct, frozen=True):
         for name in self.options:
             if name not in legal:
                 known = ", ".join(legal) or "none"
-                self.fail(f"there is no option {name[:40]!r}; there are: {known}")
+                raise self.error(f"there is no option {name[:40]!r}; there are: {known}")
 
     def required_port(self) -> int:
         """Return the port.
@@ -58,7 +57,7 @@ class Address(msgspec.Struct, frozen=True):
             SettingsError: If there is none.
         """
         if self.port is None:
-            self.fail(f"a port is missing, as in {self.scheme}://127.0.0.1:5556")
+            raise self.error(f"a port is missing, as in {self.scheme}://127.0.0.1:5556")
         return self.port
 
     def number(self, name: str, low: float, high: float, default: float | None = None) -> float | None:
@@ -73,9 +72,9 @@ class Address(msgspec.Struct, frozen=True):
         try:
             value = float(text)
         except ValueError:
-            self.fail(f"option {name} must be a number, not {text[:40]!r}")
+            raise self.error(f"option {name} must be a number, not {text[:40]!r}") from None
         if not low <= value <= high:
-            self.fail(f"option {name} must lie in {low:g} to {high:g}, not {text[:40]}")
+            raise self.error(f"option {name} must lie in {low:g} to {high:g}, not {text[:40]}")
         return value
 
     def choice(self, name: str, legal: tuple[str, ...], default: str) -> str:
@@ -86,7 +85,7 @@ class Address(msgspec.Struct, frozen=True):
         """
         text = self.options.get(name, default)
         if text not in legal:
-            self.fail(f"option {name} must be one of {', '.join(legal)}, not {text[:40]!r}")
+            raise self.error(f"option {name} must be one of {', '.join(legal)}, not {text[:40]!r}")
         return text
 
     def host_port(self, default_host: str = "127.0.0.1") -> str:
@@ -124,7 +123,7 @@ def parse_url(url: str) -> Address:
         raise SettingsError(f"{url[:_SHOWN]}: {_reason(str(error))}") from None
     address = Address(url, parts.scheme.lower(), host, port, unquote(parts.path), _options(url, parts.query))
     if parts.username is not None or parts.fragment:
-        address.fail("there is no user name and no # in it")
+        raise address.error("there is no user name and no # in it")
     return address
 
 

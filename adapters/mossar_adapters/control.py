@@ -5,6 +5,7 @@ an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok":
 changes happens in the thread that segments, between two chunks of frames.
 """
 
+import logging
 import threading
 from collections.abc import Sequence
 from typing import Any
@@ -16,6 +17,8 @@ from mossar_stream.errors import MossarError, SettingsError
 
 PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
 MAX_REQUEST = 1 << 16  # bytes
+
+_log = logging.getLogger("mossar.control")
 
 
 class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -50,17 +53,19 @@ class Control:
     def obey(self, address: str, arguments: Sequence[Any]) -> None:
         """Carry out an OSC message, `/mossar/set/<name> value` or `/mossar/reset`, without waiting.
 
-        Raises:
-            SettingsError: If there is no such message.
+        What is wrong with it goes to the log: the sender does not wait for an answer.
         """
         parts = address.strip("/").split("/")
         if parts == ["mossar", "reset"]:
-            self._pipeline.ask(lambda: _quietly(self._pipeline, Request(do="reset")))
+            request = Request(do="reset")
         elif len(parts) == 3 and parts[:2] == ["mossar", "set"] and len(arguments) == 1:
             request = Request(set={parts[2]: arguments[0]})
-            self._pipeline.ask(lambda: _quietly(self._pipeline, request))
         else:
-            raise SettingsError(f"{address[:60]} is neither /mossar/set/NAME with a value nor /mossar/reset")
+            _log.warning(
+                "control: %s is neither /mossar/set/NAME with a value nor /mossar/reset", address[:60]
+            )
+            return
+        self._pipeline.ask(lambda: _obeyed(self._pipeline, request))
 
     def _wait_for(self, request: Request) -> object:
         """Have a request carried out by the thread that segments, and return what comes of it."""
@@ -112,9 +117,8 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
     raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")
 
 
-def _quietly(pipeline: Pipeline, request: Request) -> None:
-    """Carry a request out whose sender gets no answer; what is wrong with it is logged."""
+def _obeyed(pipeline: Pipeline, request: Request) -> None:
     try:
         carry_out(pipeline, request)
     except (MossarError, ValueError, TypeError) as error:
-        pipeline.warn(f"control: {error}")
+        _log.warning("control: %s", error)

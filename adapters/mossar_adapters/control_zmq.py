@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import zmq
 
-from mossar_stream.errors import SettingsError
+from mossar_adapters.address import Address
+from mossar_adapters.zeromq.endpoint import bound_at, open_socket
 
 _POLL = 100  # ms
 
@@ -14,33 +15,22 @@ class ZmqControl:
     """Answers requests in a thread of its own until it is closed.
 
     Args:
-        url: `zmq+bind://127.0.0.1:5560`, or `zmq+ipc:///tmp/mossar-control` where there are such sockets.
+        address: `zmq+bind://127.0.0.1:5560` or a bound `ipc:` form.
         answer: Called with each request, returns the answer; both are JSON.
 
     Raises:
-        SettingsError: If the address cannot be bound.
+        MossarError: If the address cannot be bound.
     """
 
-    def __init__(self, url: str, answer: Callable[[bytes], bytes]) -> None:
-        self.url = url
+    def __init__(self, address: Address, answer: Callable[[bytes], bytes]) -> None:
+        self.name = address.url
         self._answer = answer
-        self._socket = zmq.Context.instance().socket(zmq.REP)
-        self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.setsockopt(zmq.MAXMSGSIZE, 1 << 20)
-        try:
-            self._socket.bind(_endpoint(url))
-        except (zmq.ZMQError, ValueError) as error:
-            self._socket.close()
-            raise SettingsError(f"{url}: cannot be bound: {str(error) or 'no such address'}") from None
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket = open_socket(self._context, zmq.REP, address, {})
+        self.endpoint = bound_at(self._socket)
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name=f"control {url}", daemon=True)
+        self._thread = threading.Thread(target=self._serve, name=f"control {self.name}", daemon=True)
         self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """Number of the port that is bound."""
-        endpoint = self._socket.getsockopt(zmq.LAST_ENDPOINT)
-        return int(bytes(endpoint).rstrip(b"\0").rpartition(b":")[2])
 
     def close(self) -> None:
         """Stop answering. May be called twice."""
@@ -50,15 +40,6 @@ class ZmqControl:
     def _serve(self) -> None:
         while not self._closed.is_set():
             if self._socket.poll(_POLL):
-                parts = self._socket.recv_multipart()
-                self._socket.send(self._answer(parts[0]))
-        self._socket.close()
-
-
-def _endpoint(url: str) -> str:
-    scheme, colon, rest = url.partition(":")
-    if scheme == "zmq+bind" and rest.startswith("//"):
-        return f"tcp:{rest.replace('//localhost', '//127.0.0.1')}"
-    if scheme in {"zmq+ipc", "ipc"} and colon:
-        return f"ipc:{rest}"
-    raise ValueError("control is bound at zmq+bind://HOST:PORT")
+                self._socket.send(self._answer(self._socket.recv_multipart()[0]))
+        self._socket.close(0)
+        self._context.term()

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import msgspec
 
 from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames
 
 SEEN_LIMIT = 8  # addresses kept as examples
@@ -70,3 +71,7 @@ class LiveSource(Protocol):
 
     def close(self) -> None:
         """Release the socket; `items` ends soon after. May be called twice."""
+
+
+class OutputClosedError(MossarError):
+    """Whoever read our output has gone; programs end quietly on it."""

@@ -1,5 +1,6 @@
 """Dendrogram: the hierarchy of Algorithm 3 as a tree over time."""
 
+import itertools
 from collections.abc import Sequence
 
 import msgspec
@@ -51,7 +52,7 @@ def merges(hierarchy: Sequence[KeyFrame], start: float, end: float) -> list[Merg
     """
     times = sorted(key.time for key in hierarchy)
     bounds = [start, *times, end]
-    by_end = {b: _Part(a, b, (a + b) / 2, 0.0) for a, b in zip(bounds[:-1], bounds[1:], strict=True)}
+    by_end = {b: _Part(a, b, (a + b) / 2, 0.0) for a, b in itertools.pairwise(bounds)}
     by_start = {part.start: part for part in by_end.values()}
     found = []
     for key in hierarchy:

@@ -29,7 +29,7 @@ class Options(msgspec.Struct, frozen=True):
     to: tuple[str, ...] = ()
     preset: str = "default"
     level: str | None = None
-    set: dict[str, Any] = {}  # noqa: RUF012 - msgspec copies defaults
+    set: dict[str, Any] = {}  # msgspec copies it
     joints: tuple[str, ...] = ()
     root: str | None = None
     unit: str = "auto"
@@ -96,7 +96,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     merged = {**configured, **given, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
-    return Options(**{n: tuple(v) if isinstance(v, list) else v for n, v in merged.items()})
+    return msgspec.convert(merged, Options)
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
@@ -161,6 +161,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
     )
+    group.add_argument("--force", action="store_true", help="replace a recording that is there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
 
 

@@ -51,7 +51,7 @@ def draw(
     except ImportError:
         raise MossarError("pictures need an extra: pip install 'mossar-stream[plot]'") from None
     with mpl.rc_context(_style(palette)):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="none")
+        figure = Figure(figsize=(WIDTH, HEIGHT))
         grid = figure.add_gridspec(
             4, 1, height_ratios=RATIOS, left=LEFT, right=RIGHT, top=0.9, bottom=0.07, hspace=0.1
         )
@@ -60,7 +60,7 @@ def draw(
         for panel in panels:
             panel.set_xlim(start, end if end > start else start + 1.0)
         _draw_figures(panels[0], whole, chosen, palette)
-        _draw_curve(panels[1], whole, result, chosen, palette)
+        _draw_curve(panels[1], result, chosen, palette)
         _draw_segments(panels[2], whole, chosen, palette)
         _draw_tree(panels[3], result, chosen, kept, (start, end), palette)
         for panel in panels[:3]:
@@ -76,7 +76,7 @@ def draw(
             raise MossarError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _style(palette: Palette) -> dict[str, Any]:
+def _style(palette: Palette) -> Any:
     return {
         "font.family": "sans-serif",
         "font.size": _FONT,
@@ -216,7 +216,7 @@ def spread(times: Sequence[float], low: float, high: float, gap: float) -> list[
     return [round(place, 9) for place in places]
 
 
-def _draw_curve(axes: Any, whole: Whole, result: Result, chosen: Segmentation, palette: Palette) -> None:
+def _draw_curve(axes: Any, result: Result, chosen: Segmentation, palette: Palette) -> None:
     """Draw velocity, envelope and threshold, and all key frames by kind."""
     curves = result.curves
     step = max(1, len(curves) // MOST_POINTS)

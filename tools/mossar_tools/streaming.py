@@ -3,18 +3,23 @@
 import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from mossar_adapters.address import parse_url
 from mossar_adapters.files import FileError
-from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
+from mossar_adapters.pipeline import Ears, Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream.settings import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
-from mossar_tools.opening import open_sink, open_source, scheme_of
+from mossar_tools.opening import sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
+
+if TYPE_CHECKING:
+    from mossar_adapters.control import Control
 
 COMPILE_SECONDS = 20  # what compiling took where it was measured
 
@@ -28,7 +33,8 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
     settings = options.settings()
     snapshot = _snapshot(options)
     with contextlib.ExitStack() as opened:
-        sources = _opened_sources(options, opened)
+        ears = [Ears() for _ in options.sources]
+        sources = _opened_sources(options, ears, opened)
         view = LiveView(console, sources, visible=is_terminal(console.out) and "-" not in options.to)
         pipeline = Pipeline(
             sources,
@@ -41,8 +47,10 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
             resume=snapshot,
             tick=lambda: view.tick(pipeline),
         )
+        for index, ear in enumerate(ears):
+            ear.tie(pipeline, index)
         warm_up(settings)
-        with _controls(options, pipeline), stopping(pipeline.stop) as stop:
+        with _controls(options, pipeline, ears), stopping(pipeline.stop) as stop:
             outcome = pipeline.run()
     if outcome.abandoned:
         return DONE, []
@@ -76,12 +84,12 @@ def _snapshot(options: Options) -> Snapshot | None:
     return found
 
 
-def _opened_sources(options: Options, opened: contextlib.ExitStack) -> list[Source]:
+def _opened_sources(options: Options, ears: list[Ears], opened: contextlib.ExitStack) -> list[Source]:
     if options.sources.count("-") > 1:
         raise UsageError("standard input can be read once only")
     sources = []
-    for url in options.sources:
-        sources.append(open_source(url, options))
+    for url, ear in zip(options.sources, ears, strict=True):
+        sources.append(source_of(url, options, ear))
         opened.callback(sources[-1].close)
     return sources
 
@@ -94,32 +102,41 @@ def _opened_sinks(
         raise UsageError("a sink is named twice")
     sinks = []
     for url in wanted:
-        sinks.append(open_sink(url, snapshot.sinks if snapshot else {}))
+        sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
         opened.callback(sinks[-1].close)
     return sinks
 
 
 @contextlib.contextmanager
-def _controls(options: Options, pipeline: Pipeline) -> Iterator[None]:
+def _controls(options: Options, pipeline: Pipeline, ears: list[Ears]) -> Iterator[None]:
     """Open what takes requests while the block runs."""
     if not options.control:
         yield
         return
     from mossar_adapters.control import Control
     from mossar_adapters.control_zmq import ZmqControl
+    from mossar_adapters.zeromq.endpoint import SCHEMES, binds
 
     control = Control(pipeline)
     with contextlib.ExitStack() as opened:
         for url in options.control:
             if url == "osc":
-                listen(pipeline, control)
-            elif scheme_of(url).startswith(("zmq", "ipc")):
-                served = ZmqControl(url, control.answer)
+                _let_osc_control(options, ears, control)
+            elif (address := parse_url(url)).scheme in SCHEMES and binds(address):
+                served = ZmqControl(address, control.answer)
                 opened.callback(served.close)
-                LOGGER.info("control: %s", url)
+                LOGGER.info("control: requests are answered at %s", served.endpoint)
             else:
                 raise UsageError(f"--control {url}: use zmq+bind://127.0.0.1:5560, or osc with an OSC source")
         yield
+
+
+def _let_osc_control(options: Options, ears: list[Ears], control: "Control") -> None:
+    heard = [ear for ear, url in zip(ears, options.sources, strict=True) if parse_url(url).scheme == "osc"]
+    if not heard:
+        raise UsageError("--control osc needs an OSC source, as osc://0.0.0.0:39539")
+    for ear in heard:
+        ear.let_control(control.obey)
 
 
 def _status(outcome: Outcome) -> int:

@@ -4,13 +4,14 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Cut, DemoSource
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
-from mossar_tools.opening import open_recorded, scheme_of
+from mossar_tools.opening import recording_of
 from mossar_tools.options import Options
 
 MAX_BYTES = 2 << 30  # of positions
@@ -43,13 +44,13 @@ def read_whole(options: Options) -> Whole:
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
     """
-    if scheme_of(options.file) == "demo":
+    if parse_url(options.file).scheme == "demo":
         return _performance(options.file)
-    if scheme_of(options.file) != "file":
+    if parse_url(options.file).scheme != "file":
         raise UsageError(
             f"{options.file}: mossar segment takes a recording or demo:; mossar run takes streams"
         )
-    recording = open_recorded(options.file, options)
+    recording = recording_of(options.file, options)
     performer = options.performer or recording.performers[0]
     if len(recording.performers) > 1 and options.performer is None:
         LOGGER.info(

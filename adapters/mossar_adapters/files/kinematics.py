@@ -4,6 +4,7 @@ The convention is BVH's: a joint sits at its translation in the frame of its par
 below it. Loops run over the depth of the skeleton, never over frames.
 """
 
+import functools
 from collections.abc import Iterator
 from typing import Protocol
 
@@ -82,6 +83,7 @@ def _axis_rotation(angle: NDArray[np.float64], axis: int) -> NDArray[np.float64]
     return turned
 
 
+@functools.lru_cache(maxsize=64)
 def joints_by_depth(parents: tuple[int, ...]) -> list[NDArray[np.intp]]:
     """Return the joints that have parents, grouped by their distance from the root, nearest first."""
     depth = [0] * len(parents)
@@ -96,13 +98,15 @@ def joints_by_depth(parents: tuple[int, ...]) -> list[NDArray[np.intp]]:
     ]
 
 
-def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return where the joints are in the world.
+def world_transforms(
+    motion: MotionChunk, parents: tuple[int, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how the joints are turned and where they are in the world.
 
     Returns:
-        (n, J, 3) float64, metres.
+        (n, J, 3, 3) and (n, J, 3) float64, metres.
     """
-    world = motion.rotations.copy()  # (n, J, 3, 3)
+    world = motion.rotations.copy()
     positions = motion.translations.copy()
     above = np.array(parents, dtype=np.intp)
     for joints in joints_by_depth(parents):
@@ -110,7 +114,16 @@ def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np
         step = turn @ motion.translations[:, joints, :, None]
         positions[:, joints] = positions[:, above[joints]] + step[..., 0]
         world[:, joints] = turn @ world[:, joints]
-    return positions
+    return world, positions
+
+
+def joint_positions(motion: MotionChunk, parents: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return where the joints are in the world.
+
+    Returns:
+        (n, J, 3) float64, metres.
+    """
+    return world_transforms(motion, parents)[1]
 
 
 def rest_positions(offsets: NDArray[np.float64], parents: tuple[int, ...]) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times, performer_name
 
-_UNITS = {**METRES, "meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "centimeters": 1e-2}
+UNITS = {**METRES, "meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "centimeters": 1e-2}
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -36,8 +36,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     series = np.asarray(loaded["time_series"])
     if series.ndim != 2 or not len(series) or series.dtype.kind not in "fiu":
         raise FileError(path, f"the stream {shown(stream.name)} has no samples of numbers")
-    headings, unit = _headings(loaded["info"], series.shape[1])
-    columns = find_columns(headings) or _unnamed(path, series.shape[1])
+    headings, unit = channel_headings(loaded["info"], series.shape[1])
+    columns = find_columns(headings) or unnamed_columns(path, series.shape[1])
     times, fps = _clock(path, loaded, options)
     name = performer_name(stream.name) if options.performer else "p1"
     order = [column for xyz in columns.xyz for column in xyz]
@@ -53,8 +53,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     parents, root = with_known_parents(columns.joints)
     skeleton = skeleton_of(path, columns.joints, parents, root)
     recording = Recording(str(path), skeleton, fps, chunks, notes, len(series), (name,))
-    if unit in _UNITS:
-        return in_metres(recording, given(options, _UNITS[unit]))
+    if unit in UNITS:
+        return in_metres(recording, given(options, UNITS[unit]))
     return scaled_by_height(recording, lambda tall: guessed(options, tall))
 
 
@@ -89,8 +89,13 @@ def _loaded(path: Path, stream: Stream) -> dict[str, Any]:
     return loaded
 
 
-def _headings(info: dict[str, Any], count: int) -> tuple[list[str], str]:
-    """Return a heading per channel, and the unit if all positions have the same."""
+def channel_headings(info: dict[str, Any], count: int) -> tuple[list[str], str]:
+    """Return a heading per channel, and the unit if all positions have the same.
+
+    Args:
+        info: The stream's description as pyxdf gives it: every element a list.
+        count: Number of channels.
+    """
     try:
         channels = info["desc"][0]["channels"][0]["channel"][:count]
     except (KeyError, IndexError, TypeError):
@@ -112,7 +117,12 @@ def _text(channel: Any, key: str) -> str:
     return str(found[0]) if isinstance(found, list) and found and found[0] is not None else ""
 
 
-def _unnamed(path: Path, count: int) -> Columns:
+def unnamed_columns(path: Path | str, count: int) -> Columns:
+    """Return the columns of channels without labels: x y z of one joint after the other.
+
+    Raises:
+        FileError: If their number is not a multiple of three.
+    """
     if count % 3:
         raise FileError(
             path, f"the {count} channels have no labels such as hip_x, and are not x y z of joints"

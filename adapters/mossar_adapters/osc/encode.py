@@ -8,7 +8,7 @@ MAX_BUNDLE = 1400  # bytes; fits one Ethernet packet together with its headers
 
 
 def encode(address: str, tags: str, *arguments: float | str | bytes) -> bytes:
-    """Return one message.
+    r"""Return one message.
 
     Args:
         address: With the leading slash.
@@ -17,7 +17,7 @@ def encode(address: str, tags: str, *arguments: float | str | bytes) -> bytes:
 
     Example:
         >>> encode("/a", "si", "hi", 7)
-        b'/a\\x00\\x00,si\\x00hi\\x00\\x00\\x00\\x00\\x00\\x07'
+        b'/a\x00\x00,si\x00hi\x00\x00\x00\x00\x00\x07'
     """
     parts = [_text(address), _text("," + tags)]
     for tag, argument in zip(tags, arguments, strict=True):

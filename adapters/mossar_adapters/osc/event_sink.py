@@ -29,15 +29,11 @@ class OscSink:
     def __init__(self, address: Address) -> None:
         address.check({})
         self.name = address.url
+        self.dropped = 0
         self._sender = DatagramSender(address)
         self._starts: dict[
             str, tuple[int, float]
         ] = {}  # performer -> take and the time of its first frame, s
-
-    @property
-    def dropped(self) -> int:
-        """Events that the system did not take."""
-        return self._sender.dropped
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the messages name their performer."""
@@ -59,18 +55,26 @@ class OscSink:
     def send(self, events: Sequence[Event]) -> None:
         """Send events, one datagram each; stats are not sent."""
         for event in events:
-            match event:
-                case KeyFrameEvent():
-                    self._sender.send(self._key_frame(event))
-                case SegmentEvent():
-                    self._sender.send(self._segment(event))
-                case StreamEvent():
-                    words = (event.performer, event.event, event.reason)
-                    self._sender.send(encode("/mossar/stream", "sssi", *words, event.take))
+            data = self._written(event)
+            if data and not self._sender.send(data):
+                self.dropped += 1
 
     def close(self) -> None:
         """Release the socket. May be called twice."""
         self._sender.close()
+
+    def _written(self, event: Event) -> bytes:
+        """Return an event as a message, empty for stats."""
+        match event:
+            case KeyFrameEvent():
+                return self._key_frame(event)
+            case SegmentEvent():
+                return self._segment(event)
+            case StreamEvent():
+                words = (event.performer, event.event, event.reason)
+                return encode("/mossar/stream", "sssi", *words, event.take)
+            case _:
+                return b""
 
     def _key_frame(self, event: KeyFrameEvent) -> bytes:
         start = self._start(event)

@@ -77,10 +77,10 @@ def checked_pattern(address: Address) -> str:
     """
     text = address.options.get("pattern")
     if text is None or not text.startswith("/") or len(text) > 200:
-        address.fail("profile generic needs pattern=/pose/{performer}/{joint}, or one like it")
+        raise address.error("profile generic needs pattern=/pose/{performer}/{joint}, or one like it")
     for part in _PART.findall(text):
         if part not in _PLACES or text.count(part) > 1:
-            address.fail(f"pattern may hold {{performer}} and {{joint}}, once each, not {part[:40]}")
+            raise address.error(f"pattern may hold {{performer}} and {{joint}}, once each, not {part[:40]}")
     return text
 
 
@@ -93,9 +93,9 @@ def checked_args(address: Address) -> str:
     text = address.options.get("args", "xyz")
     letters = text.replace("_", "")
     if not set("xyz") <= set(letters) <= set("xyzcjp") or len(set(letters)) < len(letters) or len(text) > 64:
-        address.fail("args holds x, y and z once each, and perhaps c, j, p or _, as in args=xyzc")
+        raise address.error("args holds x, y and z once each, and perhaps c, j, p or _, as in args=xyzc")
     if ("{joint}" in address.options.get("pattern", "")) == ("j" in text):
-        address.fail("the joint's name stands either in pattern ({joint}) or in args (j)")
+        raise address.error("the joint's name stands either in pattern ({joint}) or in args (j)")
     return text
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from mossar_adapters.files.units import guessed
 from mossar_adapters.osc.intake import Intake, Message
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.single_joints import People, isotropic
 from mossar_adapters.osc.osceleton import openni_parents
-from mossar_stream.errors import FrameError
 from mossar_adapters.osc.roster import MAX_NAMES
+from mossar_adapters.osc.single_joints import People, isotropic
+from mossar_stream.errors import FrameError
 
 _ADDRESS = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton[_/](?P<joint>[^/]{1,60})")
 _OMNI = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton")

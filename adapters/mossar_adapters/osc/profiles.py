@@ -27,7 +27,7 @@ OPTIONS = {
     "fps": "rate in Hz: frames without a time of their own are spaced evenly",
     "unit": "m, cm, mm, inch or auto",
     "performer": "name of the performer",
-    "skeleton": "a BVH or ASF file with the rest skeleton (vmc)",
+    "skeleton": "a BVH file with the rest skeleton (vmc)",
     "allow": "IP numbers or networks that may send",
     **generic.OPTIONS,
     **flat.OPTIONS,

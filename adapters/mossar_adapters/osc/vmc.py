@@ -137,5 +137,5 @@ def _rest(intake: Intake) -> Rest | None:
     motion = open_motion(path, ReadOptions(unit=intake.options.unit))
     rest = rest_of(motion)
     if not rest:
-        intake.address.fail(f"the joints of {path} are not called like those of a humanoid")
+        raise intake.address.error(f"the joints of {path} are not called like those of a humanoid")
     return rest

@@ -1,12 +1,12 @@
 """How VMC writes a frame: local transforms of humanoid bones, bundled as the reference sender does it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.kinematics import JointMotion, MotionChunk, joints_by_depth, quaternions
+from mossar_adapters.files.kinematics import JointMotion, MotionChunk, quaternions, world_transforms
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.humanoid import mapped_bones, present_parents, rest_of
 from mossar_adapters.osc.vmc import BONE, OK, ROOT, TIME
@@ -80,7 +80,7 @@ class MotionBones:
 
     def pose(self, chunk: MotionChunk) -> Pose:
         """Return the transforms of a chunk."""
-        turns, places = _world(chunk, self._all_parents)
+        turns, places = world_transforms(chunk, self._all_parents)
         turns, places = turns[:, self._joints], places[:, self._joints]
         hanging = self._parents >= 0
         above = np.where(hanging[:, None, None], np.swapaxes(turns[:, self._parents], -1, -2), np.eye(3))
@@ -112,14 +112,3 @@ def _found(bones: Mapping[str, int]) -> Mapping[str, int]:
     if not bones:
         raise MossarError("profile vmc needs joints called like those of a humanoid (Hips, LeftUpperArm, …)")
     return bones
-
-
-def _world(chunk: MotionChunk, parents: Sequence[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return rotation (n, J, 3, 3) and place (n, J, 3) of every joint in the world."""
-    turns, places = chunk.rotations.copy(), chunk.translations.copy()
-    above = np.array(parents, dtype=np.intp)
-    for joints in joints_by_depth(tuple(parents)):
-        turn = turns[:, above[joints]]
-        places[:, joints] = places[:, above[joints]] + (turn @ chunk.translations[:, joints, :, None])[..., 0]
-        turns[:, joints] = turn @ turns[:, joints]
-    return turns, places

@@ -5,10 +5,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Protocol, cast
 
 import msgspec
 
 from mossar_adapters.pipeline.emission import Emission
+from mossar_adapters.pipeline.take_starts import TakeStart
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
 from mossar_stream.events import Event
@@ -25,16 +27,16 @@ class Parcel(msgspec.Struct, frozen=True):
     """What a sink gets at once.
 
     Args:
-        item: A meta, events, or frames.
+        item: A meta, events, frames, or the beginning of a take for sinks that have `begin_take`.
         arrived_at: When the frame arrived that caused it, monotonic s; None if no frame did.
     """
 
-    item: Meta | list[Event] | Frames
+    item: Meta | list[Event] | Frames | TakeStart
     arrived_at: float | None = None
 
     def size(self) -> int:
         """Return what it takes in the queue."""
-        return 1 if isinstance(self.item, Meta) else max(1, len(self.item))
+        return 1 if isinstance(self.item, Meta | TakeStart) else len(self.item)
 
 
 class Outlet:
@@ -90,7 +92,7 @@ class Outlet:
                 return
             parcel = Parcel(wanted, parcel.arrived_at)
         with self._changed:
-            while self._waits and self._size >= self._room and self.error is None and not self._gives_up():
+            while self._waits and self._size >= self._room and not self._ended():
                 self._changed.wait(_NAP)
             while self._size >= self._room and self._drop_oldest():
                 pass
@@ -102,7 +104,7 @@ class Outlet:
         """Wait until everything is handed over; return whether it was."""
         give_up = time.monotonic() + timeout
         with self._changed:
-            while (self._queue or self._busy) and self.error is None:
+            while self.error is None and (self._busy or self._queue):
                 left = give_up - time.monotonic()
                 if left <= 0:
                     return False
@@ -119,9 +121,14 @@ class Outlet:
         if self._thread.is_alive():
             _log.warning("%s does not take its events; %d are lost", self.sink.name, self._size)
 
+    def _ended(self) -> bool:
+        return self.error is not None or self._gives_up()
+
     def _wants(self, parcel: Parcel) -> bool:
         if isinstance(parcel.item, Meta):
             return True
+        if isinstance(parcel.item, TakeStart):
+            return hasattr(self.sink, "begin_take")
         return self._takes_frames if isinstance(parcel.item, Frames) else self._takes_events
 
     def _drop_oldest(self) -> bool:
@@ -166,7 +173,16 @@ class Outlet:
         item = parcel.item
         if isinstance(item, Meta):
             self.sink.announce(item)
+        elif isinstance(item, TakeStart):
+            cast("_Clocked", self.sink).begin_take(item.performer, item.take, item.time)
         elif isinstance(item, Frames):
-            self.sink.send_frames(item)  # type: ignore[union-attr] - asked for when the outlet was built
+            cast("FrameSink", self.sink).send_frames(item)
         else:
-            self.sink.send(item)  # type: ignore[union-attr]
+            cast("Sink", self.sink).send(item)
+
+
+class _Clocked(Protocol):
+    """A sink that counts time from the beginning of each take."""
+
+    def begin_take(self, performer: str, take: int, time: float) -> None:
+        """Take note of when a take began."""

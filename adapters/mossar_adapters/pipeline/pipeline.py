@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
+from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
@@ -20,6 +21,7 @@ from mossar_adapters.pipeline.naming import Naming
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.snapshot import Snapshot
+from mossar_adapters.pipeline.take_starts import take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta, Source
@@ -133,10 +135,6 @@ class Pipeline:
         """Make `run` flush, close and return. Signal handlers and other threads may call it."""
         self._stopping = True
 
-    def warn(self, text: str) -> None:
-        """Say something to the user. Any thread may call it."""
-        _log.warning("%s", text)
-
     def ask(self, request: Callable[[], None]) -> None:
         """Have something done by the thread that segments. Any thread may call it."""
         self.inbox.ask(request)
@@ -195,6 +193,7 @@ class Pipeline:
         name = self.naming.name(arrival.source, frames.performer)
         frames = msgspec.structs.replace(frames, performer=name)
         self.upkeep.heard(self, arrival, name)
+        before = self.times.get(name, (0.0, None))[1]
         frames = self._within_time(frames)
         if not len(frames):
             return
@@ -204,8 +203,11 @@ class Pipeline:
             self._refuse(frames, error)
             return
         self.outcome.frames += len(frames)
+        starts = take_starts(events, frames, before, self.settings.max_pause)
         for outlet in self.outlets:
             outlet.put(Parcel(frames, arrival.at))
+            for start in starts:
+                outlet.put(Parcel(start))
         self.send(events, arrival.at)
 
     def _within_time(self, frames: Frames) -> Frames:
@@ -245,7 +247,7 @@ class Pipeline:
             if outlet.error is None:
                 continue
             self.outlets.remove(outlet)
-            if isinstance(outlet.error, BrokenPipeError):
+            if isinstance(outlet.error, OutputClosedError):
                 self.outcome.abandoned = True
                 self.stop()
                 continue

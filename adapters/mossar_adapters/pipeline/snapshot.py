@@ -42,8 +42,8 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     settings: bytes
     complete: bool
     sources: tuple[Position, ...] = ()
-    performers: dict[str, bytes] = {}  # noqa: RUF012 - msgspec copies defaults
-    sinks: dict[str, int] = {}  # noqa: RUF012
+    performers: dict[str, bytes] = {}
+    sinks: dict[str, int | None] = {}
     v: int = VERSION
 
 

@@ -45,6 +45,9 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._explained: set[int] = set()  # sources whose silence was explained
         self._full: set[int] = set()  # sources whose queue was said to be full
+        self._leaving: dict[
+            str, tuple[float, str]
+        ] = {}  # performers who have left: when to end the take, and why
         self._counted: dict[
             str, tuple[int, float]
         ] = {}  # frames and time of each performer at the last stats
@@ -68,6 +71,10 @@ class Upkeep:
         """Stop watching a source that has ended."""
         self._watch.forget(source)
 
+    def let_go(self, pipeline: "Pipeline", source: int, performer: str, reason: str, due: float) -> None:
+        """Note that a performer has left; the take ends at `due`, monotonic s."""
+        self._leaving[pipeline.naming.name(source, performer)] = (due, reason)
+
     def look(self, pipeline: "Pipeline") -> None:
         """Do what is due."""
         now = time.monotonic()
@@ -76,6 +83,11 @@ class Upkeep:
         self._looked = now
         self._look_for_stalls(pipeline, now)
         self._look_for_silence(pipeline, now)
+        for performer in [name for name, (due, _) in self._leaving.items() if now >= due]:
+            _, reason = self._leaving.pop(performer)
+            if performer in pipeline.pool:
+                pipeline.send(pipeline.pool[performer].end_take(reason))
+                self._watch.leave(performer)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
             self.send_stats(pipeline)
@@ -164,7 +176,7 @@ class Upkeep:
         try:
             write_snapshot(self._path, snapshot)
         except SnapshotError as error:
-            _log.error("%s", error)  # noqa: TRY400 - one line for the user
+            _log.error("%s", error)
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
         for performer, finding in self._watch.check(now):

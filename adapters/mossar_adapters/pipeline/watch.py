@@ -40,13 +40,13 @@ class Watch:
         self._heard[performer] = _Heard(now, source)
         return known is not None and known.stalled
 
+    def leave(self, performer: str) -> None:
+        """Stop watching a performer who has left."""
+        self._heard.pop(performer, None)
+
     def forget(self, source: int) -> None:
         """Stop watching the performers of a source that has ended."""
         self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
-
-    def performers(self, source: int) -> list[str]:
-        """Return the performers of a source."""
-        return [name for name, heard in self._heard.items() if heard.source == source]
 
     def check(self, now: float) -> list[tuple[str, Finding]]:
         """Return who has stalled, and whose take is over, since the last call."""

@@ -77,13 +77,13 @@ def bound_at(opened: zmq.Socket[bytes]) -> str:
 def _endpoint(address: Address) -> str:
     if "ipc" in address.scheme:
         if not zmq.has("ipc"):
-            address.fail("this system has no local sockets for ZeroMQ; use zmq://127.0.0.1:5556")
+            raise address.error("this system has no local sockets for ZeroMQ; use zmq://127.0.0.1:5556")
         path = address.host + address.path
         if not path or address.port is not None:
-            address.fail(f"an ipc address holds a path: {address.scheme}:///tmp/mossar")
+            raise address.error(f"an ipc address holds a path: {address.scheme}:///tmp/mossar")
         return f"ipc://{path}"
     if address.path not in {"", "/"}:
-        address.fail(f"there is no path in it: {address.scheme}://HOST:PORT")
+        raise address.error(f"there is no path in it: {address.scheme}://HOST:PORT")
     port = address.required_port()
     if binds(address) and address.host in {"*", "0.0.0.0"}:  # noqa: S104 - the user wrote it
         return f"tcp://*:{port}"
@@ -109,9 +109,9 @@ def _set_keys(opened: zmq.Socket[bytes], address: Address) -> None:
     if own is None and server is None:
         return
     if not zmq.has("curve"):
-        address.fail("this ZeroMQ was built without CURVE")
+        raise address.error("this ZeroMQ was built without CURVE")
     if own is None or (server is None) != binds(address):
-        address.fail("CURVE needs key= on both sides, and server_key= on the side that connects")
+        raise address.error("CURVE needs key= on both sides, and server_key= on the side that connects")
     public, secret = _key(address, own, secret=True)
     opened.curve_publickey, opened.curve_secretkey = public, secret
     if server is None:
@@ -126,9 +126,9 @@ def _key(address: Address, path: str, *, secret: bool) -> tuple[bytes, bytes]:
             warnings.simplefilter("ignore")
             public, private = zmq.auth.load_certificate(path)
     except (OSError, ValueError, UnicodeError):
-        address.fail(f"{path} is no readable CURVE key file (zmq.auth.create_certificates makes them)")
+        raise address.error(f"{path} is no readable CURVE key file (zmq.auth.create_certificates makes them)")
     if secret and private is None:
-        address.fail(f"{path} holds no secret key; name the .key_secret file")
+        raise address.error(f"{path} holds no secret key; name the .key_secret file")
     return public, private or b""
 
 

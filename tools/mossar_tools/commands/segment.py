@@ -4,6 +4,7 @@ import argparse
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -11,6 +12,9 @@ from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_settings
 from mossar_tools.values import whole as whole_number
+
+if TYPE_CHECKING:
+    from mossar_stream.recording import Segmentation
 
 DESCRIPTION = """Segment a whole recording, offline, with the range of the whole file: key frames, their hierarchy,
 segments at a level. Without an option a table for people."""
@@ -21,6 +25,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment demo:?seed=3 --plot demo.pdf --dark
 """
 
+COLUMNS = ("start", "end", "duration", "state", "strength")
 PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -92,15 +97,14 @@ def run(options: Options, console: Console) -> int:
     return DONE
 
 
-def _csv(chosen) -> str:
-    from mossar_adapters.event_files import CSV_COLUMNS, segment_cells
-
+def _csv(chosen: "Segmentation") -> str:
     strengths = {key.frame: key.strength for key in chosen.key_frames}
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(CSV_COLUMNS[1:])
+    table.writerow(COLUMNS)
     for part in chosen.segments:
-        table.writerow(
-            segment_cells(part.start_time, part.end_time, part.state, strengths.get(part.end_frame))
-        )
+        strength = strengths.get(part.end_frame)
+        times = (part.start_time, part.end_time, part.end_time - part.start_time)
+        cells = [f"{time:.4f}" for time in times]
+        table.writerow([*cells, part.state, "" if strength is None else f"{strength:.4f}"])
     return text.getvalue()

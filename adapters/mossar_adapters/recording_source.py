@@ -1,4 +1,4 @@
-"""Recorded: a recording as a source, at its own pace or as fast as it is read."""
+"""A recording on disk as a source: at the pace of its times, or as fast as it is read."""
 
 from collections.abc import Iterator, Mapping
 from typing import Final, Literal
@@ -15,7 +15,7 @@ LOOP_PAUSE: Final = 1.5  # s between two rounds: longer than `max_pause`, so tha
 _IDLE: Final = 0.1  # s without frames after which a live source says so
 
 
-class RecordedSource:
+class RecordingSource:
     """Plays a recording; implements `Source`.
 
     At a speed frames leave one by one, each at its own time, those of several performers in order of time. With
@@ -24,22 +24,26 @@ class RecordedSource:
     Args:
         recording: What to play.
         speed: Seconds of the recording per second, or "max".
-        loop: Whether to play it again and again; times go on, after a pause of `LOOP_PAUSE`.
         performer: Another name for the recording's only performer.
+        loop: Whether to play it again and again; times go on, after a pause of `LOOP_PAUSE`.
+
+    Raises:
+        ValueError: If `speed` is neither a positive number nor "max".
     """
 
     def __init__(
         self,
         recording: Recording,
-        *,
         speed: float | Literal["max"] = "max",
-        loop: bool = False,
         performer: str | None = None,
+        *,
+        loop: bool = False,
     ) -> None:
         self.name = recording.path
         self.live = speed != "max"
         self.pacer = Pacer(speed)
-        self._recording = recording
+        self.recording = recording
+        self.notes = recording.notes
         self._loop = loop
         self._closed = False
         self._skip: Mapping[str, int] = {}
@@ -47,18 +51,13 @@ class RecordedSource:
         if performer is not None and len(self._names) == 1:
             self._names = {recording.performers[0]: performer_name(performer)}
 
-    @property
-    def frame_count(self) -> int | None:
-        """How many frames there are, if that is known."""
-        return self._recording.frame_count
-
     def resume(self, position: Mapping[str, int]) -> None:
         """Begin behind the first `position[performer]` frames of each performer; before `items`."""
         self._skip = dict(position)
 
     def items(self) -> Iterator[Meta | Frames | None]:
         """Yield a meta per performer, then frames; to be iterated once."""
-        skeleton, fps = self._recording.skeleton, self._recording.fps
+        skeleton, fps = self.recording.skeleton, self.recording.fps
         yield from (Meta(name, skeleton, fps) for name in self._names.values())
         for frames in self._frames():
             if not self.live:
@@ -84,7 +83,7 @@ class RecordedSource:
         while True:
             end, shift = 0.0, 0.0
             first: float | None = None
-            for frames in self._recording.chunks():
+            for frames in self.recording.chunks():
                 if not len(frames):
                     continue
                 first = float(frames.times[0]) if first is None else first

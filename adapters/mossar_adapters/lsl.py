@@ -1,0 +1,191 @@
+"""Lab Streaming Layer: a motion capture inlet, a marker outlet.
+
+The inlet finds joints by channel labels as the XDF reader does, since XDF is how such streams are recorded.
+Times are LSL's clock of this computer.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.address import Address
+from mossar_adapters.batch import FARTHEST
+from mossar_adapters.extras import needed
+from mossar_adapters.files.columns import Columns, find_columns
+from mossar_adapters.files.options import ReadOptions, plausible_rate
+from mossar_adapters.files.units import Scale, given, guessed, height
+from mossar_adapters.files.xdf import UNITS, channel_headings, unnamed_columns
+from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.live import Counters
+from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
+from mossar_stream.events import Event, to_json
+from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.skeleton import MAX_JOINTS, Skeleton
+
+OPTIONS = {
+    "name": "name of the stream",
+    "type": "type of the stream; default MoCap",
+    "fps": "rate in Hz; replaces LSL's times",
+    "unit": "m, cm, mm, inch or auto",
+    "performer": "name of the performer",
+}
+SINK_OPTIONS = {"name": "name of the marker stream; default mossar"}
+_POLL = 0.1  # s
+_SEARCH = 0.5  # s for one look around
+_CHUNK = 512  # samples
+_BUFFER = 60  # s of samples that LSL keeps
+_FIELDS = ("label", "type", "unit", "marker", "object")
+
+
+class LslSource:
+    """Reads a motion capture stream; implements `LiveSource`. It waits for the stream to appear.
+
+    Args:
+        address: `lsl:` or `lsl:?name=…`.
+        options: The user's fps and unit.
+
+    Raises:
+        MossarError: If an option is wrong or the extra `lsl` is not installed.
+    """
+
+    live = True
+
+    def __init__(self, address: Address, options: ReadOptions | None = None) -> None:
+        needed("pylsl", "lsl", address.url)
+        address.check(OPTIONS)
+        self.name = address.url
+        self.counters = Counters()
+        self._options = options or ReadOptions()
+        self._wanted = ("name", address.options["name"]) if "name" in address.options else None
+        self._type = address.options.get("type", "MoCap")
+        self._performer = performer_name(address.options.get("performer", "p1"))
+        self._scale: Scale | None = None
+        self._count = 0  # frames so far
+        self._found = ""  # name of the stream
+        self._closed = False
+
+    def items(self) -> Iterator[Meta | Frames | None]:
+        """Yield a meta and chunks of frames; None while nothing comes."""
+        inlet = None
+        while inlet is None:
+            if self._closed:
+                return
+            inlet = self._search()
+            yield None
+        try:
+            description = inlet.info(timeout=10.0)
+            columns, unit = _columns(self.name, description)
+            skeleton = Skeleton(columns.joints, *with_known_parents(columns.joints))
+            nominal = float(description.nominal_srate())
+            fps = self._options.fps or (nominal if plausible_rate(nominal) else None)
+            announced = False
+            while not self._closed:
+                samples, times = inlet.pull_chunk(timeout=_POLL, max_samples=_CHUNK)
+                if not times:
+                    yield None
+                    continue
+                frames, note = self._frames(np.array(samples, dtype=np.float64), times, columns, unit)
+                if not announced:
+                    announced = True
+                    yield Meta(self._performer, skeleton, fps, note)
+                yield frames
+        finally:
+            inlet.close_stream()
+
+    def explain(self) -> str:
+        """Return one line that says which stream is looked for or read."""
+        if not self._found:
+            wanted = f"called {self._wanted[1]!r}" if self._wanted else f"of type {self._type!r}"
+            return f"{self.name}: no LSL stream {wanted} is to be seen; is the sender on this network?"
+        return f"{self.name}: reading the LSL stream {self._found!r}; {self.counters.received} samples came"
+
+    def close(self) -> None:
+        """End `items` soon. May be called twice, and from any thread."""
+        self._closed = True
+
+    def _search(self) -> Any:
+        import pylsl
+
+        prop, value = self._wanted or ("type", self._type)
+        found = pylsl.resolve_byprop(prop, value, 1, _SEARCH)
+        if not found:
+            return None
+        self._found = found[0].name()
+        return pylsl.StreamInlet(found[0], max_buflen=_BUFFER, processing_flags=pylsl.proc_clocksync)
+
+    def _frames(
+        self, samples: NDArray[np.float64], times: Sequence[float], columns: Columns, unit: str
+    ) -> tuple[Frames, str]:
+        raw = samples[:, [column for xyz in columns.xyz for column in xyz]].reshape(len(samples), -1, 3)
+        if self._scale is None:
+            stated = UNITS.get(unit)
+            self._scale = given(self._options, stated) if stated else guessed(self._options, height(raw))
+        positions = raw * self._scale.metres
+        with np.errstate(invalid="ignore"):
+            positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
+        confidence = None
+        if columns.confidence:
+            confidence = np.clip(np.nan_to_num(samples[:, list(columns.confidence)]), 0, 1).astype(np.float32)
+        clock = np.array(times)
+        if self._options.fps is not None:
+            clock = constant_times(len(clock), self._options.fps, self._count)
+        self._count += len(clock)
+        self.counters.received += len(clock)
+        frames = Frames(positions.astype(np.float32), clock, confidence, self._performer)
+        return frames, self._scale.note or "m"
+
+
+class LslSink:
+    """Sends every event as a JSON marker; implements `Sink`. The marker's time is that of sending.
+
+    Args:
+        address: `lsl:` or `lsl:?name=…`.
+
+    Raises:
+        MossarError: If an option is wrong or the extra `lsl` is not installed.
+    """
+
+    def __init__(self, address: Address) -> None:
+        needed("pylsl", "lsl", address.url)
+        address.check(SINK_OPTIONS)
+        import pylsl
+
+        self.name = address.url
+        self.dropped = 0
+        name = address.options.get("name", "mossar")
+        info = pylsl.StreamInfo(name, "Markers", 1, pylsl.IRREGULAR_RATE, "string", f"mossar-{name}")
+        self._outlet: Any = pylsl.StreamOutlet(info)
+
+    def announce(self, meta: Meta) -> None:
+        """Do nothing: the events name their performer."""
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Send markers."""
+        for event in events:
+            self._outlet.push_sample([to_json(event).decode()])
+
+    def close(self) -> None:
+        """Close the outlet. May be called twice."""
+        if self._outlet is not None:
+            time.sleep(0.05)  # LSL sends from a thread of its own and drops what is left
+            self._outlet = None
+
+
+def _columns(name: str, description: Any) -> tuple[Columns, str]:
+    """Return where the joints stand in a sample, and the unit."""
+    count = description.channel_count()
+    channels: list[dict[str, list[str]]] = []
+    channel = description.desc().child("channels").child("channel")
+    while not channel.empty() and len(channels) < count:
+        channels.append({field: [channel.child_value(field)] for field in _FIELDS})
+        channel = channel.next_sibling("channel")
+    info = {"desc": [{"channels": [{"channel": channels}]}]}
+    headings, unit = channel_headings(info, count)
+    columns = find_columns(headings) or unnamed_columns(name, count)
+    if not 1 <= len(columns.joints) <= MAX_JOINTS:
+        raise MossarError(f"{name}: {len(columns.joints)} joints; 1 to {MAX_JOINTS} can be used")
+    return columns, unit

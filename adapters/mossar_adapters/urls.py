@@ -1,0 +1,314 @@
+"""Sources and sinks by URL: one table of schemes.
+
+A new scheme is one module and one row here. Modules of extras are imported when a URL asks for them.
+"""
+
+from collections.abc import Callable
+from pathlib import PurePath
+from typing import Any, Literal
+
+import msgspec
+
+from mossar_adapters.address import Address, parse_url
+from mossar_adapters.extras import installed
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Listener
+from mossar_adapters.live_selection import SelectedSource
+from mossar_adapters.sink import FrameSink, Sink
+from mossar_adapters.source import Source
+from mossar_stream.errors import SettingsError
+
+Speed = float | Literal["max"]
+
+
+class Wish(msgspec.Struct, frozen=True):
+    """What the program says beyond the URL.
+
+    Args:
+        options: How to read; the URL's own options are merged in.
+        speed: Pace of recordings and of the built-in performer.
+        listener: Is told of performers who left and of control messages (OSC).
+        settings: Of the segmentation, for metas.
+        force: Whether to replace a recording that is there.
+        loop: Whether to play a recording again and again.
+        position: Byte at which to go on with a file of events.
+    """
+
+    options: ReadOptions = ReadOptions()
+    speed: Speed = "max"
+    listener: Listener | None = None
+    settings: dict[str, Any] | None = None
+    force: bool = False
+    loop: bool = False
+    position: int | None = None
+
+
+class Scheme(msgspec.Struct, frozen=True):
+    """One row of the table.
+
+    Args:
+        names: What stands before the colon.
+        form: How such a URL looks, for the user.
+        description: One line for `mossar adapters`.
+        source: Opens a source, or None.
+        sink: Opens a sink of events, or None.
+        frame_sink: Opens a sink of frames, or None.
+        extra: Extra of the distribution that brings the library, None if none is needed.
+        library: Module whose absence means that the extra is missing.
+    """
+
+    names: tuple[str, ...]
+    form: str
+    description: str
+    source: Callable[[Address, Wish], Source] | None = None
+    sink: Callable[[Address, Wish], Sink] | None = None
+    frame_sink: Callable[[Address, Wish], FrameSink] | None = None
+    extra: str | None = None
+    library: str | None = None
+
+    def available(self) -> bool:
+        """Return whether what it needs is installed."""
+        return self.library is None or installed(self.library)
+
+
+def open_source(
+    url: str,
+    *,
+    options: ReadOptions | None = None,
+    speed: Speed = "max",
+    listener: Listener | None = None,
+    loop: bool = False,
+) -> Source:
+    """Open a source of frames.
+
+    Args:
+        url: See the table; a path is a recording, `-` standard input.
+        options: What the user says about it; options in the URL go before.
+        speed: Pace of recordings and of `demo:`; 1 is real time.
+        listener: Is told, by OSC, of performers who left and of control messages.
+        loop: Whether to play a recording again and again.
+
+    Returns:
+        The source; live ones are `mossar_adapters.live.LiveSource`.
+
+    Raises:
+        MossarError: If it cannot be opened; one line says why and what to do.
+    """
+    address, scheme = _scheme(url, "source")
+    wish = Wish(_merged(options or ReadOptions(), address), speed, listener, loop=loop)
+    if scheme.source is None:
+        raise address.error(f"{address.scheme}: cannot be read from")
+    source = scheme.source(address, wish)
+    picky = wish.options.joints or wish.options.root or wish.options.performer
+    return SelectedSource(source, wish.options) if picky and address.scheme != "file" else source
+
+
+def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int | None = None) -> Sink:
+    """Open a sink of events.
+
+    Args:
+        url: See the table; a path ends in `.jsonl` (events) or `.csv` (segments), `-` is standard output.
+        settings: Of the segmentation, told to receivers in metas.
+        position: Byte at which to go on with a file, instead of replacing it.
+
+    Raises:
+        MossarError: If it cannot be opened; one line says why and what to do.
+    """
+    address, scheme = _scheme(url, "sink")
+    if scheme.sink is None:
+        raise address.error(f"{address.scheme}: takes no events")
+    return scheme.sink(address, Wish(settings=settings, position=position))
+
+
+def open_frame_sink(url: str, *, force: bool = False) -> FrameSink:
+    """Open a sink of frames, for replays and recordings.
+
+    Args:
+        url: See the table; a path ends in `.msk` or `.jsonl`, `-` is standard output.
+        force: Whether to replace a file that is there.
+
+    Returns:
+        The sink. With `?profile=vmc` it also has `announce_motion` and `send_motion` for rotations.
+
+    Raises:
+        MossarError: If it cannot be opened; one line says why and what to do.
+    """
+    address, scheme = _scheme(url, "frame_sink")
+    if scheme.frame_sink is None:
+        raise address.error(f"{address.scheme}: takes no frames")
+    return scheme.frame_sink(address, Wish(force=force))
+
+
+def _scheme(url: str, use: str) -> tuple[Address, Scheme]:
+    address = parse_url(url)
+    for scheme in SCHEMES:
+        if address.scheme in scheme.names:
+            return address, scheme
+    known = ", ".join(
+        f"{s.names[0]}:" for s in SCHEMES if getattr(s, use) and s.names[0] not in {"-", "file"}
+    )
+    raise address.error(f"there is no scheme {address.scheme}:; there are {known}, a path, and - for a pipe")
+
+
+def _merged(options: ReadOptions, address: Address) -> ReadOptions:
+    """Return the options with those of the URL put over them."""
+    own: dict[str, Any] = {
+        name: address.options[name] for name in ("unit", "skeleton") if name in address.options
+    }
+    if address.scheme != "demo" and "fps" in address.options:
+        own["fps"] = address.number("fps", 0.001, 1e5)
+    try:
+        return msgspec.structs.replace(options, **own)
+    except SettingsError as error:
+        raise address.error(str(error))
+
+
+def _demo(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.demo import DemoSource
+
+    return DemoSource.from_url(address.url, speed=wish.speed)
+
+
+def _file(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.files.registry import open_recording
+    from mossar_adapters.recording_source import RecordingSource
+
+    recording = open_recording(address.path, wish.options)
+    return RecordingSource(recording, wish.speed, loop=wish.loop)
+
+
+def _file_sink(address: Address, wish: Wish) -> Sink:
+    from mossar_adapters.jsonlines import JsonLinesSink
+    from mossar_adapters.segment_csv import SegmentCsvSink
+
+    match PurePath(address.path).suffix.lower():
+        case ".jsonl" | ".ndjson":
+            return JsonLinesSink(address, position=wish.position)
+        case ".csv":
+            return SegmentCsvSink(address, wish.position)
+        case ".msk":
+            raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
+        case suffix:
+            raise address.error(
+                f"events go to .jsonl, segments to .csv, not to {suffix or 'a file without ending'}"
+            )
+
+
+def _file_frame_sink(address: Address, wish: Wish) -> FrameSink:
+    from mossar_adapters.jsonlines import JsonLinesFrameSink
+    from mossar_adapters.msk_sink import MskFrameSink
+
+    match PurePath(address.path).suffix.lower():
+        case ".msk":
+            return MskFrameSink(address, force=wish.force)
+        case ".jsonl" | ".ndjson":
+            return JsonLinesFrameSink(address, force=wish.force)
+        case suffix:
+            raise address.error(f"frames go to .msk or .jsonl, not to {suffix or 'a file without ending'}")
+
+
+def _pipe(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.jsonlines import JsonLinesSource
+
+    return JsonLinesSource(address, wish.options)
+
+
+def _pipe_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.jsonlines import JsonLinesSink
+
+    return JsonLinesSink(address)
+
+
+def _pipe_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.jsonlines import JsonLinesFrameSink
+
+    return JsonLinesFrameSink(address)
+
+
+def _osc(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.osc.source import OscSource
+
+    return OscSource(address, wish.options, wish.listener)
+
+
+def _osc_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.osc.event_sink import OscSink
+
+    return OscSink(address)
+
+
+def _osc_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.osc.frame_sink import open_osc_frame_sink
+
+    return open_osc_frame_sink(address)
+
+
+def _zmq(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.zeromq.source import ZmqSource
+
+    return ZmqSource(address, wish.options)
+
+
+def _zmq_sink(address: Address, wish: Wish) -> Sink:
+    from mossar_adapters.zeromq.sink import ZmqSink
+
+    return ZmqSink(address, wish.settings)
+
+
+def _zmq_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.zeromq.sink import ZmqFrameSink
+
+    return ZmqFrameSink(address)
+
+
+def _websocket_sink(address: Address, wish: Wish) -> Sink:
+    from mossar_adapters.websocket import WebSocketSink
+
+    return WebSocketSink(address, wish.settings)
+
+
+def _lsl(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.lsl import LslSource
+
+    return LslSource(address, wish.options)
+
+
+def _lsl_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+    from mossar_adapters.lsl import LslSink
+
+    return LslSink(address)
+
+
+SCHEMES: tuple[Scheme, ...] = (
+    Scheme(("demo",), "demo:?seed=3", "the built-in performer", _demo),
+    Scheme(("file",), "PATH", "recordings; events, segments", _file, _file_sink, _file_frame_sink),
+    Scheme(("-",), "-", "JSON lines through a pipe", _pipe, _pipe_sink, _pipe_frame_sink),
+    Scheme(
+        ("osc", "osc.udp"), "osc://HOST:PORT?profile=auto", "OSC over UDP", _osc, _osc_sink, _osc_frame_sink
+    ),
+    Scheme(
+        ("zmq", "zmq+bind", "ipc", "ipc+bind", "zmq+ipc", "zmq+bind+ipc"),
+        "zmq://HOST:PORT, zmq+bind://HOST:PORT, ipc:///PATH, ipc+bind:///PATH",
+        "ZeroMQ publish and subscribe",
+        _zmq,
+        _zmq_sink,
+        _zmq_frame_sink,
+    ),
+    Scheme(
+        ("ws",),
+        "ws://HOST:PORT",
+        "WebSocket server for browsers",
+        sink=_websocket_sink,
+        extra="web",
+        library="websockets",
+    ),
+    Scheme(
+        ("lsl",),
+        "lsl:?name=NAME",
+        "Lab Streaming Layer",
+        _lsl,
+        _lsl_sink,
+        extra="lsl",
+        library="pylsl",
+    ),
+)

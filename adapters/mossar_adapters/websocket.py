@@ -1,0 +1,196 @@
+"""A WebSocket server for browser games: every event as one JSON text frame.
+
+It runs on a thread of its own. Each client has a bounded queue; what a slow client does not take is dropped
+for that client and counted. Clients that join late get the metas of all performers first.
+"""
+
+import asyncio
+import errno
+import threading
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from mossar_adapters.address import Address
+from mossar_adapters.extras import needed
+from mossar_adapters.frame_codec import to_json
+from mossar_adapters.frame_maps import map_of_meta
+from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
+from mossar_stream.events import Event
+from mossar_stream.events import to_json as event_to_json
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import Server, ServerConnection
+
+OPTIONS = {"origin": "pages that may connect, as https://game.example; several separated by commas"}
+QUEUE = 1000  # messages waiting for one client
+MAX_CLIENTS = 64
+_MAX_IN = 1024  # bytes; what clients send is not used
+_CLOSE = 1.0  # s that closing may take
+_DRAIN = 0.25  # s that clients have to take the last messages
+
+
+class WebSocketSink:
+    """Serves events to browsers; implements `Sink`.
+
+    Args:
+        address: `ws://HOST:PORT`; option `origin`. Port 0 takes a free one.
+        settings: Told to clients in metas.
+
+    Raises:
+        MossarError: If the port cannot be had, an option is wrong or the extra `web` is not installed.
+    """
+
+    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+        needed("websockets", "web", address.url)
+        address.check(OPTIONS)
+        if address.path not in {"", "/"}:
+            raise address.error("there is no path in it: ws://HOST:PORT")
+        self.name = address.url
+        self.dropped = 0
+        self.port = address.required_port()
+        self._address, self._settings = address, settings
+        self._metas: dict[str, str] = {}
+        self._clients: set[_Client] = set()
+        self._loop = asyncio.new_event_loop()
+        self._stop = asyncio.Event()
+        self._started = threading.Event()
+        self._error: OSError | None = None
+        self._thread = threading.Thread(target=self._run, name=self.name, daemon=True)
+        self._thread.start()
+        self._started.wait()
+        if self._error is not None:
+            self._thread.join()
+            raise MossarError(f"{self.name}: {_why(self._error, address)}")
+
+    @property
+    def clients(self) -> int:
+        """Number of clients that are connected."""
+        return len(self._clients)
+
+    def announce(self, meta: Meta) -> None:
+        """Send a performer's meta, and keep it for late joiners."""
+        text = to_json(map_of_meta(meta, self._settings)).decode()
+        self._call(self._keep, meta.performer, text)
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Hand events to every client."""
+        texts = [event_to_json(event).decode() for event in events]
+        if texts:
+            self._call(self._spread, texts)
+
+    def close(self) -> None:
+        """Give clients a moment to take what is left, and release the port. May be called twice."""
+        self._call(self._stop.set)
+        self._thread.join(2 * _CLOSE + _DRAIN)
+
+    def _call(self, function: Any, *arguments: Any) -> None:
+        try:
+            self._loop.call_soon_threadsafe(function, *arguments)
+        except RuntimeError:  # the loop has ended
+            self.dropped += 1 if arguments else 0
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._serve())
+        except OSError as error:
+            self._error = error
+        finally:
+            self._started.set()
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        from websockets.asyncio.server import serve
+
+        origins: Any = self._address.options.get("origin")
+        server: Server = await serve(
+            self._client,
+            self._address.host or "127.0.0.1",
+            self._address.port,
+            origins=None if origins is None else [origin.strip() for origin in origins.split(",")],
+            max_size=_MAX_IN,
+            close_timeout=_CLOSE,
+            compression=None,
+        )
+        self.port = next(iter(server.sockets)).getsockname()[1]
+        self._started.set()
+        await self._stop.wait()
+        waiting = [client.emptied() for client in self._clients]
+        if waiting:
+            await asyncio.wait([asyncio.ensure_future(task) for task in waiting], timeout=_DRAIN)
+        server.close()
+        await server.wait_closed()
+
+    async def _client(self, connection: "ServerConnection") -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        if len(self._clients) >= MAX_CLIENTS:
+            await connection.close(1013, "too many clients")
+            return
+        client = _Client()
+        for text in self._metas.values():
+            client.offer(text)
+        self._clients.add(client)
+        reader = asyncio.ensure_future(_discard(connection))
+        try:
+            while True:
+                await connection.send(await client.next())
+                client.sent()
+        except ConnectionClosed:
+            pass
+        finally:
+            reader.cancel()
+            self._clients.discard(client)
+
+    def _keep(self, performer: str, text: str) -> None:
+        self._metas[performer] = text
+        self._spread([text])
+
+    def _spread(self, texts: Sequence[str]) -> None:
+        for client in self._clients:
+            for text in texts:
+                if not client.offer(text):
+                    self.dropped += 1
+
+
+class _Client:
+    """The messages that wait for one client."""
+
+    def __init__(self) -> None:
+        self._queue: asyncio.Queue[str] = asyncio.Queue(QUEUE)
+
+    def offer(self, text: str) -> bool:
+        try:
+            self._queue.put_nowait(text)
+        except asyncio.QueueFull:
+            return False
+        return True
+
+    async def next(self) -> str:
+        return await self._queue.get()
+
+    def sent(self) -> None:
+        self._queue.task_done()
+
+    async def emptied(self) -> None:
+        await self._queue.join()
+
+
+async def _discard(connection: "ServerConnection") -> None:
+    """Read what a client sends, so that it cannot pile up."""
+    from websockets.exceptions import ConnectionClosed
+
+    try:
+        async for _ in connection:
+            pass
+    except ConnectionClosed:
+        return
+
+
+def _why(error: OSError, address: Address) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return f"port {address.port} is in use; close the program that has it, or take another port"
+    if error.errno == errno.EADDRNOTAVAIL:
+        return f"{address.host} is not an address of this computer"
+    return f"cannot serve: {error.strerror or error}"

@@ -1,0 +1,121 @@
+"""`mossar adapters`: what can be read and written."""
+
+import argparse
+import time
+from typing import TYPE_CHECKING
+
+from mossar_adapters.address import parse_url
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, FAILED
+from mossar_tools.options import Options, add_body, add_messages
+
+if TYPE_CHECKING:
+    from mossar_adapters.files import Format
+    from mossar_adapters.source import Source
+    from mossar_adapters.urls import Scheme
+
+DESCRIPTION = "What can be read and written here, and which extras are missing."
+EXAMPLES = """  mossar adapters
+  mossar adapters --check walk.bvh                    what a reader makes of a file
+  mossar adapters --check osc://0.0.0.0:39539         what arrives within 3 seconds
+"""
+
+LISTEN = 3.0  # s to listen to a source that is checked
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("--check", metavar="URL", help="open a source and say what comes out of it")
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    if options.check is not None:
+        return _check(options.check, options, console)
+    from mossar_adapters.files import FORMATS
+    from mossar_adapters.urls import SCHEMES
+
+    console.line(console.colour("sources and sinks", "1"))
+    for scheme in SCHEMES:
+        uses = [
+            name
+            for name, opener in (
+                ("source", scheme.source),
+                ("sink of events", scheme.sink),
+                ("sink of frames", scheme.frame_sink),
+            )
+            if opener is not None
+        ]
+        *further, last = scheme.form.split(", ")
+        for form in further:
+            console.line(f"  {form},")
+        console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
+    console.line("")
+    console.line(console.colour("recordings", "1"))
+    for form in FORMATS:
+        console.line(f"  {form.name:<12}{' '.join(form.extensions):<22}{form.description}{_missing(form)}")
+    return DONE
+
+
+def _missing(row: "Scheme | Format") -> str:
+    return "" if row.available() else f"  - missing: pip install 'mossar-stream[{row.extra}]'"
+
+
+def _check(url: str, options: Options, console: Console) -> int:
+    """Open a source, listen, and say what came."""
+    from mossar_tools.opening import recording_of, source_of
+
+    if parse_url(url).scheme == "file":
+        recording = recording_of(url, options)
+        rate = f"{recording.fps:g} Hz" if recording.fps else "times of its own"
+        frames = sum(len(chunk) for chunk in recording.chunks())
+        console.line(f"{url}: {frames} frames, {rate}, performers {', '.join(recording.performers)}")
+        console.line(f"{len(recording.skeleton)} joints: {', '.join(recording.skeleton.names)}")
+        return DONE
+    return _listened(source_of(url, options), console)
+
+
+def _listened(source: "Source", console: Console) -> int:
+    from mossar_adapters.pipeline.counting import counters_of, explanation
+    from mossar_adapters.pipeline.feed import Feed
+    from mossar_adapters.pipeline.inbox import Inbox
+    from mossar_adapters.source import Meta
+    from mossar_stream.frames import Frames
+
+    inbox = Inbox([source.live])
+    feed = Feed(source, 0, inbox)
+    feed.start()
+    until = time.monotonic() + LISTEN
+    metas: dict[str, Meta] = {}
+    frames: dict[str, int] = {}
+    error: Exception | None = None
+    while (left := until - time.monotonic()) > 0:
+        arrival = inbox.get(left)
+        if arrival is None:
+            continue
+        if isinstance(arrival.item, Meta):
+            metas[arrival.item.performer] = arrival.item
+        elif isinstance(arrival.item, Frames):
+            name = arrival.item.performer
+            frames[name] = frames.get(name, 0) + len(arrival.item)
+        else:
+            error = arrival.item if isinstance(arrival.item, Exception) else None
+            break
+    inbox.close()
+    feed.stop()
+    feed.join(1.0)
+    if error is not None:
+        raise error
+    for name, count in frames.items():
+        skeleton = metas[name].skeleton
+        console.line(f"{source.name}: performer {name}, {count} frames, {len(skeleton)} joints")
+        console.line(f"joints: {', '.join(skeleton.names)}")
+    counted = {name: count for name, count in counters_of(source).items() if count}
+    if counted:
+        console.line(", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counted.items()))
+    if frames:
+        return DONE
+    console.line(explanation(source) or f"{source.name}: no frames came within {LISTEN:.0f} s")
+    return FAILED

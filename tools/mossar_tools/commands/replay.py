@@ -1,0 +1,81 @@
+"""`mossar replay`: send a recording out as a live stream of frames."""
+
+import argparse
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from mossar_adapters.address import parse_url
+from mossar_tools.console import LOGGER, Console
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.options import Options, add_body, add_messages, add_speed
+
+if TYPE_CHECKING:
+    from mossar_adapters.files import JointMotion
+    from mossar_adapters.sink import FrameSink
+
+DESCRIPTION = """Send a recording out as a live stream: frames, each at its own time. VMC receives rotations, too, if the
+recording has them."""
+EXAMPLES = """  mossar replay walk.bvh --to osc://127.0.0.1:39539?profile=vmc
+  mossar replay take.msk --to zmq+bind://127.0.0.1:5556 --speed 2
+  mossar replay 86_01.amc --to osc://127.0.0.1:7110?profile=osceleton --loop
+  mossar replay demo:?seconds=10 --to - > frames.jsonl
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="FILE", help="a recording, or demo:")
+    parser.add_argument(
+        "--to",
+        metavar="SINK",
+        action="append",
+        help="where frames go: osc://, zmq+bind://, - or a file; several are fine",
+    )
+    add_speed(parser, "1")
+    parser.add_argument("--loop", action="store_true", help="again and again, until Ctrl-C")
+    parser.add_argument("--force", action="store_true", help="replace a file that is there")
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    from mossar_adapters.live import OutputClosedError
+    from mossar_adapters.replaying import Replay
+    from mossar_adapters.urls import open_frame_sink
+    from mossar_tools.opening import source_of
+
+    if not options.to:
+        raise UsageError("where to? Name a sink, as in --to osc://127.0.0.1:39539?profile=vmc")
+    scheme = parse_url(options.file).scheme
+    if scheme not in {"file", "demo"}:
+        raise UsageError(f"{options.file}: mossar replay sends recordings and demo:, not live streams")
+    with contextlib.ExitStack() as opened:
+        source = source_of(options.file, replace(options, speed=options.speed or 1.0))
+        opened.callback(source.close)
+        sinks: list[FrameSink] = []
+        for url in options.to:
+            sinks.append(open_frame_sink(url, force=options.force))
+            opened.callback(sinks[-1].close)
+        motion = _motion(options) if scheme == "file" else None
+        try:
+            for seconds in Replay(source, sinks, motion).run():
+                console.status(f"{source.name} · {seconds:.1f} s sent")
+        except OutputClosedError:
+            raise BrokenPipeError from None
+    for sink in sinks:
+        if dropped := getattr(sink, "dropped", 0):
+            LOGGER.warning("%s: %d messages were not taken by the system", sink.name, dropped)
+    return DONE
+
+
+def _motion(options: Options) -> "JointMotion | None":
+    """Return the rotations of a recording, None if it has none."""
+    from mossar_adapters.files import open_motion
+    from mossar_adapters.files.registry import format_of
+
+    path = Path(parse_url(options.file).path)
+    return open_motion(path, options.reading()) if format_of(path).motion else None
