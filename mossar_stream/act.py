@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.block import Plan
 from mossar_stream.compiled import compiled, entry_point
 from mossar_stream.decision import decide_oldest
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
@@ -35,7 +36,7 @@ from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED
 from mossar_stream.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.take import place_last_frame, settle
 from mossar_stream.trail import SPEED_OFFSET
-from mossar_stream.window import NO_SLOT, OWN, PREVIOUS, add_key, describe, rank, relabel, scratch_rows
+from mossar_stream.window import NO_SLOT, OWN, PREVIOUS, SCRATCH_ROWS, add_key, describe, rank, relabel
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
 KEY_BYTES, MARK_BYTES, MEMO_BYTES = KEY.itemsize, MARK.itemsize, MEMO.itemsize
@@ -54,7 +55,7 @@ class Window(NamedTuple):
     marks: NDArray[np.void]  # (trail,) MARK
     trail: NDArray[np.int16]  # (trail, 3, lanes)
     kept: NDArray[np.float64]  # (4, lanes), a pose from the trail
-    scratch: NDArray[np.float64]  # (scratch_rows(W), slot)
+    scratch: NDArray[np.float64]  # (W + SCRATCH_ROWS, slot)
     bounds: NDArray[np.int64]  # (W + 4,), see hierarchy.py
     fallen: NDArray[np.int64]  # (W + 4,)
     active: NDArray[np.int64]  # (W + 4,)
@@ -63,29 +64,14 @@ class Window(NamedTuple):
     strengths: NDArray[np.float64]  # (W + 4,)
 
 
-class Room(NamedTuple):
-    """Room to work in, shared by all rows of a block."""
+def make_room(plan: Plan) -> NDArray[np.uint8]:
+    """Return room to work in, shared by all rows of a plan.
 
-    summaries: NDArray[np.float64]  # (scratch_rows(W), slot)
-    numbers: NDArray[np.float64]  # (2, W + 4)
-    integers: NDArray[np.int64]  # (6, W + 8)
-    pose: NDArray[np.float64]  # (4, lanes)
-
-
-def make_room(window: int, slot: int, lanes: int) -> Room:
-    """Return room for a block.
-
-    Args:
-        window: W.
-        slot: Length of a summary.
-        lanes: J, padded.
+    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
-    return Room(
-        np.zeros((scratch_rows(window), slot)),
-        np.zeros((2, window + 4)),
-        np.zeros((6, window + 8), np.int64),
-        np.zeros((4, lanes)),
-    )
+    window, slot, lanes = plan.shape.window, plan.shape.slot, plan.shape.lanes
+    numbers = (window + SCRATCH_ROWS) * slot + 4 * lanes + 8 * (window + 4)
+    return np.zeros(8 * numbers, np.uint8)
 
 
 @entry_point
@@ -93,7 +79,7 @@ def act(
     memory: NDArray[np.uint8],
     index: int,
     params: NDArray[np.void],
-    room: Room,
+    room: NDArray[np.uint8],
     outbox: NDArray[np.uint8],
     reason: int,
 ) -> None:
@@ -115,8 +101,13 @@ def act(
     events = outbox.view(EVENT)
     lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
-    step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
+    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
+    scratch = h.capacity + SCRATCH_ROWS
+    summaries = room[: 8 * scratch * h.slot]
+    kept = room[len(summaries) : len(summaries) + 32 * lanes]
+    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(8, h.capacity + 4)
+    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(8, h.capacity + 4)[2:]
     w = Window(
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
         row[h.at_order : h.at_order + 8 * places].view(np.int64),
@@ -132,14 +123,14 @@ def act(
         row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes]
         .view(np.int16)
         .reshape(h.trail_size, 3, lanes),
-        room.pose,
-        room.summaries,
-        room.integers[0],
-        room.integers[1],
-        room.integers[2],
-        room.integers[3:],
-        room.numbers[0],
-        room.numbers[1],
+        kept.view(np.float64).reshape(4, lanes),
+        summaries.view(np.float64).reshape(scratch, h.slot),
+        integers[0],
+        integers[1],
+        integers[2],
+        integers[3:],
+        numbers[0],
+        numbers[1],
     )
     if reason == LEVEL:
         relabel(h, w, params[0], events)

@@ -90,6 +90,16 @@ class Plan:
         """Return the strength that a level stands for with these settings."""
         return level_strength(level, self.settings, self.bundle)
 
+    def continues(self, other: "Plan") -> bool:
+        """Tell whether a row of `other` can go on with this plan: the same curve, the same summaries."""
+        mine, theirs = self.settings, other.settings
+        return (
+            self.shape == other.shape
+            and self.params.tobytes() == other.params.tobytes()
+            and self.center == other.center
+            and (mine.window, mine.smoothing, mine.range) == (theirs.window, theirs.smoothing, theirs.range)
+        )
+
     def prepare(self, row: NDArray[np.uint8], index: int) -> None:
         """Fill in the part of a row that does not change while frames come in.
 

@@ -34,7 +34,7 @@ def step_joints(h, seen, good, step, frame, time):
     """
     if h.complete == 1:
         if time - h.time <= h.max_gap and _step_complete(h, good, step, frame, time):
-            return _lane_sum(step)
+            return lane_sum(step)
         for j in range(h.joints):
             seen[j] = h.time
     return _step_partial(h, seen, good, step, frame, time)
@@ -97,7 +97,7 @@ def _center_step(h, good, frame):
 
 
 @compiled
-def _lane_sum(values):
+def lane_sum(values):
     """Sum in eight lanes: a fixed order that vectorises without fastmath."""
     a = b = c = d = e = f = g = k = 0.0
     for i in range(0, len(values), 8):
@@ -170,7 +170,7 @@ def _partial_sum(h, seen, good, step, frame, time, cx, cy, cz, lost):
             moving += 1
             x, y, z = x - cx, y - cy, z - cz
             step[j] = np.sqrt(x * x + y * y + z * z)
-    return _lane_sum(step) * h.moving_joints / moving if moving > 0 else 0.0
+    return lane_sum(step) * h.moving_joints / moving if moving > 0 else 0.0
 
 
 @compiled
@@ -230,7 +230,7 @@ def _filtered_sum(h, good, filtered, step):
         filtered[2, j] += z
         x, y, z = x - cx * share, y - cy * share, z - cz * share
         step[j] = np.sqrt(x * x + y * y + z * z)
-    return _lane_sum(step)
+    return lane_sum(step)
 
 
 def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:

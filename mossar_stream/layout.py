@@ -21,7 +21,10 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("seen", "f8"),  # (lanes,) s, when each joint was last there; -inf if never
     ("good", "f8"),  # (3, lanes) m, each joint where it was last there, in the source's space
     ("filtered", "f8"),  # (6, lanes) m and m/s, One-Euro filter
-    ("step", "f8"),  # (2, lanes) m, path of each joint relative to the centre: in this frame, in the last
+    (
+        "step",
+        "f8",
+    ),  # (3, lanes) m, path of each joint relative to the centre: in this frame, in the last; room
     ("pose", "f8"),  # (4, lanes) last frame's features: m relative to the centre (3), log speed (1)
     ("ring_time", "f8"),  # (ring,) s, ends of the displacements in the velocity window
     ("ring_step", "i8"),  # (ring,) 2^-40 m, those displacements summed over the joints
@@ -226,7 +229,7 @@ class Shape(msgspec.Struct, frozen=True):
             "seen": lanes,
             "good": 3 * lanes,
             "filtered": 6 * lanes * self.one_euro,
-            "step": 2 * lanes,
+            "step": 3 * lanes,
             "pose": 4 * lanes,
             "ring_time": self.ring,
             "ring_step": self.ring,

@@ -89,9 +89,9 @@ def add_frame(params, slot, pose, step, joints, weight, moving):
     """
     slot[FRAMES] += 1.0
     slot[MOVING] += moving
-    lanes = len(step)
-    for j in range(lanes):
-        slot[PATH + j] += step[j]
+    path = slot[PATH : PATH + len(step)]
+    for j in range(len(step)):
+        path[j] += step[j]
     add_pose(params, slot, pose, joints, weight)
 
 
@@ -100,33 +100,52 @@ def add_pose(params, slot, pose, joints, weight):
     """Add the pose alone: to the duration and the sums, not to frames and paths."""
     slot[DURATION] += weight
     lanes = pose.shape[1]
-    first = params.start
-    second = first + params.dimensions
-    if params.positions > 0:
-        for axis in range(3):
-            for j in range(lanes):
-                weighted = weight * pose[axis, j]
-                slot[first + axis * lanes + j] += weighted
-                slot[second + axis * lanes + j] += weighted * pose[axis, j]
-    first += params.positions
-    second += params.positions
-    if params.speeds > 0:
-        for j in range(lanes):
-            weighted = weight * pose[3, j]
-            slot[first + j] += weighted
-            slot[second + j] += weighted * pose[3, j]
-    first += params.speeds
-    second += params.speeds
+    # Loops over slices: an index with an offset would be tested for its sign and not vectorise.
+    sums = slot[params.start : params.start + params.dimensions]
+    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    at = 0
+    for axis in range(4):
+        if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
+            _add(sums[at : at + lanes], squares[at : at + lanes], pose[axis], weight)
+            at += lanes
     for row in range(params.offsets):
+        # The joint pairs (i, i + k mod J), in two runs without a wrap inside.
         k = 1 + row * params.stride
-        for i in range(joints):
-            other = i + k if i + k < joints else i + k - joints
-            x = pose[0, i] - pose[0, other]
-            y = pose[1, i] - pose[1, other]
-            z = pose[2, i] - pose[2, other]
-            distance = np.sqrt(x * x + y * y + z * z)
-            slot[first + row * lanes + i] += weight * distance
-            slot[second + row * lanes + i] += weight * distance * distance
+        _add_distances(
+            sums[at : at + joints - k],
+            squares[at : at + joints - k],
+            pose[:, : joints - k],
+            pose[:, k:joints],
+            weight,
+        )
+        wrapped = at + joints - k
+        _add_distances(
+            sums[wrapped : at + joints],
+            squares[wrapped : at + joints],
+            pose[:, joints - k : joints],
+            pose[:, :k],
+            weight,
+        )
+        at += lanes
+
+
+@compiled
+def _add(sums, squares, values, weight):
+    for j in range(len(values)):
+        weighted = weight * values[j]
+        sums[j] += weighted
+        squares[j] += weighted * values[j]
+
+
+@compiled
+def _add_distances(sums, squares, one, other, weight):
+    for i in range(len(sums)):
+        x = one[0, i] - other[0, i]
+        y = one[1, i] - other[1, i]
+        z = one[2, i] - other[2, i]
+        square = x * x + y * y + z * z
+        sums[i] += weight * np.sqrt(square)
+        squares[i] += weight * square
 
 
 @compiled

@@ -78,6 +78,35 @@ class Performers:
         self._segmenters[frames.performer] = segmenter
         return segmenter.push(frames)
 
+    def change(self, performer: str | None = None, **changes: object) -> list[Event]:
+        """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
+
+        Raises:
+            SettingsError: If a value is illegal; nothing is changed then.
+            FrameError: If there is no such performer.
+        """
+        if performer is not None:
+            if performer not in self._segmenters:
+                raise FrameError(
+                    f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
+                )
+            return self._segmenters[performer].change(**changes)
+        self._settings = self._settings.replace(**changes)
+        return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
+
+    def reset(self, performer: str | None = None) -> list[Event]:
+        """End the take of one performer, or of all, and forget the running range.
+
+        Raises:
+            FrameError: If there is no such performer.
+        """
+        if performer is not None and performer not in self._segmenters:
+            raise FrameError(
+                f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
+            )
+        chosen = self.names if performer is None else (performer,)
+        return [event for name in chosen for event in self._segmenters[name].reset()]
+
     def end_takes(self, reason: str = "") -> list[Event]:
         """End the takes of all performers."""
         return [event for segmenter in self._segmenters.values() for event in segmenter.end_take(reason)]

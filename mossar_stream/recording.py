@@ -264,7 +264,6 @@ def _grow(plan: Plan, row: NDArray[np.uint8], larger: Plan) -> tuple[Plan, NDArr
 
 def _act(plan: Plan, row: NDArray[np.uint8], reason: int) -> list[KeyFrameEvent | SegmentEvent]:
     """Let the compiled part do what is due and return its events."""
-    shape = plan.shape
     outbox, records = make_outbox(plan.most_events)
-    act(row.reshape(1, -1), 0, plan.params, make_room(shape.window, shape.slot, shape.lanes), outbox, reason)
+    act(row.reshape(1, -1), 0, plan.params, make_room(plan), outbox, reason)
     return decode(records[1 : int(records[0]["row"]) + 1].tolist(), "p1", plan.skeleton.names)

@@ -67,7 +67,7 @@ class Segmenter:
         self._params = plan.params
         self._memory = plan.new_rows(1) if row is None else row.reshape(1, -1)
         self._header = header(self._memory[0])
-        self._room = make_room(plan.shape.window, plan.shape.slot, plan.shape.lanes)
+        self._room = make_room(plan)
         self._outbox, self._records = make_outbox(plan.most_events)
 
     @property
@@ -109,6 +109,38 @@ class Segmenter:
         self._level = self._plan.given.replace(level=level).level
         self._header["level"] = self._plan.strength(self._level)
         self._act(LEVEL, self._pending)
+
+    def change(self, **changes: object) -> list[Event]:
+        """Change settings while running.
+
+        The level and thresholds act at once. What changes the curve or the summaries (window, smoothing,
+        similarity, features and the like) ends the take, and the next push starts a new one.
+
+        Args:
+            **changes: Fields of `Settings`.
+
+        Returns:
+            The events of the take that this ends.
+
+        Raises:
+            SettingsError: If a value is illegal; nothing is changed then.
+        """
+        level = changes.pop("level", self._level)
+        level = self._plan.given.replace(level=level).level
+        plan = Plan(self.skeleton, self._plan.given.replace(**changes), self._plan.fps, self._plan.shape.ring)
+        events: list[Event] = []
+        if plan.continues(self._plan):
+            self._plan = plan
+            plan.prepare(self._memory[0], 0)
+        else:
+            events = self.end_take("settings changed")
+            kept = {name: self._header[name] for name in ("take", *COUNTERS)}
+            self._adopt(plan)
+            for name, value in kept.items():
+                self._header[name] = value
+            _warm_up(plan)
+        self.level = level
+        return events
 
     def push(
         self,
@@ -249,7 +281,7 @@ class Segmenter:
 def _warm_up(plan: Plan) -> None:
     """Compile the kernels for this plan's measure, or load them, by a take of two frames."""
     memory = plan.new_rows(1)
-    room = make_room(plan.shape.window, plan.shape.slot, plan.shape.lanes)
+    room = make_room(plan)
     outbox, _ = make_outbox(plan.most_events)
     frames = np.zeros((2, plan.shape.joints, 3), np.float32)
     advance(memory, 0, plan.params, frames, np.arange(2) / 100.0)

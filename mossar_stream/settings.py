@@ -143,14 +143,18 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         values: dict[str, object] = dict(preset_values(preset))
         for name, value in (overrides or {}).items():
             _override(values, name, value)
-        try:
-            return msgspec.convert(values, cls, strict=False)
-        except msgspec.ValidationError as error:
-            raise SettingsError(_explain(str(error), values)) from None
+        return _convert(values, cls)
 
     def replace(self, **changes: object) -> "Settings":
-        """Return a copy with some fields changed, validated."""
-        return msgspec.structs.replace(self, **changes)
+        """Return a copy with some fields changed, validated like `build`.
+
+        Raises:
+            SettingsError: If a name is unknown or a value illegal.
+        """
+        values = msgspec.structs.asdict(self)
+        for name, value in changes.items():
+            _override(values, name, value)
+        return _convert(values, type(self))
 
     def resolved(self) -> "ResolvedSettings":
         """Return a copy in which every field left to the level's bundle has its value."""
@@ -219,6 +223,13 @@ def _check_groups(settings: Settings) -> None:
         raise SettingsError("setting features has no weight above 0")
 
 
+def _convert(values: dict[str, object], record: "type[Settings]") -> "Settings":
+    try:
+        return msgspec.convert(values, record, strict=False)
+    except msgspec.ValidationError as error:
+        raise SettingsError(_explain(str(error), values)) from None
+
+
 def _override(values: dict[str, object], name: str, value: object) -> None:
     field, _, part = name.partition(".")
     if field not in Settings.__struct_fields__:
@@ -230,17 +241,27 @@ def _override(values: dict[str, object], name: str, value: object) -> None:
     if field not in ("features", "variance_floor"):
         raise SettingsError(f"setting {field} has no part called {part!r}")
     base = msgspec.to_builtins(group) if group is not None else {}
-    values[field] = {**base, part: value}
+    values[field] = {**base, part: _number(value) if isinstance(value, str) else value}
 
 
 def _parse_group(field: str, value: str) -> object:
     """Read `positions:0.75,log_speed:0.25` and the words none/null/auto of optional fields."""
     if field in ("features", "variance_floor"):
         parts = [part.partition(":") for part in value.split(",")]
-        return {name.strip(): number for name, _, number in parts}
+        return {name.strip(): _number(number) for name, _, number in parts}
     if value in ("none", "null", "auto") and field not in ("smoothing", "location"):
         return None
-    return value
+    return _number(value)
+
+
+def _number(text: str) -> object:
+    """Return the number that a text stands for, or the text."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:
@@ -259,6 +280,14 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         if choices and isinstance(choices[0], str)
         else ""
     )
+    if field in LIMITS:
+        low, high = LIMITS[field]
+        kind = "a whole number" if "`int" in text else "a number"
+        legal = f"; it must be {kind} between {low:g} and {high:g}"
+    elif field in ("features", "variance_floor"):
+        legal = f"; its parts are {', '.join(Features.__struct_fields__)}, each a number"
+    elif field == "tempo":
+        legal = "; it must be true or false"
     if legal:
         return f"setting {field} is {values.get(field)!r}{legal}"
     return f"setting {field} is {values.get(field)!r}: {text[0].lower()}{text[1:]}"

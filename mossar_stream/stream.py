@@ -59,7 +59,7 @@ def advance(
     filtered = (
         row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
     )
-    step = row[h.at_step : h.at_step + 16 * lanes].view(np.float64).reshape(2, lanes)
+    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
     ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
@@ -116,7 +116,7 @@ def advance(
         if h.tempo == 1:
             if first:
                 start_tempo(h, mean_pose, pose)
-            follow_tempo(h, mean_pose, pose, step[0], weight)
+            follow_tempo(h, mean_pose, pose, step[0], step[2], weight)
         if first and h.pre_roll > 0.0:
             add_pose(params[0], slots[h.slot_settled], pose, h.joints, h.pre_roll)
         keep_pose(h, marks, trail, pose, weight)

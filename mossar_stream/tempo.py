@@ -8,6 +8,7 @@ relative to an ordinary tempo, within limits.
 import numpy as np
 
 from mossar_stream.compiled import compiled
+from mossar_stream.joints import lane_sum
 
 ORDINARY = 0.15  # s
 SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
@@ -29,7 +30,7 @@ def start_tempo(h, mean_pose, pose):
 
 
 @compiled
-def follow_tempo(h, mean_pose, pose, step, dt):
+def follow_tempo(h, mean_pose, pose, step, work, dt):
     """Take a frame in and set `h.pace`, the factor that costs are divided by.
 
     Args:
@@ -37,20 +38,23 @@ def follow_tempo(h, mean_pose, pose, step, dt):
         mean_pose: (3, lanes) m, slow mean of the pose.
         pose: (4, lanes) m relative to the centre.
         step: (lanes,) m, path of each joint since the last frame.
+        work: (lanes,) room to work in.
         dt: s since then.
     """
     if dt <= 0.0:
         return
     keep = np.exp2(-dt / HALF_LIFE)
-    follow = 1.0 - np.exp(-dt / MEAN_TIME)
-    spread = 0.0
-    speed = 0.0
-    for j in range(h.joints):
-        for axis in range(3):
+    follow = dt / (dt + MEAN_TIME)
+    for j in range(h.lanes):
+        work[j] = 0.0
+    for axis in range(3):
+        for j in range(h.lanes):
             off = pose[axis, j] - mean_pose[axis, j]
             mean_pose[axis, j] += follow * off
-            spread += ((1.0 - follow) * off) ** 2
-        speed += step[j] * step[j]
+            work[j] += off * off
+    spread = lane_sum(work) * (1.0 - follow) ** 2
+    for j in range(h.lanes):
+        work[j] = step[j] * step[j]
     h.tempo_spread = h.tempo_spread * keep + spread / h.moving_joints * dt
-    h.tempo_speed = h.tempo_speed * keep + speed / h.moving_joints / dt
+    h.tempo_speed = h.tempo_speed * keep + lane_sum(work) / h.moving_joints / dt
     h.pace = min(max(np.sqrt(h.tempo_spread / h.tempo_speed) / ORDINARY, QUICKEST), SLOWEST)

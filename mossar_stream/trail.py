@@ -15,6 +15,9 @@ QUANTUM = 1.0 / 8192.0  # m
 MOST = 32767.0
 SPEED_OFFSET = 0.1  # m/s, added before the logarithm, so that rest is log 0.1
 MARGIN = 1e-4  # s, for the rounding of timestamps
+LOG_2 = 0.6931471805599453
+EXPONENT_SHIFT, EXPONENT_BIAS = np.int64(52), np.int64(1023)  # of a float64
+MANTISSA, ONE = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
 
 
 def trail_size(seconds: float) -> int:
@@ -80,16 +83,16 @@ def set_log_speeds(h, marks, trail, pose, speeds, time, newest):
 
 @compiled
 def logarithm(values):
-    """Replace positive numbers by their natural logarithms, to 1e-9; unlike np.log this vectorises."""
-    bits = values.view(np.int64)
+    """Replace positive numbers by their natural logarithms, to 1e-10; unlike np.log this vectorises."""
     for i in range(len(values)):
-        exponent = (bits[i] >> 52) - 1023
-        bits[i] = (bits[i] & 0x000FFFFFFFFFFFFF) | 0x3FF0000000000000
-        z = (values[i] - 1.0) / (values[i] + 1.0)
+        bits = np.float64(values[i]).view(np.int64)
+        exponent = (bits >> EXPONENT_SHIFT) - EXPONENT_BIAS
+        mantissa = np.int64((bits & MANTISSA) | ONE).view(np.float64)
+        z = (mantissa - 1.0) / (mantissa + 1.0)
         q = z * z
         odd = 1.0 / 11.0 + q * (1.0 / 13.0 + q * (1.0 / 15.0 + q / 17.0))
         odd = 1.0 / 5.0 + q * (1.0 / 7.0 + q * (1.0 / 9.0 + q * odd))
-        values[i] = exponent * 0.6931471805599453 + 2.0 * z * (1.0 + q * (1.0 / 3.0 + q * odd))
+        values[i] = exponent * LOG_2 + 2.0 * z * (1.0 + q * (1.0 / 3.0 + q * odd))
 
 
 @compiled

@@ -35,11 +35,7 @@ from mossar_stream.summary import FRAMES, MOVING, PATH
 NOT_STANDING = np.int64(-2)  # in KEY.before
 NO_SLOT = np.int64(-1)
 OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch, before the nodes
-
-
-def scratch_rows(window: int) -> int:
-    """Return how many summaries the scratch must hold."""
-    return int(NODES) + window + 3
+SCRATCH_ROWS = 8  # more than W
 
 
 @compiled
