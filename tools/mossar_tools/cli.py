@@ -24,6 +24,7 @@ COMMANDS: Final[dict[str, str]] = {
     "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
+    "evaluate": "accuracy against labelled recordings, or demo:; --grid, --plot, --json",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import msgspec
 
+from mossar_adapters.address import parse_url
 from mossar_stream.settings import Settings
 from mossar_tools.console import Console
-from mossar_tools.errors import DONE
+from mossar_tools.errors import DONE, UsageError
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.options import Options, add_messages, add_settings
 from mossar_tools.values import whole
@@ -28,6 +29,8 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; minutes
 """
+
+SHOWN = "Mossar likelihood, streaming"  # the method whose recordings are listed one by one
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,3 +79,24 @@ def run(options: Options, console: Console) -> int:
         left_out = draw_strips(picture, groups, rows, settings, DARK if options.dark else LIGHT)
         console.say(f"drawn: {picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
     return DONE
+
+
+def _picture(options: Options) -> Path | None:
+    """Return where a picture goes, before work is done in vain."""
+    if options.plot is None:
+        return None
+    from mossar_tools.figures import check_picture
+
+    return check_picture(options.plot)
+
+
+def _takes(options: Options, console: Console) -> Sequence[Take]:
+    from mossar_tools.evaluation.performer import SEEDS, demo_takes
+    from mossar_tools.evaluation.takes import load_folder
+
+    address = parse_url(options.file)
+    if address.scheme == "demo":
+        return list(demo_takes(options.file, options.seeds or SEEDS))
+    if address.scheme != "file":
+        raise UsageError(f"{options.file}: mossar evaluate takes a folder of labelled recordings or demo:")
+    return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))

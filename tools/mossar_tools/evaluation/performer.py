@@ -1,11 +1,11 @@
 """Performer: takes of the built-in performer, whose true cuts are known (`demo:`)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
-from urllib.parse import parse_qsl, urlsplit
 
 import msgspec
 
+from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Performance, performance
 from mossar_stream.errors import SettingsError
 from mossar_tools.evaluation.matching import Cut
@@ -43,17 +43,13 @@ def demo_takes(url: str = "demo:", seeds: int = SEEDS) -> Iterator[Take]:
     Raises:
         SettingsError: If an option is unknown or impossible.
     """
-    parts = urlsplit(url)
-    if parts.scheme != "demo" or parts.netloc or parts.path or parts.fragment:
-        raise SettingsError(f"{url[:80]!r} is not of the form demo: or demo:?fps=30&noise=0.01")
-    options = _read_options(parts.query)
+    options = _read_options(parse_url(url).options)
     for group, arguments in {url: options}.items() if options else KINDS.items():
         for seed in range(1, seeds + 1):
             yield _take(group, seed, performance(seed, **arguments))
 
 
-def _read_options(query: str) -> dict[str, Any]:
-    given = dict(parse_qsl(query, keep_blank_values=True))
+def _read_options(given: Mapping[str, str]) -> dict[str, Any]:
     try:
         chosen: dict[str, Any] = msgspec.to_builtins(msgspec.convert(given, DemoOptions, strict=False))
     except msgspec.ValidationError as error:

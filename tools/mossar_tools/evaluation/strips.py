@@ -18,7 +18,7 @@ from mossar_tools.evaluation.trial import Outcome, Row
 from mossar_tools.figures import FONT, save, style
 from mossar_tools.palette import Palette
 
-MOST = 12  # recordings of a group in a picture
+MOST = 6  # recordings of a group in a picture
 WIDTH = 13.0  # inches
 CURVE, LANE, GAP = 0.75, 0.15, 0.42  # inches: the curve, a method's lane, between strips
 LEFT, RIGHT, TOP, BOTTOM = 2.75, 0.6, 0.75, 0.45  # inches
