@@ -52,7 +52,7 @@ def run(options: Options, console: Console) -> int:
     picture = _picture(options)
     takes = _takes(options, console)
     if options.grid:
-        return _grid(takes, settings, options, console, picture)
+        return _grid(takes, options, console, picture)
     from mossar_tools.evaluation.methods import all_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
     from mossar_tools.evaluation.trial import groups_of, trial
@@ -100,3 +100,25 @@ def _takes(options: Options, console: Console) -> Sequence[Take]:
     if address.scheme != "file":
         raise UsageError(f"{options.file}: mossar evaluate takes a folder of labelled recordings or demo:")
     return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))
+
+
+def _grid(takes: Sequence[Take], options: Options, console: Console, picture: Path | None) -> int:
+    """Repeat the paper's experiments, which start from the paper's settings."""
+    from mossar_tools.evaluation.experiments import experiments
+    from mossar_tools.evaluation.paper_tables import grids_json, paper_tables
+
+    done = experiments(takes, Settings.build("paper", options.set), console.status)
+    if options.json:
+        found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
+        console.line(msgspec.json.encode(found).decode())
+    else:
+        for line in paper_tables(done.splitting, done.remerging, done.chance):
+            console.line(line)
+    if picture is not None:
+        from mossar_tools.evaluation.surfaces import draw_surfaces
+        from mossar_tools.palette import DARK, LIGHT
+
+        console.status("drawing ...", now=True)
+        draw_surfaces(picture, done.splitting, done.remerging, DARK if options.dark else LIGHT)
+        console.say(f"drawn: {picture}")
+    return DONE

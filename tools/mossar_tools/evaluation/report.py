@@ -17,6 +17,7 @@ _HEADING = (
     f"{'method':<38}{'chosen':<14}{'precision':>9}{'recall':>8}{'F1':>7}{'ATSR':>7}{'Perf':>7}"
     f"{'found':>7}{'error':>9}{'signed':>9}{'delay':>8}"
 )
+_NUMBERS = 52  # where they begin in the heading
 
 
 def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> Iterator[str]:
@@ -38,9 +39,9 @@ def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row
 def recording_table(takes: Sequence[Take], row: Row) -> Iterator[str]:
     """Yield the lines of a table of recordings for one method."""
     yield f"{row.method}, by recording"
-    yield f"{'recording':<38}{'cuts':>5}" + _HEADING[52:]
+    yield f"{'recording':<38}{'cuts':<5}" + _HEADING[_NUMBERS:]
     for take, outcome in zip(takes, row.outcomes, strict=True):
-        yield f"{take.name[:37]:<38}{len(take.cuts):>5}" + _numbers(outcome.scores)
+        yield f"{take.name[:37]:<38}{len(take.cuts):>4} " + _numbers(outcome.scores)
 
 
 def as_json(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> dict[str, Any]:
