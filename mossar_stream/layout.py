@@ -169,8 +169,6 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("trail_head", "i8"),
     ("trail_filled", "i8"),
     ("trail_debt", "f8"),  # s, since the last pose that was kept
-    # Between calls.
-    ("stop", "i8"),  # why the last call stopped early, see stream.py
 ]
 HEADER = np.dtype(_HEADER_FIELDS + [(f"at_{name}", "i8") for name, _ in REGIONS])
 HEADER_BYTES = HEADER.itemsize

@@ -19,7 +19,7 @@ from mossar_stream.outbox import decode, make_outbox
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import HAPPENED, RING_FULL, advance
+from mossar_stream.stream import HAPPENED, RING_FULL, STOPS, advance
 from mossar_stream.trail import SPACING, trail_size
 
 FIRST_ROOM = 64  # key frames there is room for at first
@@ -240,8 +240,10 @@ def _run(
     states = []
     while done < len(times):
         until = done + 1 if curves else len(times)
-        done += advance(row.reshape(1, -1), 0, plan.params, frames[done:until], times[done:until])
-        stop = header(row)["stop"]
+        used, stop = divmod(
+            advance(row.reshape(1, -1), 0, plan.params, frames[done:until], times[done:until]), STOPS
+        )
+        done += used
         if stop == HAPPENED:
             _act(plan, row, FOLLOW)
             if header(row)["undecided"] == plan.shape.window:

@@ -14,8 +14,10 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import HAPPENED, RING_FULL, TAKE_ENDS, advance
+from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
+FLOAT32 = np.dtype(np.float32)
+ONE_DONE = STOPS + DONE
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -58,7 +60,6 @@ class Segmenter:
         self._adopt(Plan(skeleton, settings or Settings(), fps))
         self._level: LevelName | float = self._plan.given.level
         self._pending: list[Event] = []
-        self._one_time = np.zeros(1)
         _warm_up(self._plan)
 
     def _adopt(self, plan: Plan, row: NDArray[np.uint8] | None = None) -> None:
@@ -69,6 +70,9 @@ class Segmenter:
         self._header = header(self._memory[0])
         self._room = make_room(plan)
         self._outbox, self._records = make_outbox(plan.most_events)
+        self._one_shape = (len(plan.skeleton), 3)
+        self._one_time = np.zeros(1)
+        self._live = bool(self._header["open"])
 
     @property
     def skeleton(self) -> Skeleton:
@@ -164,28 +168,65 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        if isinstance(positions, Frames):
+        events = self._pending
+        if (
+            type(times) is float
+            and type(positions) is np.ndarray
+            and positions.shape == self._one_shape
+            and positions.dtype is FLOAT32
+            and positions.flags.carray
+            and confidence is None
+            and first_frame is None
+            and self._live
+        ):
+            # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
+            chunk, moments = positions[None], self._one_time
+            moments[0] = times
+            code = advance(self._memory, 0, self._params, chunk, moments)
+            if code == ONE_DONE and not events:
+                return []
+        elif isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
-        chunk, moments = self._check(positions, times, confidence)
-        if first_frame is not None:
-            self._header["next_frame"] = first_frame
-        events, self._pending = self._pending, []
-        done = 0
-        while done < len(moments):
-            if not self._header["open"]:
-                events.append(self._stream_event("started"))
-            done += advance(self._memory, 0, self._params, chunk[done:], moments[done:])
-            stop = self._header["stop"]
+        else:
+            chunk, moments = self._check(positions, times, confidence)
+            if first_frame is not None:
+                self._header["next_frame"] = first_frame
+            code = 0 if not len(moments) else self._start(chunk, moments, events)
+        self._pending = []
+        self._go_on(chunk, moments, code, events)
+        return events
+
+    def _start(self, chunk: NDArray[np.float32], moments: NDArray[np.float64], events: list[Event]) -> int:
+        """Let frames in; if they open a take, say so."""
+        was_open = self._header["open"]
+        code = advance(self._memory, 0, self._params, chunk, moments)
+        if not was_open and self._header["open"]:
+            events.append(self._stream_event("started"))
+            self._live = True
+        return code
+
+    def _go_on(
+        self,
+        chunk: NDArray[np.float32],
+        moments: NDArray[np.float64],
+        code: int,
+        events: list[Event],
+    ) -> None:
+        """Do what the kernel asks for until the frames are used up."""
+        done, stop = divmod(code, STOPS)
+        while True:
             if stop == HAPPENED:
                 self._act(FOLLOW, events)
             elif stop == TAKE_ENDS:
-                events += self.end_take(
-                    "gap" if moments[done] > self._header["time"] else "clock stepped back"
-                )
+                later = moments[done] > self._header["time"]
+                events += self.end_take("gap" if later else "clock stepped back")
             elif stop == RING_FULL:
                 self._enlarge()
-        return events
+            if done == len(moments):
+                return
+            code = self._start(chunk[done:], moments[done:], events)
+            done, stop = done + code // STOPS, code % STOPS
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -201,6 +242,7 @@ class Segmenter:
             ended = self._stream_event("ended", reason)
             self._act(END, events)
             events.append(ended)
+            self._live = False
         return events
 
     def reset(self, reason: str = "") -> list[Event]:
@@ -227,7 +269,6 @@ class Segmenter:
         segmenter._adopt(plan, row)  # noqa: SLF001 - its own class
         segmenter._level = level  # noqa: SLF001
         segmenter._pending = pending  # noqa: SLF001
-        segmenter._one_time = np.zeros(1)  # noqa: SLF001
         return segmenter
 
     def _check(

@@ -24,7 +24,8 @@ from mossar_stream.tempo import follow_tempo, start_tempo
 from mossar_stream.trail import keep_pose, set_log_speeds
 from mossar_stream.velocity import moving_average, ring_is_full, travel
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)  # in h.stop
+DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
+STOPS = 4
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
 LIVE = np.int64(0)  # no kept pose is later than this one
 MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
@@ -48,8 +49,9 @@ def advance(
         times: (n,) s.
 
     Returns:
-        Number of frames used. `h.stop` says what the caller must do: DONE nothing, HAPPENED `act`, TAKE_ENDS end
-        the take before the next frame, RING_FULL make the velocity ring larger before the next frame.
+        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `act`,
+        TAKE_ENDS end the take before the next frame, RING_FULL make the velocity ring larger before the next
+        frame. One number, because a second one would cost as much as the frame.
     """
     row = memory[index]
     h = row[:HEADER_BYTES].view(HEADER)[0]
@@ -78,16 +80,14 @@ def advance(
         time = times[i]
         dt = time - h.time
         if h.open == 1 and (dt > h.max_pause or dt < -h.max_pause):
-            h.stop = TAKE_ENDS
-            return i
+            return STOPS * i + TAKE_ENDS
         if not (dt > 0.0 if h.open == 1 else abs(time) < np.inf):
             h.out_of_order += 1
             h.next_frame += 1
             h.frames += 1
             continue
         if h.open == 1 and ring_is_full(h, ring_time, time):
-            h.stop = RING_FULL
-            return i
+            return STOPS * i + RING_FULL
         first = h.open == 0
         weight = 0.0 if first else min(dt, h.max_gap)
         displacement = 0.0
@@ -125,10 +125,8 @@ def advance(
         h.pending_weight = weight
         h.pending_moving = h.moving
         if h.happened != 0 or time >= h.due_time:
-            h.stop = HAPPENED
-            return i + 1
-    h.stop = DONE
-    return len(times)
+            return STOPS * (i + 1) + HAPPENED
+    return STOPS * len(times) + DONE
 
 
 @compiled

@@ -106,7 +106,7 @@ class AllowList:
         try:
             self._networks = [ip_network(part.strip(), strict=False) for part in text.split(",")]
         except ValueError as error:
-            raise address.error(f"option allow lists IP numbers or networks: {error}")
+            raise address.error(f"option allow lists IP numbers or networks: {error}") from None
 
     def welcome(self, host: str) -> bool:
         """Return whether a host may send."""

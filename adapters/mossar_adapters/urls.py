@@ -160,7 +160,7 @@ def _merged(options: ReadOptions, address: Address) -> ReadOptions:
     try:
         return msgspec.structs.replace(options, **own)
     except SettingsError as error:
-        raise address.error(str(error))
+        raise address.error(str(error)) from None
 
 
 def _demo(address: Address, wish: Wish) -> Source:

@@ -123,8 +123,6 @@ class WebSocketSink:
         await server.wait_closed()
 
     async def _client(self, connection: "ServerConnection") -> None:
-        from websockets.exceptions import ConnectionClosed
-
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, "too many clients")
             return
@@ -132,15 +130,11 @@ class WebSocketSink:
         for text in self._metas.values():
             client.offer(text)
         self._clients.add(client)
-        reader = asyncio.ensure_future(_discard(connection))
+        pump = asyncio.ensure_future(client.pump(connection))
         try:
-            while True:
-                await connection.send(await client.next())
-                client.sent()
-        except ConnectionClosed:
-            pass
+            await _discard(connection)  # ends with the connection
         finally:
-            reader.cancel()
+            pump.cancel()
             self._clients.discard(client)
 
     def _keep(self, performer: str, text: str) -> None:
@@ -167,11 +161,15 @@ class _Client:
             return False
         return True
 
-    async def next(self) -> str:
-        return await self._queue.get()
+    async def pump(self, connection: "ServerConnection") -> None:
+        from websockets.exceptions import ConnectionClosed
 
-    def sent(self) -> None:
-        self._queue.task_done()
+        try:
+            while True:
+                await connection.send(await self._queue.get())
+                self._queue.task_done()
+        except ConnectionClosed:
+            return
 
     async def emptied(self) -> None:
         await self._queue.join()

@@ -76,6 +76,7 @@ class Flat:
         if "joints" in address.options:
             self._known = JOINT_SETS[address.choice("joints", names, "")]
         stride = int(address.choice("stride", ("3", "4"), "3")) if "stride" in address.options else None
+        self._chosen = address.options.get("profile") == "flat"
         self._layout = Layout(stride, len(self._known) if self._known else None)
         self._intake = intake
         self._skeletons: dict[int, Skeleton] = {}
@@ -83,10 +84,12 @@ class Flat:
         self._present: dict[str, int] = {}  # people in the latest message of an address
 
     def claims(self, message: Message) -> bool:
-        """Return whether these are as many numbers as a usual pose has."""
+        """Return whether these are as many numbers as a usual pose has; any, if the user chose this profile."""
         arguments = _flattened(message.arguments)
         if message.address in self._present and _nobody(arguments):
             return True
+        if self._chosen:
+            return bool(arguments)
         if len(arguments) < _MIN_NUMBERS or not self._layout.usual(len(arguments)):
             return False
         return all(type(value) in {float, int} for value in arguments)

@@ -5,7 +5,8 @@ Nothing marks the end of a frame in these protocols. A frame is closed, whicheve
 - when all joints of the performer are there, so that no time is lost;
 - when a joint comes again;
 - when the joint that usually opens a frame comes while most others are there (one was lost on the way);
-- when nothing came for half the usual time between frames (then the next joint is known to open a frame).
+- when nothing came for half the usual time between frames, and for three times the usual time between joints
+  (then the next joint is known to open a frame).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,6 +23,7 @@ from mossar_stream.skeleton import MAX_NAME, Skeleton
 
 MAX_PEOPLE = 64  # per profile; the one unheard for longest makes room
 _GAP_LOW, _GAP_HIGH, _GAP_FIRST = 0.004, 0.1, 0.02  # s
+_FORGET = 0.95  # per frame, of the longest wait between joints
 
 Parents = Callable[[Sequence[str]], tuple[tuple[int, ...], int]]
 Scaling = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], Scale]]
@@ -90,6 +92,7 @@ class _Person:
         self._leader: str | None = None  # joint that usually opens a frame
         self._opened = 0.0  # arrival of the open frame's first joint, s
         self._interval = 2 * _GAP_FIRST  # s between the openings of frames, smoothed
+        self._spread = 0.0  # s, longest usual wait between two joints of a frame
         self._after_gap = True
         self.last = 0.0  # arrival of the latest joint, s
 
@@ -105,13 +108,15 @@ class _Person:
         self._roster.note(joint)
         if not rows:
             self._open(joint, arrival)
+        elif self._spread < arrival - self.last < self._interval / 2:
+            self._spread = arrival - self.last
         rows[joint] = xyzc
         self.last = arrival
         if self._roster.learnt and len(rows) == len(self._roster.names):
             self._close()
 
     def idle(self, now: float) -> None:
-        gap = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
+        gap = min(max(self._interval / 2, 3 * self._spread, _GAP_LOW), _GAP_HIGH)
         if now - self.last > gap:
             if self._rows:
                 self._close()
@@ -134,6 +139,7 @@ class _Person:
 
     def _close(self) -> None:
         rows, self._rows = self._rows, {}
+        self._spread *= _FORGET
         self._emit(self._roster.admit(Closed(rows, self._opened)))
 
     def _emit(self, frames: Sequence[Closed]) -> None:

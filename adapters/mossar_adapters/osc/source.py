@@ -56,6 +56,7 @@ class OscSource:
         self._batch = Batch(options.fps)
         intake = Intake(address, options, self._batch, self._senders, self.counters, listener)
         self._routes = Routes(self._profile, intake)
+        self._others = Routes("auto", intake)  # asked only to explain silence
         self._hosts: dict[str, int] = {}
         self._closed = self._running = False
         self._socket = DatagramSocket(address)
@@ -152,10 +153,10 @@ class OscSource:
     def _fitting(self, address: str) -> str:
         """Return the profile that an address fits, also if another one was chosen."""
         message = Message(address, (), "", 0.0)
-        for profile in self._routes.profiles:
-            if profile.claims(message):
-                return profile.name
-        return "no profile" if self._profile == "auto" else f"not {self._profile}"
+        fitting = self._routes.find(message) or self._others.find(message)
+        if fitting is None:
+            return "no profile"
+        return fitting.name if self._profile in {"auto", fitting.name} else f"fits {fitting.name}"
 
 
 _SMALL = (

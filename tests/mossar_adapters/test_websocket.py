@@ -1,0 +1,110 @@
+import json
+import socket
+import threading
+import time
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from mossar_adapters.address import parse_url
+from mossar_adapters.source import Meta
+from mossar_adapters.urls import open_sink
+from mossar_adapters.websocket import QUEUE, WebSocketSink
+from mossar_stream.errors import MossarError
+from mossar_stream.events import StreamEvent
+from mossar_stream.skeleton import Skeleton
+
+META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
+
+
+def started(take=0):
+    return StreamEvent(performer="p1", event="started", take=take)
+
+
+@pytest.fixture
+def sink():
+    opened = open_sink("ws://127.0.0.1:0")
+    yield opened
+    opened.close()
+
+
+def test_clients_get_metas_first_and_then_every_event(sink):
+    sink.announce(META)
+    with connect(f"ws://127.0.0.1:{sink.port}") as client:
+        assert json.loads(client.recv(5))["names"] == ["hips", "head"]
+        sink.send([started(k) for k in range(5)])
+        assert [json.loads(client.recv(5))["take"] for _ in range(5)] == [0, 1, 2, 3, 4]
+
+
+def test_clients_may_come_and_go(sink):
+    sink.announce(META)
+    for _ in range(3):
+        with connect(f"ws://127.0.0.1:{sink.port}") as client:
+            client.recv(5)
+            client.send("anything")
+    deadline = time.monotonic() + 5
+    while sink.clients and time.monotonic() < deadline:
+        sink.send([started()])
+        time.sleep(0.01)
+    assert sink.clients == 0
+
+
+def test_a_client_that_never_reads_loses_messages_and_stops_nobody(sink):
+    sink.announce(META)
+    lazy = socket.create_connection(("127.0.0.1", sink.port))
+    lazy.sendall(
+        b"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    )
+    with connect(f"ws://127.0.0.1:{sink.port}", close_timeout=0.1) as client:
+        client.recv(5)
+        received = []
+        reader = threading.Thread(target=lambda: received.extend(client.recv(10) for _ in range(200)))
+        reader.start()
+        reason = "x" * 20_000
+        for k in range(200):
+            sink.send([StreamEvent(performer="p1", event="reset", take=k, reason=reason)])
+            time.sleep(0.001)
+        reader.join(10)
+        assert len(received) == 200
+        for k in range(QUEUE + 500):
+            sink.send([StreamEvent(performer="p1", event="reset", take=k, reason=reason)])
+        deadline = time.monotonic() + 5
+        while sink.dropped == 0 and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert sink.dropped > 0
+    lazy.close()
+
+
+def test_pages_from_elsewhere_are_refused_where_origins_are_named():
+    sink = WebSocketSink(parse_url("ws://127.0.0.1:0?origin=https://game.example"))
+    with connect(f"ws://127.0.0.1:{sink.port}", origin="https://game.example"):
+        pass
+    with pytest.raises(InvalidStatus):
+        connect(f"ws://127.0.0.1:{sink.port}", origin="https://evil.example")
+    sink.close()
+
+
+def test_the_last_events_are_delivered_on_closing(sink):
+    with connect(f"ws://127.0.0.1:{sink.port}") as client:
+        time.sleep(0.1)
+        sink.send([started(k) for k in range(100)])
+        sink.close()
+        takes = []
+        with pytest.raises(ConnectionClosed):
+            while True:
+                takes.append(json.loads(client.recv(5))["take"])
+        assert takes == list(range(100))
+
+
+def test_a_port_in_use_is_named(sink):
+    with pytest.raises(MossarError, match=f"port {sink.port} is in use"):
+        open_sink(f"ws://127.0.0.1:{sink.port}")
+
+
+def test_closing_twice_and_sending_afterwards_do_no_harm(sink):
+    sink.close()
+    sink.close()
+    sink.send([started()])
+    assert sink.dropped == 1
