@@ -28,7 +28,7 @@ def check_picture(path: str) -> Path:
     return Path(path)
 
 
-def style(palette: Palette) -> dict[str, Any]:
+def style(palette: Palette) -> Any:
     """Return matplotlib's settings for the colours of a palette."""
     return {
         "font.family": "sans-serif",

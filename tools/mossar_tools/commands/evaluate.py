@@ -37,11 +37,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="DIR", help="a folder of labelled recordings, or demo:")
     group = parser.add_argument_group("what to do and to put out")
-    group.add_argument("--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did")
+    group.add_argument(
+        "--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did"
+    )
     group.add_argument("--json", action="store_true", help="everything as one JSON object")
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
-    group.add_argument("--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)")
+    group.add_argument(
+        "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
+    )
     add_settings(parser)
     add_messages(parser)
 

@@ -20,7 +20,9 @@ SEED = 1
 
 def chance_methods(settings: Settings) -> Iterator[Method]:
     """Yield random merging, blind cuts and random cuts; the same numbers each time."""
-    yield Method(f"random merging, {RANDOM_MERGES} times", ("best each",), lambda take: merged(take, settings))
+    yield Method(
+        f"random merging, {RANDOM_MERGES} times", ("best each",), lambda take: merged(take, settings)
+    )
     yield Method("a cut every k seconds", ("best for all",), blind)
     yield Method(f"random cuts, {RANDOM_CUTS} times", ("best each",), randomly)
 
@@ -45,7 +47,9 @@ def merged(take: Take, settings: Settings) -> Variants:
     keys = [key.time for key in whole(take, settings).key_frames]
     sets = {}
     for run in range(RANDOM_MERGES):
-        sets.update({f"{run}/{count}": own for count, own in nested(keys, rng.permutation(keys)).items()})
+        sets.update(
+            {f"{run}/{count}": own for count, own in nested(keys, rng.permutation(keys).tolist()).items()}
+        )
     return sets
 
 
@@ -59,6 +63,6 @@ def nested(keys: Sequence[float], falling: Sequence[float]) -> Variants:
     standing = {len(keys): Found(sorted(keys))}
     left = list(standing[len(keys)].times)
     for key in falling:
-        left.remove(float(key))
+        left.remove(key)
         standing[len(left)] = Found(list(left))
     return {str(count): found for count, found in standing.items()}

@@ -66,7 +66,7 @@ class Comparison:
 
 
 @entry_point
-def fill(params, poses, times, starts, slots, joints):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
+def fill(params, poses, times, starts, slots, joints):
     """Summarise the pieces.
 
     Args:
@@ -85,7 +85,7 @@ def fill(params, poses, times, starts, slots, joints):  # type: ignore[no-untype
 
 
 @entry_point
-def gather(params, slots, size, later):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
+def gather(params, slots, size, later):
     """Set `later` to the summaries of `size` pieces from each piece on, closed."""
     for i in range(len(slots) - size + 1):
         for k in range(i, i + size):
@@ -94,7 +94,7 @@ def gather(params, slots, size, later):  # type: ignore[no-untyped-def] # noqa: 
 
 
 @entry_point
-def compare(params, slots, later, first, size, longest, found):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
+def compare(params, slots, later, first, size, longest, found):
     """Set the strengths at pieces from `first` on; see `Comparison.between`."""
     earlier, closed, both = np.zeros(slots.shape[1]), np.zeros(slots.shape[1]), np.zeros(slots.shape[1])
     for i in range(len(found)):

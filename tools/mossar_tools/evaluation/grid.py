@@ -22,7 +22,11 @@ from mossar_tools.evaluation.velocity_based import crossings, velocity
 
 # Values that are tried; wSize in seconds, since recordings differ in rate.
 SMOOTHING = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)  # s
-SHARES = (*(k / 100 for k in range(1, 11)), *(k / 100 for k in range(12, 31, 2)), *(k / 20 for k in range(7, 21)))
+SHARES = (
+    *(k / 100 for k in range(1, 11)),
+    *(k / 100 for k in range(12, 31, 2)),
+    *(k / 20 for k in range(7, 21)),
+)
 METRES = tuple(np.geomspace(0.1, 30.0, 34).round(2).tolist())
 EDGES = (5, 10, 15, 20, 25, 30, 35, 40)
 LAYERS = (1, 3, 5)

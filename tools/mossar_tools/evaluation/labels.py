@@ -116,4 +116,6 @@ def _check(path: Path, labels: Labels) -> None:
             raise LabelError(f"{path}: cut {number} must be [earliest, middle, latest] in this order")
         before = bounds[number - 2] if number > 1 else (0.0, 0.0, 0.0)
         if any(own < former for own, former in zip(bounds[number - 1], before, strict=True)):
-            raise LabelError(f"{path}: cut {number} begins or ends before the one before it, or before frame 0")
+            raise LabelError(
+                f"{path}: cut {number} begins or ends before the one before it, or before frame 0"
+            )

@@ -13,7 +13,9 @@ from mossar_tools.evaluation.report import scores_json
 _SCORES = f"{'Perf':>8}{'ATSR':>8}{'F1':>8}{'Recall':>8}{'Precision':>11}"
 
 
-def paper_tables(splitting: Sequence[Grid], remerging: Sequence[Grid], chance: dict[str, Scores]) -> Iterator[str]:
+def paper_tables(
+    splitting: Sequence[Grid], remerging: Sequence[Grid], chance: dict[str, Scores]
+) -> Iterator[str]:
     """Yield the lines of all tables.
 
     Args:
@@ -96,7 +98,11 @@ def _best_for_all(grids: Sequence[Grid]) -> Iterator[str]:
 
 
 def _cells(like: Grid, values: NDArray[np.float64], form: str) -> Iterator[str]:
-    yield f"{like.first.name:>5}" + "".join(f"{f'L={value:g}':>10}" for value in like.second.values) + f"{'AVG':>10}"
+    yield (
+        f"{like.first.name:>5}"
+        + "".join(f"{f'L={value:g}':>10}" for value in like.second.values)
+        + f"{'AVG':>10}"
+    )
     for value, row in zip(like.first.values, values, strict=True):
         yield f"{value:>5g}" + "".join(f"{cell:>10{form}}" for cell in (*row, row.mean()))
     yield f"{'AVG':>5}" + "".join(f"{cell:>10{form}}" for cell in (*values.mean(axis=0), values.mean()))

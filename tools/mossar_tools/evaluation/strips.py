@@ -48,7 +48,7 @@ def draw_strips(
     heights = [CURVE + LANE * (len(rows[name]) + 0.5) for name, _ in shown]
     height = TOP + BOTTOM + sum(heights) + GAP * (len(shown) - 1)
     with mpl.rc_context(style(palette)):
-        figure = Figure(figsize=(WIDTH, height), layout="none")
+        figure = Figure(figsize=(WIDTH, height))
         top = height - TOP
         for (name, i), own in zip(shown, heights, strict=True):
             box = (LEFT / WIDTH, (top - own) / height, (WIDTH - LEFT - RIGHT) / WIDTH, own / height)

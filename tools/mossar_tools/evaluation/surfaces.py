@@ -47,12 +47,16 @@ def _draw_surface(
     axes: Any, title: str, first: Axis, second: Axis, perf: NDArray[np.float64], palette: Palette
 ) -> None:
     x, y = np.meshgrid(range(len(second.values)), range(len(first.values)))
-    axes.plot_surface(x, y, perf, cmap=COLOURS, vmin=0, vmax=1, edgecolor=palette.muted, lw=0.2, rstride=1, cstride=1)
+    axes.plot_surface(
+        x, y, perf, cmap=COLOURS, vmin=0, vmax=1, edgecolor=palette.muted, lw=0.2, rstride=1, cstride=1
+    )
     axes.set_zlim(0, 1)
     for axis, name in ((second, "x"), (first, "y")):
         ticks = sorted({int(i) for i in np.linspace(0, len(axis.values) - 1, min(4, len(axis.values)))})
         getattr(axes, f"set_{name}ticks")(ticks, [f"{axis.values[i]:g}" for i in ticks])
-        getattr(axes, f"set_{name}label")(f"{axis.name} ({axis.unit})" if axis.unit else axis.name, labelpad=-2)
+        getattr(axes, f"set_{name}label")(
+            f"{axis.name} ({axis.unit})" if axis.unit else axis.name, labelpad=-2
+        )
     axes.tick_params(pad=-2)
     axes.set_zlabel("Perf", labelpad=-4)
     axes.set_title(title)
@@ -68,7 +72,9 @@ def _draw_times(axes: Any, grids: Sequence[Grid], palette: Palette) -> None:
     seconds = total_seconds(grids)
     for i, (name, perf) in enumerate(mean_perf(grids).items()):
         mark = _MARKS[i % len(_MARKS)]
-        axes.plot(seconds[name].ravel(), perf.ravel(), mark, ms=4, color=colours[i % len(colours)], label=name)
+        axes.plot(
+            seconds[name].ravel(), perf.ravel(), mark, ms=4, color=colours[i % len(colours)], label=name
+        )
     axes.set_xscale("log")
     axes.set_ylim(0, 1)
     axes.set_xlabel("time for all recordings (s)")
