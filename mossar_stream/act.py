@@ -134,6 +134,7 @@ def act(
     )
     if reason == LEVEL:
         relabel(h, w, params[0], events)
+        h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
     elif reason == FOLLOW:
         _follow(h, w, params[0], events)
         if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):

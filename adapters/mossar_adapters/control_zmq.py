@@ -7,6 +7,7 @@ import zmq
 
 from mossar_adapters.address import Address
 from mossar_adapters.zeromq.endpoint import bound_at, open_socket
+from mossar_stream.errors import MossarError
 
 _POLL = 100  # ms
 
@@ -26,7 +27,11 @@ class ZmqControl:
         self.name = address.url
         self._answer = answer
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._socket = open_socket(self._context, zmq.REP, address, {})
+        try:
+            self._socket = open_socket(self._context, zmq.REP, address, {})
+        except MossarError:
+            self._context.term()
+            raise
         self.endpoint = bound_at(self._socket)
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._serve, name=f"control {self.name}", daemon=True)

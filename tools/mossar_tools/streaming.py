@@ -1,7 +1,7 @@
 """Streaming: what `demo` and `run` have in common, from options to exit status."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +30,7 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
     """
-    settings = options.settings()
+    settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
     with contextlib.ExitStack() as opened:
         ears = [Ears() for _ in options.sources]
@@ -55,6 +55,15 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
     if outcome.abandoned:
         return DONE, []
     return stop.status or _status(outcome), view.summary()
+
+
+def _source_defaults(sources: Sequence[str]) -> Mapping[str, object]:
+    """Return the settings that suit a kind of source, where the user says nothing."""
+    if any(parse_url(url).scheme == "oak" for url in sources):
+        from mossar_adapters.oak import DEFAULTS
+
+        return DEFAULTS
+    return {}
 
 
 def warm_up(settings: Settings) -> None:

@@ -17,7 +17,8 @@ from mossar_stream.events import Event
 from mossar_stream.frames import Frames
 
 ROOM = 20_000  # events, or frames of a sink that takes frames
-PATIENCE = 3.0  # s given to a sink at the end, to take what waits
+PATIENCE = 2.0  # s given to a sink at the end, to take what waits
+_CLOSING = 1.0  # s given to it to close
 _NAP = 0.1  # s, after which a wait looks whether the program is to end
 
 _log = logging.getLogger("mossar.pipeline")
@@ -100,7 +101,18 @@ class Outlet:
             self._size += parcel.size()
             self._changed.notify_all()
 
-    def drain(self, timeout: float = PATIENCE) -> bool:
+    def settle(self) -> bool:
+        """Wait until everything is handed over; return whether it was.
+
+        A sink that is waited for gets all the time it takes, until the program is to end; then, and any other,
+        `PATIENCE` seconds.
+        """
+        while self._waits and not self._ended():
+            if self.drain(_NAP):
+                return True
+        return self.drain(PATIENCE)
+
+    def drain(self, timeout: float) -> bool:
         """Wait until everything is handed over; return whether it was."""
         give_up = time.monotonic() + timeout
         with self._changed:
@@ -113,11 +125,11 @@ class Outlet:
 
     def close(self) -> None:
         """Deliver what waits, as far as the sink takes it in time, and close the sink."""
-        self.drain()
+        self.settle()
         with self._changed:
             self._ending = True
             self._changed.notify_all()
-        self._thread.join(PATIENCE)
+        self._thread.join(_CLOSING)
         if self._thread.is_alive():
             _log.warning("%s does not take its events; %d are lost", self.sink.name, self._size)
 

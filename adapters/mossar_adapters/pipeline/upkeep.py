@@ -134,7 +134,7 @@ class Upkeep:
             self.send_stats(pipeline)
         if self._path is not None:
             for outlet in pipeline.outlets:
-                outlet.drain()
+                outlet.settle()
             self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
         for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
             if dropped:

@@ -1,0 +1,33 @@
+import pytest
+
+from mossar_adapters.pipeline.snapshot import Position, Snapshot, read_snapshot, write_snapshot
+from mossar_stream.errors import SnapshotError
+
+
+def test_a_snapshot_is_read_as_it_was_written_and_leaves_nothing_beside(tmp_path):
+    path = tmp_path / "state"
+    snapshot = Snapshot(
+        b"{}", complete=False, sources=(Position("a.bvh", {"p1": 7}, {"p1": "p2"}),), performers={"p2": b"x"}
+    )
+    for _ in range(2):
+        write_snapshot(path, snapshot)
+    assert read_snapshot(path) == snapshot
+    assert [p.name for p in tmp_path.iterdir()] == ["state"]
+
+
+def test_no_file_is_no_snapshot(tmp_path):
+    assert read_snapshot(tmp_path / "state") is None
+
+
+def test_something_else_is_refused_with_one_line(tmp_path):
+    path = tmp_path / "state"
+    for content in (b"", b"hello", b"MSNAP", b"MSNAP\xc1", b"MSNAP" + b"\x81\xa1v\x01"):
+        path.write_bytes(content)
+        with pytest.raises(SnapshotError, match="delete it to start anew") as caught:
+            read_snapshot(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_place_that_cannot_be_written_is_an_error(tmp_path):
+    with pytest.raises(SnapshotError, match="cannot be written"):
+        write_snapshot(tmp_path / "no" / "state", Snapshot(b"", complete=True))

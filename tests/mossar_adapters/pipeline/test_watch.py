@@ -1,0 +1,28 @@
+from mossar_adapters.pipeline.watch import Watch
+
+
+def test_a_stall_is_found_once_after_0_3_s_and_the_end_of_the_take_after_the_pause():
+    watch = Watch(max_pause=1.0)
+    watch.heard("p1", 0, now=10.0)
+    assert watch.check(10.29) == []
+    assert watch.check(10.31) == [("p1", "stalled")]
+    assert watch.check(10.9) == []
+    assert watch.check(11.01) == [("p1", "ended")]
+    assert watch.check(20.0) == []
+
+
+def test_frames_after_a_stall_are_a_return():
+    watch = Watch(max_pause=1.0)
+    assert watch.heard("p1", 0, now=0.0) is False
+    watch.check(0.5)
+    assert watch.heard("p1", 0, now=0.6) is True
+    assert watch.heard("p1", 0, now=0.7) is False
+    assert watch.check(1.1) == [("p1", "stalled")]
+
+
+def test_performers_of_a_source_that_ended_are_not_missed():
+    watch = Watch(max_pause=1.0)
+    watch.heard("p1", 0, now=0.0)
+    watch.heard("p2", 1, now=0.0)
+    watch.forget(0)
+    assert watch.check(5.0) == [("p2", "stalled"), ("p2", "ended")]

@@ -1,0 +1,83 @@
+"""Programs run in this process through `main`, or as processes of their own."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mossar_tools.cli import main
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def mossar(capsys):
+    """Run `mossar` in this process; returns exit status, output and messages."""
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def events(mossar):
+    """Run `mossar` and return the events on standard output."""
+
+    def run(*arguments):
+        status, out, err = mossar(*arguments)
+        assert status == 0, err
+        return [json.loads(line) for line in out.splitlines()]
+
+    return run
+
+
+@pytest.fixture
+def process():
+    """Start `mossar` as a process of its own; it is killed at the end if it still runs."""
+    started = []
+
+    def start(*arguments, **options):
+        places = [ROOT, ROOT / "adapters", ROOT / "tools"]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, places))}
+        pipe = subprocess.PIPE
+        command = [sys.executable, "-m", "mossar_tools", *map(str, arguments)]
+        options = {"stdin": subprocess.DEVNULL, "stdout": pipe, "stderr": pipe, **options}
+        started.append(subprocess.Popen(command, env=environment, **options))
+        return started[-1]
+
+    yield start
+    for running in started:
+        if running.poll() is None:
+            running.kill()
+        running.wait()
+        for stream in (running.stdin, running.stdout, running.stderr):
+            if stream is not None:
+                stream.close()
+
+
+@pytest.fixture
+def swing(tmp_path):
+    """A recording: a hand that swings for some of the time; 240 frames at 30 Hz."""
+    return recording(tmp_path / "swing.npz", swinging(240))
+
+
+def swinging(count, joints=4):
+    times = np.arange(count) / 30
+    positions = np.zeros((count, joints, 3), np.float32)
+    positions[:, :, 1] = np.linspace(1.7, 0, joints)
+    positions[:, -1, 0] += np.sin(2 * np.pi * times) * (np.sin(times) > 0)
+    return positions
+
+
+def recording(path, positions):
+    joints = positions.shape[1]
+    names = np.array([f"j{i}" for i in range(joints)])
+    np.savez(path, positions=positions, fps=30, joint_names=names, parents=np.arange(-1, joints - 1))
+    return path

@@ -1,0 +1,87 @@
+import argparse
+
+import pytest
+
+from mossar_stream.errors import MossarError, SettingsError
+from mossar_tools.cli import _Parser
+from mossar_tools.commands import run
+from mossar_tools.options import parse
+
+
+@pytest.fixture
+def options(tmp_path):
+    def read(*arguments, config=None):
+        parser = _Parser(prog="mossar run", argument_default=argparse.SUPPRESS, allow_abbrev=False)
+        run.add_arguments(parser)
+        if config is not None:
+            path = tmp_path / "mossar.toml"
+            path.write_text(config)
+            arguments = ("--config", str(path), *arguments)
+        return parse(parser, arguments)
+
+    return read
+
+
+def test_defaults_go_behind_the_preset(options):
+    assert options("demo:").settings().window is None
+    assert options("demo:", "--preset", "game").settings().window == 0.15
+
+
+def test_the_preset_goes_behind_the_configuration(options):
+    config = 'preset = "game"\n[settings]\nwindow = 0.5'
+    assert options("demo:", config=config).settings().window == 0.5
+    assert options("demo:", "--preset", "paper", config="[settings]\nwindow = 0.5").settings().window == 0.5
+
+
+def test_the_configuration_goes_behind_the_command_line(options):
+    config = 'preset = "game"\nlevel = "cluster"\nstats = 5\nto = ["a.jsonl", "b.csv"]\n[settings]\nwindow = 0.5\nlayers = 2'
+    chosen = options("demo:", "--set", "window=0.7", "--to", "-", "--level", "0.3", config=config)
+    settings = chosen.settings()
+    assert (settings.window, settings.layers, settings.level) == (0.7, 2, 0.3)
+    assert settings.remerge_seconds == 1.0
+    assert (chosen.to, chosen.stats) == (("-",), 5.0)
+
+
+def test_the_configuration_may_name_sources_and_lists(options):
+    chosen = options(config='sources = ["demo:", "a.bvh"]\njoints = ["hip", "hand"]\nquiet = true')
+    assert chosen.sources == ("demo:", "a.bvh")
+    assert chosen.joints == ("hip", "hand")
+    assert chosen.quiet
+
+
+def test_options_of_other_commands_may_stand_in_the_configuration(options):
+    assert options("demo:", config='plot = "x.png"\nkeep = 3').plot is None
+
+
+def test_tables_in_the_settings_are_parts(options):
+    chosen = options("demo:", config="[settings.features]\npositions = 0.5\nlog_speed = 0.5")
+    assert chosen.settings().features.log_speed == 0.5
+
+
+@pytest.mark.parametrize(
+    ("config", "message"),
+    [
+        ("= 3", "not valid TOML"),
+        ("nothing = 1", "there is no option 'nothing'"),
+        ('preset = "fast"', "preset must be one of paper, default, game"),
+        ("quiet = 1", "quiet must be true or false"),
+        ("stats = true", "stats cannot be True"),
+        ("stats = -1", "not a positive number"),
+        ("settings = 3", "settings must be a table"),
+        ("sources = 3", "sources must be a list"),
+        ("to = [1, [2]]", "to cannot be"),
+    ],
+)
+def test_a_wrong_configuration_is_named_with_its_file(options, config, message):
+    with pytest.raises(MossarError, match=r"mossar\.toml") as caught:
+        options("demo:", config=config)
+    assert message in str(caught.value)
+
+
+def test_wrong_settings_in_the_configuration_are_refused(options):
+    with pytest.raises(SettingsError, match="no setting called 'foo'"):
+        options("demo:", config="[settings]\nfoo = 1").settings()
+
+
+def test_the_last_of_two_equal_settings_counts(options):
+    assert options("demo:", "--set", "window=0.3", "--set", "window=0.4").settings().window == 0.4

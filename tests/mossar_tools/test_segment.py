@@ -1,0 +1,85 @@
+import csv
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mossar_adapters.files import open_recording
+from mossar_stream.recording import segment_recording
+from mossar_stream.settings import Settings
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"
+needs_data = pytest.mark.skipif(not DATA.exists(), reason=f"no labelled recordings at {DATA}")
+
+
+def test_json_holds_all_key_frames_and_the_segments_of_the_level(mossar, swing):
+    status, out, _ = mossar("segment", swing, "--json", "--level", "0.5")
+    report = json.loads(out)
+    assert status == 0
+    assert list(report) == ["v", "recording", "fps", "level", "key_frames", "segments"]
+    assert (report["v"], report["fps"], report["level"]) == (1, 30.0, 0.5)
+    recording = open_recording(swing)
+    positions = np.concatenate([chunk.positions for chunk in recording.chunks()])
+    settings = Settings(level=0.5, range="file")
+    expected = segment_recording(positions, 30, recording.skeleton, settings)
+    assert [key["frame"] for key in report["key_frames"]] == [key.frame for key in expected.key_frames]
+    assert [s["end_frame"] for s in report["segments"]] == [s.end_frame for s in expected.segments]
+
+
+def test_csv_has_a_row_for_each_segment(mossar, swing):
+    _, out, _ = mossar("segment", swing, "--csv")
+    rows = list(csv.DictReader(out.splitlines()))
+    assert list(rows[0]) == ["start", "end", "duration", "state", "strength"]
+    assert float(rows[0]["start"]) == 0.0
+    assert all(a["end"] == b["start"] for a, b in zip(rows, rows[1:], strict=False))
+    assert rows[-1]["strength"] == ""
+
+
+@pytest.mark.parametrize("keep", [0, 1, 3, 1000])
+def test_keep_keeps_the_strongest(mossar, swing, keep):
+    report = json.loads(mossar("segment", swing, "--json", "--keep", keep)[1])
+    assert len(report["segments"]) == min(keep, len(report["key_frames"])) + 1
+    assert report["level"] is None
+
+
+def test_without_an_option_a_table_comes(mossar, swing):
+    status, out, _ = mossar("segment", swing)
+    assert status == 0
+    assert out.startswith("swing.npz · 240 frames, 8.0 s at 30 Hz · 4 joints\n")
+    assert "the end" in out.splitlines()[-1]
+
+
+def test_the_built_in_performer_can_be_segmented(mossar):
+    report = json.loads(mossar("segment", "demo:?seconds=10", "--json")[1])
+    assert report["fps"] == 60
+    assert report["segments"][-1]["end_frame"] == 599
+
+
+@pytest.mark.parametrize(("ending", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_plots_are_pictures(mossar, tmp_path, ending, magic):
+    path = tmp_path / f"take.{ending}"
+    status, out, err = mossar("segment", "demo:?seconds=10", "--plot", path, "--keep", "4", "--dark")
+    assert (status, out) == (0, "")
+    assert f"drawn: {path}" in err
+    assert path.read_bytes().startswith(magic)
+
+
+def test_a_plot_has_the_size_of_a_page(mossar, tmp_path):
+    path = tmp_path / "take.png"
+    mossar("segment", "demo:?seconds=10", "--plot", path)
+    assert struct.unpack(">II", path.read_bytes()[16:24]) == (1760, 1056)
+
+
+def test_a_plot_that_cannot_be_written_is_status_2(mossar, tmp_path):
+    status, _, err = mossar("segment", "demo:?seconds=5", "--plot", tmp_path / "no" / "take.png")
+    assert status == 2
+    assert "cannot be written" in err
+
+
+@needs_data
+def test_the_papers_preset_segments_a_cmu_recording(mossar):
+    run = ("segment", DATA / "86_01.amc", "--preset", "paper", "--set", "similarity=likelihood", "--json")
+    report = json.loads(mossar(*run)[1])
+    assert len(report["segments"]) == len(report["key_frames"]) + 1 > 10

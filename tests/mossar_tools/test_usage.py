@@ -1,0 +1,130 @@
+"""Wrong usage: one clear line and status 2; odd recordings: a sensible result."""
+
+import json
+
+import numpy as np
+import pytest
+
+
+def save(path, count, joints, positions=None):
+    if positions is None:
+        positions = np.cumsum(np.random.default_rng(1).normal(0, 0.02, (count, joints, 3)), axis=0)
+    names = np.array([f"j{i}" for i in range(joints)])
+    parents = np.arange(-1, joints - 1)
+    np.savez(path, positions=positions.astype(np.float32), fps=30, joint_names=names, parents=parents)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "which command? There are demo, run, segment"),
+        (["dance"], "no command called 'dance'; there are demo, run, segment"),
+        (["--bla"], "unrecognized arguments: --bla"),
+        (["run"], "which source?"),
+        (["run", "--bla"], "unrecognized arguments: --bla (see mossar run --help)"),
+        (["run", "missing.bvh"], "missing.bvh: cannot be opened: No such file"),
+        (["segment", "missing.bvh"], "missing.bvh: cannot be opened: No such file"),
+        (["replay", "missing.bvh", "--to", "-"], "missing.bvh: cannot be opened: No such file"),
+        (["record", "missing.bvh", "x.msk"], "missing.bvh: cannot be opened: No such file"),
+        (["run", "foo://x"], "there is no scheme foo:"),
+        (["run", "osc://127.0.0.1:99999"], "the port must be a number, 0 to 65535"),
+        (["run", "demo:?bla=1"], "demo: has no option 'bla'"),
+        (["run", "demo:", "--preset", "fast"], "argument --preset: invalid choice: 'fast'"),
+        (["run", "demo:", "--set", "foo=1"], "no setting called 'foo'; there are window"),
+        (["run", "demo:", "--set", "window"], "'window' is not of the form name=value"),
+        (["run", "demo:", "--set", "window=99"], "setting window is 99.0; it must lie between 0.01 and 10"),
+        (["run", "demo:", "--set", "similarity=x"], "it must be one of likelihood, path_kernel"),
+        (["run", "demo:", "--level", "strong"], "it must be posture, motion, cluster or a number"),
+        (["run", "demo:", "--level", "nan"], "setting level is nan"),
+        (["run", "demo:", "--set", "range=file"], "use mossar segment"),
+        (["run", "demo:", "--emit", "keys"], "no events called 'keys'; there are key_frame, segment"),
+        (["run", "demo:", "--stats", "0"], "'0' is not a positive number"),
+        (["run", "demo:", "--speed", "fast"], "'fast' is neither a positive number nor max"),
+        (["run", "osc://127.0.0.1:0", "--speed", "2"], "--speed is for recordings and demo:"),
+        (["run", "demo:", "--to", "events.xyz"], "events go to .jsonl, segments to .csv, not to .xyz"),
+        (["run", "demo:", "--to", "no/events.jsonl"], "cannot be written: No such file"),
+        (["run", "demo:", "--to", "-", "--to", "-"], "a sink is named twice"),
+        (["run", "-", "-"], "standard input can be read once only"),
+        (["run", "demo:", "--control", "http://x"], "use zmq+bind://127.0.0.1:5560, or osc"),
+        (["run", "demo:", "--control", "osc"], "--control osc needs an OSC source"),
+        (["run", "demo:", "--quiet", "--verbose"], "--quiet and --verbose cannot be wanted at once"),
+        (["run", "demo:", "--config", "no.toml"], "no.toml: cannot be read: No such file"),
+        (["demo", "--seed", "x"], "'x' is not a whole number from 0"),
+        (["demo", "--noise", "5"], "noise must lie in 0 to 1"),
+        (["segment", "osc://127.0.0.1:9"], "mossar segment takes a recording or demo:"),
+        (["segment", "demo:", "--plot", "x.gif"], "pictures are .png, .svg, .pdf"),
+        (["segment", "demo:", "--json", "--csv"], "not allowed with argument --json"),
+        (["segment", "demo:", "--keep", "-1"], "is not a whole number from 0"),
+        (["replay", "demo:"], "where to?"),
+        (["replay", "osc://127.0.0.1:9", "--to", "-"], "sends recordings and demo:, not live streams"),
+        (["record", "demo:", "take.txt"], "recordings are written as .msk"),
+        (["adapters", "--check", "missing.bvh"], "missing.bvh: cannot be opened"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(mossar, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = mossar(*arguments)
+    assert (status, out) == (2, "")
+    assert message in err
+    lines = err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("mossar: error: ")
+
+
+@pytest.mark.parametrize("command", [["run"], ["segment"]])
+def test_an_unreadable_recording_is_status_2(mossar, tmp_path, command):
+    empty = tmp_path / "empty.bvh"
+    empty.touch()
+    assert mossar(*command, empty)[0] == 2
+    none = save(tmp_path / "none.npz", 0, 3)
+    status, _, err = mossar(*command, none)
+    assert status == 2
+    assert "none.npz: 'positions' has 0 frames" in err
+
+
+def test_unknown_joints_are_named(mossar, swing):
+    status, _, err = mossar("run", swing, "--joints", "j0,elbow")
+    assert status == 2
+    assert "no joint called 'elbow'; there are j0, j1, j2, j3" in err
+
+
+@pytest.mark.parametrize(("count", "joints"), [(1, 5), (2, 2), (200, 2), (200, 1)])
+def test_small_recordings_give_a_sensible_result(mossar, events, tmp_path, count, joints):
+    path = save(tmp_path / "small.npz", count, joints)
+    found = events("run", path)
+    assert (found[0]["event"], found[-1]["event"]) == ("started", "ended")
+    assert found[-2]["status"] == "final"
+    status, out, _ = mossar("segment", path, "--json")
+    assert status == 0
+    segments = json.loads(out)["segments"]
+    assert (segments[0]["start_frame"], segments[-1]["end_frame"]) == (0, count - 1)
+
+
+def test_nothing_but_missing_joints_is_one_resting_segment(mossar, tmp_path):
+    path = save(tmp_path / "nan.npz", 100, 4, np.full((100, 4, 3), np.nan))
+    status, out, _ = mossar("segment", path, "--json")
+    report = json.loads(out)
+    assert (status, report["key_frames"]) == (0, [])
+    assert [segment["state"] for segment in report["segments"]] == ["resting"]
+    assert mossar("segment", path)[0] == 0
+    assert mossar("segment", path, "--plot", tmp_path / "nan.png")[0] == 0
+
+
+def test_500_joints_are_segmented(events, tmp_path):
+    found = events("run", save(tmp_path / "many.npz", 60, 500), "--emit", "stream")
+    assert [event["event"] for event in found] == ["started", "ended"]
+
+
+def test_help_is_status_0_and_shows_examples(mossar):
+    status, out, _ = mossar("--help")
+    assert status == 0
+    assert "mossar demo" in out
+    for command in ("demo", "run", "segment", "replay", "record", "adapters"):
+        status, out, _ = mossar(command, "--help")
+        assert status == 0
+        assert f"  mossar {command}" in out
+
+
+def test_the_version_is_printed(mossar):
+    assert mossar("--version")[1].startswith("mossar-stream ")
