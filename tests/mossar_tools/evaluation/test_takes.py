@@ -94,5 +94,5 @@ def test_options_of_the_performer_are_its_own_kind():
 
 @pytest.mark.parametrize("url", ["demo:?fps=fast", "demo:?colour=red", "demo:?fps=0", "demo:?seconds=0.001"])
 def test_impossible_options_of_the_performer_are_refused_in_one_line(url):
-    with pytest.raises(SettingsError, match="demo|fps"):
+    with pytest.raises(SettingsError, match=r"demo|fps"):
         list(demo_takes(url, seeds=1))

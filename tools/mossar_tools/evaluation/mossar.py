@@ -8,7 +8,6 @@ from mossar_stream.events import KeyFrameEvent
 from mossar_stream.recording import Result, segment_recording
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import KernelForm, Settings
-from mossar_stream.similarity import MEASURES
 from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
 from mossar_tools.evaluation.takes import Take
 
@@ -34,8 +33,7 @@ def similarities(settings: Settings) -> dict[str, Settings]:
         f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
         for form in get_args(KernelForm)
     }
-    forms = {"likelihood": settings.replace(similarity="likelihood"), **forms}
-    return {name: chosen for name, chosen in forms.items() if chosen.similarity in MEASURES}
+    return {"likelihood": settings.replace(similarity="likelihood"), **forms}
 
 
 def stream(take: Take, settings: Settings, status: str) -> Found:
