@@ -14,10 +14,10 @@ delay: median time from the true cut to the decision about the key frame that hi
 best for all, best each: the parameter was chosen with the truth in sight, for the group or for each recording"""
 
 _HEADING = (
-    f"{'method':<38}{'chosen':<14}{'precision':>9}{'recall':>8}{'F1':>7}{'ATSR':>7}{'Perf':>7}"
+    f"{'method':<42}{'chosen':<14}{'precision':>9}{'recall':>8}{'F1':>7}{'ATSR':>7}{'Perf':>7}"
     f"{'found':>7}{'error':>9}{'signed':>9}{'delay':>8}"
 )
-_NUMBERS = 52  # where they begin in the heading
+_NUMBERS = 56  # where they begin in the heading
 
 
 def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> Iterator[str]:
@@ -39,9 +39,9 @@ def tables(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row
 def recording_table(takes: Sequence[Take], row: Row) -> Iterator[str]:
     """Yield the lines of a table of recordings for one method."""
     yield f"{row.method}, by recording"
-    yield f"{'recording':<38}{'cuts':<5}" + _HEADING[_NUMBERS:]
+    yield f"{'recording':<42}{'cuts':<14}" + _HEADING[_NUMBERS:]
     for take, outcome in zip(takes, row.outcomes, strict=True):
-        yield f"{take.name[:37]:<38}{len(take.cuts):>4} " + _numbers(outcome.scores)
+        yield f"{take.name[:41]:<42}{len(take.cuts):<14}" + _numbers(outcome.scores)
 
 
 def as_json(groups: Mapping[str, Sequence[Take]], rows: Mapping[str, Sequence[Row]]) -> dict[str, Any]:
@@ -105,7 +105,7 @@ def finite(number: float) -> float | None:
 
 def _line(row: Row) -> str:
     chosen = "" if row.choice == "fixed" else row.choice
-    line = f"{row.method:<38}{chosen:<14}{_numbers(row.mean)}"
+    line = f"{row.method:<42}{chosen:<14}{_numbers(row.mean)}"
     return f"{line}  {row.outcomes[0].variant}" if row.choice == "best for all" else line
 
 
