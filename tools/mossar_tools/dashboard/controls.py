@@ -140,26 +140,10 @@ class Controls:
         self._on(others, lambda value: show.reset() if value == _RESET else self._save())
 
     def _add_keys(self, show: RecordedShow) -> None:
-<<<<<<< HEAD
-        # What browsers call the keys; + needs shift on some keyboards and not on others.
-        for key, modifier, step in (
-            ("[plus]", None, 1),
-            ("[plus]", "shift", 1),
-            ("=", None, 1),
-            ("-", None, -1),
-        ):
-            command = self._gui.add_command(
-                "One key frame more" if step > 0 else "One key frame less",
-                hotkey=key,
-                modifier=modifier,  # type: ignore[arg-type]
-            )
-            command.on_trigger(lambda _, step=step: show.set_count(show.standing + step))
-=======
         for key, modifier, step in _STEPS:
             word = "more" if step > 0 else "less"
             command = self._gui.add_command(f"One key frame {word}", hotkey=key, modifier=modifier)
             command.on_trigger(_stepper(show, step))
->>>>>>> 8f1336a6e086ef6208e65d61604c3a6869ae9723
         pause = self._gui.add_command("Pause or go on", hotkey="space")
         pause.on_trigger(lambda _: self._pause_player(show))
 

@@ -150,15 +150,7 @@ class LiveShow:
 
     def reset(self) -> None:
         """End all takes and forget the running ranges."""
-<<<<<<< HEAD
-        pipeline = self._pipeline
-        if pipeline is not None:
-            pipeline.ask(
-                lambda: [pipeline.send(pipeline.pool.reset(n)) for n in pipeline.pool.names] and None
-            )
-=======
         self._ask(lambda pool: pool.reset(reason="asked for"))
->>>>>>> 8f1336a6e086ef6208e65d61604c3a6869ae9723
 
     def _ask(self, act: "Callable[[Pool], list[Event]]") -> None:
         """Have something done by the thread that segments, and its events sent."""

@@ -94,11 +94,7 @@ class _Lane:
 
     def __init__(
         self,
-<<<<<<< HEAD
-        server: "viser.ViserServer",
-=======
         server: ViserServer,
->>>>>>> 8f1336a6e086ef6208e65d61604c3a6869ae9723
         name: str,
         glimpse: Glimpse,
         right: float,
