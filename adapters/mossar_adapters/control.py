@@ -98,7 +98,9 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         raise SettingsError('a request has one of "set", "get" and "do"')
     pool, performer = pipeline.pool, request.performer
     if performer is not None and performer not in pool:
-        raise SettingsError(f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}")
+        raise SettingsError(
+            f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}"
+        )
     performers = sorted(pool.names) if performer is None else [performer]
     if request.set is not None:
         pipeline.send(pool.set(request.set, performer))
