@@ -1,12 +1,16 @@
 """The dashboard as people meet it: real processes, a real browser."""
 
+import os
 import re
 import shutil
 import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +22,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 
+ROOT = Path(__file__).parents[2]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SOON = 15_000  # ms, for what the page does after a touch; generous, because a busy machine draws slowly
@@ -218,3 +223,22 @@ def test_run_with_a_page_keeps_standard_output_to_its_events(process, tmp_path):
 def test_speed_max_leaves_nothing_to_see(mossar, swing):
     status, _, err = mossar("view", swing, "--speed", "max")
     assert (status, err.count("\n")) == (2, 1)
+
+
+def test_without_viser_one_line_says_what_to_install():
+    program = """
+import importlib.machinery, sys
+found = importlib.machinery.PathFinder.find_spec
+importlib.machinery.PathFinder.find_spec = lambda name, *rest: None if name == "viser" else found(name, *rest)
+from mossar_tools.cli import main
+sys.exit(main(["view", "demo:", "--no-browser"]))
+"""
+    paths = os.pathsep.join(str(ROOT / name) for name in ("", "adapters", "tools"))
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        check=False,
+    )
+    assert ended.returncode == 2
+    assert ended.stderr == b"mossar: the dashboard needs an extra: pip install 'mossar-stream[view]'\n"

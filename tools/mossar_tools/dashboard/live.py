@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pool import Pool
 
 MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
-_UNREAD = 256  # snapshots kept for the page
+_UNREAD = 256  # looks kept for the page
+_BURST = 240.0  # Hz, of looks after a stall
+_REMEMBERED = 64  # performers whose last look is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps")
 
@@ -61,6 +63,7 @@ class LiveShow:
         self._latest: dict[str, _Look] = {}
         self._rates: dict[str, deque[tuple[float, int]]] = {}  # monotonic s, frames so far
         self._due = 0.0  # monotonic s
+        self._looked: dict[str, float] = {}  # source time of the last look at each performer, s
         self._lock = threading.Lock()
         self._shown: list[Glimpse] = []
 
@@ -99,18 +102,27 @@ class LiveShow:
         self.recorder.stop()
 
     def tick(self, pipeline: "Pipeline") -> None:
-        """Leave a look at the segmenters for the page, 30 times a second; from the thread that segments."""
+        """Leave looks at the segmenters for the page, 30 for a second of the stream; from the thread that segments.
+
+        After a stall, when frames come in a burst, they may come quicker, so that the curve has no holes.
+        """
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + 1.0 / RATE
+        self._due = now + 1.0 / _BURST
         self._pipeline = pipeline
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
+            reached = pipeline.times.get(name, (0.0, 0.0))[1]
+            if 0 <= reached - self._looked.get(name, -1.0) < 0.9 / RATE:
+                continue
+            self._looked[name] = reached
             segmenter = pipeline.pool[name]
             state = segmenter.state
             if state is not None:
                 dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
                 self._looks.append(_Look(name, state, segmenter.stats, dropped))
+        while len(self._looked) > _REMEMBERED:
+            self._looked.pop(next(iter(self._looked)))
 
     # What the page calls.
 
