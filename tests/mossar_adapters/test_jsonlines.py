@@ -3,7 +3,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -49,22 +48,6 @@ def test_frames_without_time_are_spaced_by_the_rate():
     source = JsonLinesSource(parse_url("-"), ReadOptions(fps=25.0), io.BytesIO(text))
     frames = [item for item in source.items() if isinstance(item, Frames)]
     assert np.concatenate([item.times for item in frames]).tolist() == [0, 0.04, 0.08, 0.12]
-
-
-def test_a_quiet_input_says_so_and_can_be_closed():
-    read_end, write_end = os.pipe()
-    with os.fdopen(read_end, "rb") as stream:
-        source = JsonLinesSource(parse_url("-"), stream=stream)
-        items = source.items()
-        assert next(items) is None
-        os.write(write_end, b'{"type":"frame","t":0,"xyz":[[0,1,2]]}\n')
-        found = [next(items), next(items)]
-        assert isinstance(found[0], Meta)
-        assert isinstance(found[1], Frames)
-        source.close()
-        os.close(write_end)
-        assert list(items) in ([], [None])
-        time.sleep(0.2)
 
 
 def test_recorded_frames_read_the_same(tmp_path):

