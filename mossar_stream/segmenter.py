@@ -189,12 +189,12 @@ class Segmenter:
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         else:
-            chunk, moments = self._check(positions, times, confidence)
+            chunk, moments = self._check(positions, times, confidence, first_frame)
             if first_frame is not None:
                 self._header["next_frame"] = first_frame
             code = 0 if not len(moments) else self._start(chunk, moments, events)
         self._pending = []
-        self._go_on(chunk, moments, code, events)
+        self._go_on(chunk, moments, code, events, first_frame)
         return events
 
     def _start(self, chunk: NDArray[np.float32], moments: NDArray[np.float64], events: list[Event]) -> int:
@@ -212,6 +212,7 @@ class Segmenter:
         moments: NDArray[np.float64],
         code: int,
         events: list[Event],
+        first_frame: int | None,
     ) -> None:
         """Do what the kernel asks for until the frames are used up."""
         done, stop = divmod(code, STOPS)
@@ -221,6 +222,8 @@ class Segmenter:
             elif stop == TAKE_ENDS:
                 later = moments[done] > self._header["time"]
                 events += self.end_take("gap" if later else "clock stepped back")
+                if first_frame is not None:
+                    self._header["next_frame"] = first_frame + done
             elif stop == RING_FULL:
                 self._enlarge()
             if done == len(moments):
@@ -277,6 +280,7 @@ class Segmenter:
         positions: ArrayLike,
         times: ArrayLike | None,
         confidence: ArrayLike | None,
+        first_frame: int | None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
         """Return frames and times in the form that the kernels take."""
         joints = len(self._plan.skeleton)
@@ -291,13 +295,18 @@ class Segmenter:
         if times is None:
             if self._plan.fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
-            moments = constant_times(len(chunk), self._plan.fps, int(self._header["next_frame"]))
+            begin = int(self._header["next_frame"]) if first_frame is None else first_frame
+            moments = constant_times(len(chunk), self._plan.fps, begin)
         else:
             moments = np.atleast_1d(np.require(times, np.float64, ["C", "W"]))
         if moments.shape != chunk.shape[:1]:
             raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
         if confidence is not None:
-            sure = np.asarray(confidence, np.float32).reshape(len(chunk), joints)
+            sure = np.atleast_2d(np.asarray(confidence, np.float32))
+            if sure.shape != chunk.shape[:2]:
+                raise FrameError(
+                    f"{len(chunk)} frames of {joints} joints but confidence of shape {sure.shape}"
+                )
             chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
         return chunk, moments
 
