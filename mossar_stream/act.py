@@ -134,6 +134,7 @@ def act(
     )
     if reason == LEVEL:
         relabel(h, w, params[0], events)
+        h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
     elif reason == FOLLOW:
         _follow(h, w, params[0], events)
         if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
@@ -185,7 +186,9 @@ def _decide(h, w, params, pose, step, events):
     merge_into(params, w.slots[open_slot], w.slots[h.slot_settled])
     merge_into(params, w.slots[open_slot], w.slots[h.slot_since])
     merge_into(params, w.slots[open_slot], w.slots[h.slot_run])
-    add_frame(params, w.slots[open_slot], pose, step, h.joints, h.pending_weight, h.pending_moving)
+    add_frame(
+        params, w.slots[open_slot], pose, step, h.joints, h.pending_time, h.pending_weight, h.pending_moving
+    )
     close(params, w.slots[open_slot])
     end_frame = h.candidate if h.candidate >= 0 else h.run_frame
     while h.undecided > 0 and (h.undecided > h.capacity or h.time >= w.keys[0].time + h.hold):
@@ -207,7 +210,7 @@ def _close_take(h, w, params, pose, step, events):
     if h.post_roll > 0.0:
         for j in range(h.lanes):
             pose[3, j] = REST
-        add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.post_roll)
+        add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.time, h.post_roll)
     close(params, w.slots[h.slot_settled])
     rank(h, w, params, h.slot_settled)
 

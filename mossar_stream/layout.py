@@ -140,6 +140,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("slot_settled", "i8"),
     ("slot_since", "i8"),
     ("slot_run", "i8"),
+    ("pending_time", "f8"),  # s, of the last frame, which is in no summary yet
     ("pending_weight", "f8"),  # s
     ("pending_moving", "i8"),
     # What the splitter found in the last frame.

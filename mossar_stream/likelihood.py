@@ -75,7 +75,7 @@ def slot_size(params: NDArray[np.void]) -> int:
 
 
 @compiled
-def add_frame(params, slot, pose, step, joints, weight, moving):
+def add_frame(params, slot, pose, step, joints, time, weight, moving):
     """Add one frame to a summary.
 
     Args:
@@ -84,6 +84,7 @@ def add_frame(params, slot, pose, step, joints, weight, moving):
         pose: (4, lanes) m relative to the centre (3) and log speed (1).
         step: (lanes,) m, path of each joint in this frame.
         joints: J.
+        time: s, of the frame; what matters here is only how long it lasts.
         weight: s that the frame stands for; negative to take a frame out.
         moving: Whether it is in a moving period.
     """
@@ -92,11 +93,11 @@ def add_frame(params, slot, pose, step, joints, weight, moving):
     path = slot[PATH : PATH + len(step)]
     for j in range(len(step)):
         path[j] += step[j]
-    add_pose(params, slot, pose, joints, weight)
+    add_pose(params, slot, pose, joints, time, weight)
 
 
 @compiled
-def add_pose(params, slot, pose, joints, weight):
+def add_pose(params, slot, pose, joints, time, weight):
     """Add the pose alone: to the duration and the sums, not to frames and paths."""
     slot[DURATION] += weight
     lanes = pose.shape[1]

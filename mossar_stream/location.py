@@ -95,9 +95,9 @@ def _search(h, w, params, open_slot, home, direction, limit):
         if abs(mark.time - w.keys[0].time) > h.refine + MARGIN or not h.left_frame < mark.frame < limit:
             break
         load_pose(h, w.marks, w.trail, w.kept, passed)
-        weight = w.marks[(h.trail_head - 1 - passed) % h.trail_size].weight * direction
-        add_pose(params, right, w.kept, h.joints, weight)
-        add_pose(params, left, w.kept, h.joints, -weight)
+        mark = w.marks[(h.trail_head - 1 - passed) % h.trail_size]
+        add_pose(params, right, w.kept, h.joints, mark.time, mark.weight * direction)
+        add_pose(params, left, w.kept, h.joints, mark.time, -mark.weight * direction)
         close(params, left)
         close(params, right)
         cost = strength(params, left, right, both)
@@ -113,7 +113,7 @@ def move_poses(h, w, params, source, target, begin_frame, end_frame):
         mark = w.marks[(h.trail_head - 1 - back) % h.trail_size]
         if begin_frame <= mark.frame < end_frame:
             load_pose(h, w.marks, w.trail, w.kept, back)
-            add_pose(params, w.slots[source], w.kept, h.joints, -mark.weight)
-            add_pose(params, w.slots[target], w.kept, h.joints, mark.weight)
+            add_pose(params, w.slots[source], w.kept, h.joints, mark.time, -mark.weight)
+            add_pose(params, w.slots[target], w.kept, h.joints, mark.time, mark.weight)
     close(params, w.slots[source])
     close(params, w.slots[target])

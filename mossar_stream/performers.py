@@ -94,7 +94,7 @@ class Performers:
         self._settings = self._settings.replace(**changes)
         return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
 
-    def reset(self, performer: str | None = None) -> list[Event]:
+    def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
         """End the take of one performer, or of all, and forget the running range.
 
         Raises:
@@ -105,7 +105,7 @@ class Performers:
                 f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
             )
         chosen = self.names if performer is None else (performer,)
-        return [event for name in chosen for event in self._segmenters[name].reset()]
+        return [event for name in chosen for event in self._segmenters[name].reset(reason)]
 
     def end_takes(self, reason: str = "") -> list[Event]:
         """End the takes of all performers."""

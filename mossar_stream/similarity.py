@@ -2,12 +2,14 @@
 
 A measure is a module with
 
-    add_frame(params, slot, pose, step, joints, weight, moving)   one frame into a summary
-    add_pose(params, slot, pose, joints, weight)                  its pose alone, in or out (weight < 0)
-    merge_into(params, target, other)                             two neighbours into one summary
-    close(params, slot)                                           what is kept about a whole segment
-    strength(params, left, right, both)                           at which the key frame between them falls, >= 0
-    similarity(params, cost, left, right)                         in 0..1, for people to read; cost is strength
+    add_frame(params, slot, pose, step, joints, time, weight, moving)
+                                                  one frame into a summary
+    add_pose(params, slot, pose, joints, time, weight)
+                                                  its pose alone, in or out (weight < 0)
+    merge_into(params, target, other)             two neighbours into one summary
+    close(params, slot)                           what is kept about a whole segment
+    strength(params, left, right, both)           at which the key frame between them falls, >= 0
+    similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength
 
 all compiled, on summaries as described in `summary.py`, and a numpy record type for its parameters. The type of
 the record that is passed selects the module when a kernel is compiled, so that using one measure does not
@@ -22,11 +24,12 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from mossar_stream import likelihood
+from mossar_stream import likelihood, path_kernel
 from mossar_stream.settings import ResolvedSettings, SimilarityName
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
     "likelihood": (likelihood, likelihood.LIKELIHOOD),
+    "path_kernel": (path_kernel, path_kernel.PATH_KERNEL),
 }
 
 
@@ -47,12 +50,12 @@ def _chosen(params: types.Record, name: str) -> Callable[..., object]:
     raise TypeError(f"no similarity measure has the parameters {sorted(params.fields)}")
 
 
-def add_frame(params, slot, pose, step, joints, weight, moving):
+def add_frame(params, slot, pose, step, joints, time, weight, moving):
     """Add one frame to a summary."""
     raise NotImplementedError
 
 
-def add_pose(params, slot, pose, joints, weight):
+def add_pose(params, slot, pose, joints, time, weight):
     """Add a frame's pose to a summary, or take it out."""
     raise NotImplementedError
 
@@ -78,12 +81,12 @@ def similarity(params, cost, left, right):
 
 
 @overload(add_frame)
-def _add_frame(params, slot, pose, step, joints, weight, moving):
+def _add_frame(params, slot, pose, step, joints, time, weight, moving):
     return _chosen(params, "add_frame")
 
 
 @overload(add_pose)
-def _add_pose(params, slot, pose, joints, weight):
+def _add_pose(params, slot, pose, joints, time, weight):
     return _chosen(params, "add_pose")
 
 

@@ -118,10 +118,11 @@ def advance(
                 start_tempo(h, mean_pose, pose)
             follow_tempo(h, mean_pose, pose, step[0], step[2], weight)
         if first and h.pre_roll > 0.0:
-            add_pose(params[0], slots[h.slot_settled], pose, h.joints, h.pre_roll)
+            add_pose(params[0], slots[h.slot_settled], pose, h.joints, time, h.pre_roll)
         keep_pose(h, marks, trail, pose, weight)
         for j in range(lanes):
             step[1, j] = step[0, j]
+        h.pending_time = time
         h.pending_weight = weight
         h.pending_moving = h.moving
         if h.happened != 0 or time >= h.due_time:

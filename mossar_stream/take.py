@@ -97,7 +97,7 @@ def place_last_frame(h, slots, params, pose, step, run_length, goes_on):
     """Give the last frame to the summary it belongs to, and the run with it if the run is over."""
     target = h.slot_since if h.candidate >= 0 else h.slot_settled
     slot = h.slot_run if goes_on or run_length > 1 else target
-    add_frame(params, slots[slot], pose, step, h.joints, h.pending_weight, h.pending_moving)
+    add_frame(params, slots[slot], pose, step, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
     if slot != target and not goes_on:
         merge_into(params, slots[target], slots[slot])
         empty_slot(slots[slot])

@@ -98,7 +98,9 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         raise SettingsError('a request has one of "set", "get" and "do"')
     pool, performer = pipeline.pool, request.performer
     if performer is not None and performer not in pool:
-        raise SettingsError(f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}")
+        raise SettingsError(
+            f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}"
+        )
     performers = sorted(pool.names) if performer is None else [performer]
     if request.set is not None:
         pipeline.send(pool.set(request.set, performer))
@@ -109,7 +111,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
     if request.do == "reset":
         for name in performers:
-            pipeline.send(pool.reset(name))
+            pipeline.send(pool.reset(name, "asked for"))
         return performers
     if request.get is not None:
         raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")

@@ -14,6 +14,7 @@ from mossar_adapters.address import Address
 from mossar_stream.frames import performer_name
 
 MAX_SENDERS = 64
+_MAX_NAMES = 4096
 _REMEMBERED = 16  # earlier ports of a host
 
 
@@ -27,10 +28,18 @@ class Senders:
     def __init__(self, base: str | None = None) -> None:
         self._base = base
         self._hosts: OrderedDict[str, _Host] = OrderedDict()
+        self._names: dict[tuple[str, str], str] = {}  # by suffix and person
+        self._latest: tuple[str, int] | None = None  # host and port that sent the latest datagram
+        self._suffix = ""  # theirs
         self._first: str | None = None  # host whose performers have plain names
 
     def suffix(self, host: str, port: int) -> str:
         """Return what tells this sender's performers from those of others; empty for the first sender."""
+        if self._latest != (host, port):
+            self._latest, self._suffix = (host, port), self._find(host, port)
+        return self._suffix
+
+    def _find(self, host: str, port: int) -> str:
         known = self._hosts.get(host)
         if known is None:
             known = self._hosts[host] = _Host(port)
@@ -50,6 +59,14 @@ class Senders:
             person: The id that the protocol gives; empty if it has none. The first one's does not follow a
                 name that the user gave.
         """
+        name = self._names.get((suffix, person))
+        if name is None:
+            if len(self._names) == _MAX_NAMES:
+                self._names.clear()
+            name = self._names[suffix, person] = self._make(suffix, person)
+        return name
+
+    def _make(self, suffix: str, person: str) -> str:
         if self._base is not None:
             parts = [self._base, "" if person in {"1", "p1"} else person, suffix]
         elif person:

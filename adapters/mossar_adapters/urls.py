@@ -279,6 +279,12 @@ def _lsl_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table
     return LslSink(address)
 
 
+def _oak(address: Address, wish: Wish) -> Source:
+    from mossar_adapters.oak import OakSource
+
+    return OakSource.from_url(address.url, wish.options)
+
+
 SCHEMES: tuple[Scheme, ...] = (
     Scheme(("demo",), "demo:?seed=3", "the built-in performer", _demo),
     Scheme(("file",), "PATH", "recordings; events, segments", _file, _file_sink, _file_frame_sink),
@@ -311,4 +317,5 @@ SCHEMES: tuple[Scheme, ...] = (
         extra="lsl",
         library="pylsl",
     ),
+    Scheme(("oak",), "oak:?device=ID", "Luxonis OAK cameras", _oak, extra="oak", library="depthai"),
 )

@@ -23,7 +23,14 @@ STARTED = StreamEvent(performer="p1", event="started", take=0)
 
 def test_frames_are_read_line_by_line_until_the_input_ends():
     lines = [
-        {"v": 1, "type": "meta", "performer": "ada", "names": ["hips", "head"], "parents": [-1, 0], "fps": 50},
+        {
+            "v": 1,
+            "type": "meta",
+            "performer": "ada",
+            "names": ["hips", "head"],
+            "parents": [-1, 0],
+            "fps": 50,
+        },
         *({"type": "frame", "performer": "ada", "t": i / 50, "xyz": [[0, 1, i], None]} for i in range(5)),
         {"type": "stats"},
     ]

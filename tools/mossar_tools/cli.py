@@ -24,6 +24,7 @@ COMMANDS: Final[dict[str, str]] = {
     "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
+    "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 
@@ -31,6 +32,7 @@ _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
   mossar run osc://0.0.0.0:39539               segment what a VMC or Kinect program sends
   mossar segment walk.bvh --plot walk.png      one picture of a recording
+  mossar view demo:                            see the motion, and move the level live
 
 mossar COMMAND --help explains a command.
 """

@@ -16,7 +16,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import names, positive, setting, speed
+from mossar_tools.values import names, port, positive, setting, speed
 
 PRESETS = ("paper", "default", "game")
 
@@ -53,6 +53,9 @@ class Options(msgspec.Struct, frozen=True):
     dark: bool = False
     keep: int | None = None
     check: str | None = None
+    view: bool = False
+    port: int = 8080
+    no_browser: bool = False
     quiet: bool = False
     verbose: bool = False
     log_level: str | None = None
@@ -170,3 +173,13 @@ def add_speed(parser: argparse.ArgumentParser, default: str) -> None:
     parser.add_argument(
         "--speed", metavar="X", type=speed, help=f"1 is real time; 2, 0.5, max (default: {default})"
     )
+
+
+def add_page(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the dashboard."""
+    group = parser.add_argument_group("the dashboard")
+    group.add_argument(
+        "--port", metavar="N", type=port, help="where it is served (default: 8080, or the next free one)"
+    )
+    group.add_argument("--no-browser", action="store_true", help="say where it is, but open no browser")
+    group.add_argument("--dark", action="store_true", help="begin in dark colours")

@@ -68,9 +68,9 @@ def project(pose: Floats, view: View) -> Floats:
     """
     upward = np.zeros(3)
     upward[view.up] = view.sign
-    leftward = _leftward(pose, upward, view)
-    forward = np.cross(leftward, upward)
-    across = np.cos(TURN) * leftward + np.sin(TURN) * forward
+    to_left = leftward(pose, upward, view)
+    forward = np.cross(to_left, upward)
+    across = np.cos(TURN) * to_left + np.sin(TURN) * forward
     flat = np.stack([pose @ across, pose @ upward], axis=1)
     flat[:, 0] -= np.nanmean(flat[:, 0]) if np.isfinite(flat[:, 0]).any() else 0.0
     return flat
@@ -90,7 +90,7 @@ def head_of(skeleton: Skeleton) -> int:
     return heads[0] if heads else -1
 
 
-def _leftward(pose: Floats, upward: Floats, view: View) -> Floats:
+def leftward(pose: Floats, upward: Floats, view: View) -> Floats:
     """Return the level direction from right to left, (3,); where nobody knows, the one of the widest spread."""
     level = pose - np.outer(pose @ upward, upward)
     spans = np.array([level[left] - level[right] for left, right in view.pairs]).reshape(-1, 3)

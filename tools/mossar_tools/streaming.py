@@ -1,7 +1,7 @@
 """Streaming: what `demo` and `run` have in common, from options to exit status."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,32 +20,40 @@ from mossar_tools.signals import stopping
 
 if TYPE_CHECKING:
     from mossar_adapters.control import Control
+    from mossar_tools.dashboard.live import LiveShow
 
-COMPILE_SECONDS = 20  # what compiling took where it was measured
+COMPILE_SECONDS = 30  # what compiling took where it was measured
 
 
-def stream(options: Options, console: Console) -> tuple[int, list[str]]:
+def stream(options: Options, console: Console, *, page_only: bool = False) -> tuple[int, list[str]]:
     """Run a pipeline as the options say.
+
+    Args:
+        options: What the user wants.
+        console: Where words go.
+        page_only: Whether the dashboard is all there is to see, unless sinks are named.
 
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
     """
-    settings = options.settings()
+    settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
     with contextlib.ExitStack() as opened:
         ears = [Ears() for _ in options.sources]
         sources = _opened_sources(options, ears, opened)
-        view = LiveView(console, sources, visible=is_terminal(console.out) and "-" not in options.to)
+        visible = is_terminal(console.out) and "-" not in options.to and not page_only
+        view = LiveView(console, sources, visible=visible)
+        show = _opened_dashboard(options, settings, opened) if options.view else None
         pipeline = Pipeline(
             sources,
-            _opened_sinks(options, console, snapshot, opened),
+            [] if page_only and not options.to else _opened_sinks(options, console, snapshot, opened),
             settings,
-            views=[view],
+            views=[view, show] if show else [view],
             emit=options.emit,
             seconds=options.seconds,
             upkeep=Upkeep(stats=options.stats, snapshot=Path(options.snapshot) if options.snapshot else None),
             resume=snapshot,
-            tick=lambda: view.tick(pipeline),
+            tick=lambda: _tick(pipeline, view, show),
         )
         for index, ear in enumerate(ears):
             ear.tie(pipeline, index)
@@ -55,6 +63,32 @@ def stream(options: Options, console: Console) -> tuple[int, list[str]]:
     if outcome.abandoned:
         return DONE, []
     return stop.status or _status(outcome), view.summary()
+
+
+def _source_defaults(sources: Sequence[str]) -> Mapping[str, object]:
+    """Return the settings that suit a kind of source, where the user says nothing."""
+    if any(parse_url(url).scheme == "oak" for url in sources):
+        from mossar_adapters.oak import DEFAULTS
+
+        return DEFAULTS
+    return {}
+
+
+def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
+    view.tick(pipeline)
+    if show is not None:
+        show.tick(pipeline)
+
+
+def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.ExitStack) -> "LiveShow":
+    from mossar_tools.dashboard.live import LiveShow
+    from mossar_tools.dashboard.page import Page
+
+    show = LiveShow(settings)
+    page = Page(show, options.port, dark=options.dark)
+    opened.callback(page.close)
+    page.start(open_browser=not options.no_browser)
+    return show
 
 
 def warm_up(settings: Settings) -> None:

@@ -44,6 +44,13 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def port(text: str) -> int:
+    """Return a port number; 0 stands for any free one."""
+    if not (number := text.strip()).isdecimal() or int(number) > 65535:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a port from 0 to 65535")
+    return int(number)
+
+
 def speed(text: str) -> float | Literal["max"]:
     """Return a positive number or "max"."""
     if text == "max":

@@ -3,6 +3,10 @@
 Rest, walk, punch, kick, jump, wave, squat and turn of an adult 1.70 m tall, made of minimum-jerk strokes, seen
 by a sensor with noise, jitter and losses if wanted. It serves the demo, and tests that need exact truth.
 
+The performer moves as in an exercise class: each move is a motion in the paper's sense, an activity repeated for
+two or three seconds in a posture of its own, and a brisk change of posture leads to the next. The true cuts are
+the middles of these changes.
+
 Reproducible: the same arguments give the same bytes wherever numpy's generators give the same numbers (numpy
 promises that of the bit generator PCG64, and changes what distributions make of it only with notice).
 

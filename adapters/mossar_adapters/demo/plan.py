@@ -1,5 +1,6 @@
 """Plan: which moves a performer does, when each begins and ends, and where the true cuts lie."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -7,28 +8,42 @@ from typing import Final
 import msgspec
 import numpy as np
 
+from mossar_adapters.demo.body import Floats
+from mossar_adapters.demo.change import change
 from mossar_adapters.demo.moves import jump, kick, punch, squat, wave
+from mossar_adapters.demo.postures import posture
 from mossar_adapters.demo.script import Script, Stance
 from mossar_adapters.demo.steps import turn, walk
 from mossar_adapters.demo.strokes import Stroke
 from mossar_stream.errors import SettingsError
 
-# Limb moves take a size (1 = full); their functions write the strokes.
-SIZED: Final[dict[str, Callable[[Script, str, float], Stance]]] = {
-    "punch": punch,
-    "kick": kick,
-    "jump": jump,
-    "wave": wave,
-    "squat": squat,
+Write = Callable[[Script, str, float, int], Stance]
+
+# What writes a move's strokes, and how often it is repeated, from and to.
+REPEATED: Final[dict[str, tuple[Write, int, int]]] = {
+    "walk": (walk, 4, 5),
+    "punch": (punch, 5, 6),
+    "kick": (kick, 4, 4),
+    "jump": (jump, 3, 3),
+    "wave": (wave, 4, 5),
+    "squat": (squat, 2, 2),
+    "turn": (turn, 6, 6),
 }
 STILL: Final = ("rest", "stand")
 SIDED: Final = ("punch", "kick", "wave", "turn")
-MOVES: Final = ("rest", "walk", *SIZED, "turn", "stand")
+MOVES: Final = ("rest", *REPEATED, "stand")
 
-FIRST_ROUND: Final = 18  # default moves from the first rest to the second-next, with all kinds
+FIRST_ROUND: Final = 17  # default moves from the first rest to the second-next, with all kinds
 STAND_SECONDS: Final = 20.0
 LONGEST_STILL: Final = 86400.0  # s
-FLOWING: Final = 0.3  # share of neighbouring moves without a pause between
+FLOWING: Final = 0.7  # share of changes without a pause
+_TURNS: Final = (math.radians(45), math.radians(70))
+_PACES: Final = (0.82, 1.0)  # factor on the times of a move
+_SIZES: Final = (0.88, 1.1)
+_RESTS: Final = (1.5, 2.5)  # s
+_CHANGES: Final = (0.25, 0.3)  # s
+_PAUSES: Final = (0.1, 0.2)  # s
+_HOLD: Final = 0.07  # s at pace 1 that a move ends in its posture, still
 _FAR: Final = 0.8  # m from its place, from where on a performer turns back
 
 
@@ -51,9 +66,9 @@ class Beat(msgspec.Struct, frozen=True):
 
     Args:
         name: The move, with its side: `punch_left`, `rest`.
-        start: Seconds from the start of the performance to its first motion.
+        start: Seconds from the start of the performance to the change of posture that leads to it.
         end: Seconds to the end of its last motion.
-        strokes: The motion.
+        strokes: The motion, the change included.
         cut: Seconds to the true cut before it; None if there is none.
         cut_kind: `pause`, `flow` or `rest`; empty without a cut.
     """
@@ -93,18 +108,20 @@ def parse_move(text: str) -> Wish:
 
 
 def default_moves(rng: np.random.Generator) -> Iterator[Wish]:
-    """Yield moves without end, in rounds of about 35 s that have every kind; `stand` is left out.
+    """Yield moves without end, in rounds of about 43 s that have every kind; `stand` is left out.
 
-    Every walk follows a turn, because that is where a performer can head back to its place.
+    No kind follows itself, and walk and turn alternate without touching: a turn is where a performer can head
+    back to its place.
     """
     yield Wish("rest")
-    groups = [("punch",)] * 3 + [("turn", "walk")] * 2
-    groups += [(kind,) for kind in ("kick", "jump", "wave", "squat") for _ in range(2)]
+    kinds = ["punch", "kick", "jump", "wave", "squat"] * 2 + ["turn", "walk"] * 2
     while True:
-        order = [groups[i] for i in rng.permutation(len(groups))]
-        order.insert(len(order) // 2, ("rest",))
-        order.append(("rest",))
-        yield from (Wish(kind) for group in order for kind in group)
+        order = [kinds[i] for i in rng.permutation(len(kinds))]
+        turns = itertools.cycle(("turn", "walk"))
+        order = [next(turns) if kind in {"turn", "walk"} else kind for kind in order]
+        order.insert(len(order) // 2, "rest")
+        if all({*pair} - {"turn", "walk"} and pair[0] != pair[1] for pair in itertools.pairwise(order)):
+            yield from (Wish(kind) for kind in (*order, "rest"))
 
 
 def beats(
@@ -112,10 +129,10 @@ def beats(
 ) -> Iterator[Beat]:
     """Yield the moves at their times, with the true cuts between them.
 
-    Two moves are parted by a pause of 0.1-0.5 s (`pause`: the cut is its middle), or the second begins the
-    moment the first has ended (`flow`: that moment is the cut). Rest and stand are moves of their own without
-    motion: the cut lies where the motion before ends, and where the motion after begins (`rest`). Between two
-    of them there is no cut.
+    A move is repeated for 1.5-3 s in its own posture; rest and stand are moves without motion. Between two moves
+    the performer changes posture in one brisk movement of 0.25-0.3 s, whose middle is the cut. It pauses for
+    0.1-0.2 s, half before and half after it (`pause`), or goes straight on (`flow`); next to rest and stand the
+    cut is called `rest`. Between two of these there is neither change nor cut.
 
     Args:
         wishes: The moves.
@@ -126,57 +143,71 @@ def beats(
     Yields:
         Beats, their starts in increasing order.
     """
-    stance = place
+    stance, held = place, posture("stand", "l")
     before: Beat | None = None
     for wish in wishes:
-        pace = rng.uniform(0.92, 1.15) / tempo
-        start, cut, kind = _begin(before, wish, rng, tempo)
-        script = Script(stance, start, pace)
+        side = wish.side[:1] or "lr"[rng.integers(2)]
+        angle = rng.uniform(*_TURNS)
+        if wish.kind == "turn" and not wish.side:
+            side, angle = _homewards(stance, place, side, angle)
+        goal = posture(wish.kind, side)
+        begin, cut, kind, strokes = _change(before, wish, rng, tempo, (stance, held, goal))
+        script = Script(stance, begin, rng.uniform(*_PACES) / tempo, goal)
         if wish.kind in STILL:
-            length = STAND_SECONDS if wish.kind == "stand" else rng.uniform(1.2, 2.2)
-            before = Beat(wish.kind, start, start + (wish.seconds or length), (), cut, kind)
+            length = STAND_SECONDS if wish.kind == "stand" else rng.uniform(*_RESTS)
+            end = begin + (wish.seconds or length)
         else:
-            name, stance = _perform(wish, rng, script, place)
-            before = Beat(name, start, script.end, tuple(script.strokes), cut, kind)
+            write, fewest, most = REPEATED[wish.kind]
+            size = angle if wish.kind == "turn" else rng.uniform(*_SIZES)
+            stance = write(script, side, size, int(rng.integers(fewest, most + 1)))
+            end = script.end + _HOLD * script.pace
+        start = min([stroke.start for stroke in strokes], default=begin)
+        before = Beat(_name(wish.kind, side), start, end, (*strokes, *script.strokes), cut, kind)
+        held = goal
         yield before
 
 
-def _begin(
-    before: Beat | None, wish: Wish, rng: np.random.Generator, tempo: float
-) -> tuple[float, float | None, str]:
-    """Return start, cut and kind of cut of the next move."""
-    flows, pause = rng.random() < FLOWING, rng.uniform(0.1, 0.5) / tempo
+def _change(
+    before: Beat | None,
+    wish: Wish,
+    rng: np.random.Generator,
+    tempo: float,
+    postures: tuple[Stance, Floats, Floats],
+) -> tuple[float, float | None, str, list[Stroke]]:
+    """Return when the next move begins, the cut before it with its kind, and the change that leads to it.
+
+    Args:
+        before: The move before.
+        wish: The next move.
+        rng: Chooses how long change and pause are.
+        tempo: 2 is twice as fast.
+        postures: Where the performer stands, the posture it holds and the one to come.
+    """
+    stance, held, goal = postures
+    seconds = rng.uniform(*_CHANGES) / tempo
+    pause = rng.uniform(*_PAUSES) / tempo if rng.random() >= FLOWING else 0.0
+    end, quiet = (0.0, True) if before is None else (before.end, before.name in STILL)
+    if quiet and wish.kind in STILL:
+        return end, None, "", []
+    rests = quiet or wish.kind in STILL
+    start = end if rests else end + pause / 2
+    script = Script(stance, start, 1.0, held)
+    change(script, goal, seconds)
+    begin = start + seconds if rests else start + seconds + pause / 2
     if before is None:
-        return 0.0, None, ""
-    if not before.strokes and wish.kind in STILL:
-        return before.end, None, ""
-    if not before.strokes or wish.kind in STILL:
-        return before.end, before.end, "rest"
-    if flows:
-        return before.end, before.end, "flow"
-    return before.end + pause, before.end + pause / 2, "pause"
+        return begin, None, "", script.strokes
+    return begin, start + seconds / 2, "rest" if rests else "pause" if pause else "flow", script.strokes
 
 
-def _perform(wish: Wish, rng: np.random.Generator, script: Script, place: Stance) -> tuple[str, Stance]:
-    """Write a move into `script`; return its name with the side, and the stance it ends in."""
-    side, size = wish.side[:1] or "lr"[rng.integers(2)], rng.uniform(0.85, 1.1)
-    if wish.kind == "walk":
-        stance = walk(script, side, int(rng.integers(3, 6)))
-    elif wish.kind == "turn":
-        angle = rng.uniform(math.radians(70), math.radians(180))
-        if not wish.side:
-            side, angle = _homewards(script.stance, place, side, angle)
-        stance = turn(script, side, angle)
-    else:
-        stance = SIZED[wish.kind](script, side, size)
-    full = {"l": "left", "r": "right"}[side]
-    return f"{wish.kind}_{full}" if wish.kind in SIDED else wish.kind, stance
+def _name(kind: str, side: str) -> str:
+    """Return the name of a move, with its side where it has one."""
+    return f"{kind}_{'left' if side == 'l' else 'right'}" if kind in SIDED else kind
 
 
 def _homewards(stance: Stance, place: Stance, side: str, angle: float) -> tuple[str, float]:
-    """Return side and angle of a turn that faces the performer's place if that is far, else as given."""
+    """Return side and angle of a turn towards the performer's place if that is far, else as given."""
     x, z = place.x - stance.x, place.z - stance.z
     if math.hypot(x, z) < _FAR:
         return side, angle
     bearing = (math.atan2(x, z) - stance.heading + math.pi) % math.tau - math.pi
-    return "l" if bearing > 0 else "r", max(abs(bearing), math.radians(60))
+    return "l" if bearing > 0 else "r", min(max(abs(bearing), _TURNS[0]), _TURNS[1])

@@ -4,7 +4,7 @@ import math
 
 import msgspec
 
-from mossar_adapters.demo.body import CHANNEL, NEUTRAL, Floats, pose
+from mossar_adapters.demo.body import CHANNEL, CHANNELS, NEUTRAL, Floats, pose
 from mossar_adapters.demo.strokes import Law, Stroke, minimum_jerk, there_and_back
 
 _PLACES = tuple((CHANNEL[f"{part}_x"], CHANNEL[f"{part}_z"]) for part in ("hips", "l", "r"))
@@ -49,20 +49,22 @@ class Stance(msgspec.Struct, frozen=True):
 
 
 class Script:
-    """Collects the strokes of one move, which starts from and ends in standing at ease.
+    """Collects the strokes of one move, which starts from and ends in its posture.
 
     Args:
         stance: Where the move starts; x, z and yaw in its strokes are seen from there.
         start: Seconds from the start of the performance.
         pace: Factor on all times of the move.
+        posture: (C,) the posture of the move, seen from the stance.
     """
 
-    def __init__(self, stance: Stance, start: float, pace: float) -> None:
+    def __init__(self, stance: Stance, start: float, pace: float, posture: Floats) -> None:
         self.stance = stance
         self.start = start
         self.pace = pace
         self.strokes: list[Stroke] = []
-        self.goal = pose(NEUTRAL)  # (C,) where the strokes so far lead to, seen from the stance
+        self.posture = dict(zip(CHANNELS, posture.tolist(), strict=True))  # metres and radians by channel
+        self.goal = posture.copy()  # (C,) where the strokes so far lead to, seen from the stance
 
     @property
     def end(self) -> float:
@@ -93,9 +95,9 @@ class Script:
         """
         self._stroke(at, until, law, pose(amounts), lasting=False)
 
-    def ease(self, at: float, until: float) -> None:
-        """Lead every channel back to standing at ease where the move began."""
-        self.to(at, until, **dict.fromkeys(CHANNEL, 0.0) | NEUTRAL)
+    def back(self, at: float, until: float) -> None:
+        """Lead every channel back to the posture where the move began."""
+        self.to(at, until, **self.posture)
 
     def _stroke(self, at: float, until: float, law: Law, amount: Floats, *, lasting: bool) -> None:
         start, duration = self.start + at * self.pace, (until - at) * self.pace

@@ -3,27 +3,29 @@
 import math
 
 from mossar_adapters.demo.body import NEUTRAL
-from mossar_adapters.demo.moves import OTHER, SIGN, limb
+from mossar_adapters.demo.postures import OTHER, SIGN, limb
 from mossar_adapters.demo.script import Script, Stance
-from mossar_adapters.demo.strokes import cruise
+from mossar_adapters.demo.strokes import cruise, shaking
 
-STEP_TIME = 0.55  # s
+STEP_TIME = 0.50  # s
 STEP_LENGTH = 0.60  # m
+PIVOT_TIME = 0.28  # s from one step of a turn to the next
+TWIST = 0.9  # rad of the shoulders against the hips, to either side, once for every two steps
 
 
-def walk(script: Script, side: str, steps: int) -> Stance:
-    """Walk straight ahead, the foot of `side` first; a half step at either end brings the feet together."""
+def walk(script: Script, side: str, _size: float, count: int) -> Stance:
+    """Walk `count` steps straight ahead, the foot of `side` first; half steps at both ends."""
     first = 0.6  # of a step length
-    distance = (steps - 1 + first) * STEP_LENGTH
+    distance = (count - 1 + first) * STEP_LENGTH
     # At full speed the hips are midway between the feet whenever a foot lands; that sets both ramps.
-    steps_long = steps + 1.0
+    steps_long = count + 1.0
     end = steps_long * STEP_TIME
     script.to(0.0, end, cruise(1.6 / steps_long, 1.1 / steps_long), hips_z=distance)
-    script.to(0.0, 0.5, hips_y=0.875, hips_pitch=0.05)
-    for i in range(steps + 1):
-        landing = min(i + first, steps - 1 + first) * STEP_LENGTH
-        _step(script, side if i % 2 == 0 else OTHER[side], i * STEP_TIME, landing, last=i == steps)
-    script.to(end - 0.4, end, hips_y=NEUTRAL["hips_y"], hips_pitch=0.0)
+    script.to(0.0, 0.4, hips_y=0.875)
+    for i in range(count + 1):
+        landing = min(i + first, count - 1 + first) * STEP_LENGTH
+        _step(script, side if i % 2 == 0 else OTHER[side], i * STEP_TIME, landing, last=i == count)
+    script.to(end - 0.4, end, hips_y=script.posture["hips_y"])
     return script.stance.after(forward=distance)
 
 
@@ -37,24 +39,26 @@ def _step(script: Script, side: str, start: float, landing: float, *, last: bool
     script.to(lift + 0.08, land - 0.04, **limb(side, pitch=-0.1))
     script.to(land - 0.10, land + 0.04, **limb(side, pitch=0.0))
     script.sway(start, land, hips_y=0.035, hips_x=-0.03 * sign)
-    ahead, behind = (-1.4, -1.4) if last else (-0.95, -1.9)
-    turned = 0.0 if last else 0.12 * sign
+    middle = script.posture["l_elevation"]
+    swung, turned = (0.0, 0.0) if last else (0.45, 0.12 * sign)
     script.to(start, start + STEP_TIME, hips_yaw=-turned, torso_yaw=1.8 * turned, head_yaw=-0.8 * turned)
-    script.to(start, start + STEP_TIME, **limb(OTHER[side], elevation=ahead), **limb(side, elevation=behind))
+    script.to(start, start + STEP_TIME, **limb(OTHER[side], elevation=middle + swung))
+    script.to(start, start + STEP_TIME, **limb(side, elevation=middle - swung))
 
 
-def turn(script: Script, side: str, angle: float) -> Stance:
-    """Turn on the spot by `angle` (radians, positive) towards `side`, in two steps, or three beyond 100°."""
+def turn(script: Script, side: str, angle: float, count: int) -> Stance:
+    """Turn on the spot by `angle` (radians, positive) towards `side`, in `count` small steps.
+
+    The trunk twists to and fro over the steps, as in an exercise class.
+    """
     angle *= SIGN[side]
-    shares: tuple[tuple[str, float], ...] = ((side, 1.0), (OTHER[side], 1.0))
-    if abs(angle) > math.radians(100):
-        shares = ((side, 0.55), (OTHER[side], 1.0), (side, 1.0))
-    for i, (foot, share) in enumerate(shares):
-        _pivot(script, foot, 0.04 + 0.32 * i, angle * share)
-    end = 0.04 + 0.32 * len(shares) + 0.06
-    script.to(0.0, end, hips_yaw=angle)
-    script.sway(0.0, end, head_yaw=0.4 * SIGN[side], torso_yaw=0.3 * SIGN[side], hips_y=-0.03)
-    script.sway(0.0, end, l_elevation=0.35, r_elevation=0.35, l_azimuth=0.4, r_azimuth=0.4)
+    for i in range(count):
+        # Either foot comes as far as the turn has come by its next step; both end where it ends.
+        share = min((i + 1.0) / (count - 1.0), 1.0)
+        _pivot(script, side if i % 2 == 0 else OTHER[side], PIVOT_TIME * i, angle * share)
+    end = PIVOT_TIME * count + 0.04
+    script.to(0.0, end, cruise(1.0 / count, 1.0 / count), hips_yaw=angle)
+    script.sway(0.0, end, shaking(count // 2), torso_yaw=TWIST)
     return script.stance.after(turned=angle)
 
 
@@ -63,5 +67,5 @@ def _pivot(script: Script, side: str, start: float, angle: float) -> None:
     x, z, yaw = (NEUTRAL[f"{side}_{name}"] for name in ("x", "z", "yaw"))
     cos, sin = math.cos(angle), math.sin(angle)
     place = limb(side, x=x * cos + z * sin, z=z * cos - x * sin, yaw=yaw + angle)
-    script.to(start, start + 0.38, **place)
-    script.sway(start, start + 0.38, **limb(side, y=0.07, pitch=0.3))
+    script.to(start, start + PIVOT_TIME, **place)
+    script.sway(start, start + PIVOT_TIME, **limb(side, y=0.07, pitch=0.3))

@@ -24,15 +24,15 @@ _BREATHING: Final = 0.002  # rad of the torso: the head moves by about a millime
 
 
 class Cut(msgspec.Struct, frozen=True):
-    """The instant at which one move ends and the next begins.
+    """The middle of the change of posture between two moves.
 
     Args:
         time: Seconds from the start of the performance.
         frame: Number of the first delivered frame at or after `time`.
         before: Name of the move that ends.
         after: Name of the move that begins.
-        kind: `pause`: the middle of a pause of 0.1-0.5 s. `flow`: there is no pause between the moves.
-            `rest`: one of the two is a rest (or stand), the instant at which motion ends or begins.
+        kind: `pause`: the performer pauses for 0.1-0.2 s around the change of posture. `flow`: it does not.
+            `rest`: one of the two is a rest (or stand).
     """
 
     time: float

@@ -18,6 +18,8 @@ Law = Callable[[Floats], Floats]  # share of the stroke's duration, 0..1 -> shar
 
 GRAVITY: Final = 9.81
 
+_CONTACT: Final = 0.34  # s on the floor between two jumps
+
 
 class Stroke(msgspec.Struct, frozen=True):
     """One piece of motion.
@@ -86,32 +88,39 @@ def shaking(cycles: int) -> Law:
     return law
 
 
-class Hop(msgspec.Struct, frozen=True):
-    """The height of the hips over a jump on the spot, metres above standing: a law that is not normalised.
+class Hops(msgspec.Struct, frozen=True):
+    """The height of the hips over jumps on the spot, metres above the posture: a law that is not normalised.
 
-    Crouch, push, flight, landing and straightening up join with equal speed and acceleration: quintics (the
-    minimum-jerk paths between such ends), and a parabola for the flight.
+    Crouch, push, flights, what lies between them, landing and straightening up join with equal speed and
+    acceleration: quintics (the minimum-jerk paths between such ends), and parabolas for the flights.
 
     Args:
         speed: Upward speed at take-off, m/s.
+        count: How many jumps.
     """
 
     speed: float
+    count: int
 
     @property
     def pieces(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...]:
-        """Duration (s) and (height, speed, acceleration) at both ends of the five pieces."""
-        ease, low = (0.0, 0.0, 0.0), (-0.27, 0.0, 5.0)
+        """Duration (s) and (height, speed, acceleration) at both ends of the pieces."""
+        ease, low = (0.0, 0.0, 0.0), (-0.13, 0.0, 8.0)
         off, on = (0.05, self.speed, -GRAVITY), (0.05, -self.speed, -GRAVITY)
-        deep = (-0.19, 0.0, 6.0)
-        push, brake = 0.63 / self.speed, 0.52 / self.speed
-        ends = ((0.38, ease, low), (push, low, off), (self.flight, off, on), (brake, on, deep))
-        return (*ends, (0.46, deep, ease))
+        flight = (self.flight, off, on)
+        between = ((_CONTACT, on, off), flight) * (self.count - 1)
+        start = ((0.24, ease, low), (_CONTACT / 2, low, off), flight)
+        return (*start, *between, (_CONTACT / 2, on, low), (0.36, low, ease))
 
     @property
     def flight(self) -> float:
         """Seconds in the air."""
         return 2.0 * self.speed / GRAVITY
+
+    @property
+    def period(self) -> float:
+        """Seconds from take-off to take-off."""
+        return self.flight + _CONTACT
 
     @property
     def rise(self) -> float:
@@ -120,12 +129,12 @@ class Hop(msgspec.Struct, frozen=True):
 
     @property
     def take_off(self) -> float:
-        """Seconds from the start to the moment the toes leave the floor."""
+        """Seconds from the start to the moment the toes leave the floor first."""
         return self.pieces[0][0] + self.pieces[1][0]
 
     @property
     def duration(self) -> float:
-        """Seconds from the start of the crouch to standing."""
+        """Seconds from the start of the crouch to being back in the posture."""
         return sum(piece[0] for piece in self.pieces)
 
     def __call__(self, x: Floats) -> Floats:

@@ -54,8 +54,8 @@ def performance(
         fps: See `Style`, also for noise, noise_kind, jitter, drop and tempo.
         seconds: Where to stop, if not at the end of the moves. Without moves: how long to go on.
         moves: `rest walk punch kick jump wave squat turn stand`; `punch`, `kick`, `wave` and `turn` also with
-            `_left` or `_right`; `rest` and `stand` also with seconds (`stand:20`). None: a round of 18 moves
-            with every kind but `stand`, 30-40 s.
+            `_left` or `_right`; `rest` and `stand` also with seconds (`stand:20`). None: a round of 17 moves
+            with every kind but `stand`, 40-46 s.
         noise: m.
         noise_kind: `white` or `kinect`.
         jitter: s.

@@ -12,7 +12,7 @@ import numpy as np
 from mossar_adapters.address import Address
 from mossar_adapters.files.units import guessed
 from mossar_adapters.osc.intake import Intake, Message
-from mossar_adapters.osc.messages import numbers
+from mossar_adapters.osc.messages import numbers_at
 from mossar_adapters.osc.single_joints import People, isotropic
 from mossar_stream.errors import FrameError
 
@@ -21,6 +21,7 @@ OPTIONS = {
     "args": "arguments: x y z, c confidence, j joint, p performer, _ other; default xyz",
 }
 _PLACES = {"{performer}": r"(?P<performer>[^/]{1,64})", "{joint}": r"(?P<joint>[^/]{1,120})"}
+_MAX_ADDRESSES = 4096  # remembered
 _PART = re.compile(r"(\{[^}]*\})")
 
 
@@ -37,32 +38,38 @@ class Generic:
         self._people = People(intake, isotropic(lambda tall: guessed(intake.options, tall)))
         self._pattern = _compiled(checked_pattern(intake.address))
         self._args = checked_args(intake.address)
+        self._places = [self._args.index(letter) for letter in "xyzc" if letter in self._args]
+        self._names: dict[str, tuple[str, str]] = {}  # address -> performer and joint in it
         self.idle = self._people.idle
         self.pending = self._people.pending
 
     def claims(self, message: Message) -> bool:
         """Return whether the address has the form."""
-        return self._pattern.fullmatch(message.address) is not None
+        return message.address in self._names or self._pattern.fullmatch(message.address) is not None
 
     def take(self, message: Message) -> None:
         """Use a joint."""
-        match = self._pattern.fullmatch(message.address)
-        if match is None:
-            raise FrameError(f"{message.address[:60]} does not fit the pattern")
-        found = match.groupdict()
-        joint = found.get("joint") or self._text(message, "j")
-        performer = found.get("performer") or self._text(message, "p")
-        xyz = [self._number(message, axis) for axis in "xyz"]
-        confidence = self._number(message, "c") if "c" in self._args else np.nan
-        self._people.put(message, performer, joint, (*xyz, confidence))
+        performer, joint = self._names.get(message.address) or self._parts(message.address)
+        if "p" in self._args:
+            performer = self._text(message, "p")
+        if "j" in self._args:
+            joint = self._text(message, "j")
+        row = numbers_at(message.arguments, self._places)
+        self._people.put(message, performer, joint, row if len(row) == 4 else (*row, np.nan))
 
-    def _number(self, message: Message, letter: str) -> float:
-        return numbers(message.arguments, self._args.index(letter), 1)[0]
+    def _parts(self, address: str) -> tuple[str, str]:
+        """Return performer and joint in an address, empty where the pattern has none."""
+        match = self._pattern.fullmatch(address)
+        if match is None:
+            raise FrameError(f"{address[:60]} does not fit the pattern")
+        found = match.groupdict()
+        parts = (found.get("performer", ""), found.get("joint", ""))
+        if len(self._names) < _MAX_ADDRESSES:
+            self._names[address] = parts
+        return parts
 
     def _text(self, message: Message, letter: str) -> str:
-        place = self._args.find(letter)
-        if place < 0:
-            return ""
+        place = self._args.index(letter)
         if place >= len(message.arguments):
             raise FrameError(f"{len(message.arguments)} arguments are too few for args={self._args}")
         value: Any = message.arguments[place]

@@ -1,13 +1,16 @@
 """OSC datagrams taken apart into messages, in the order in which they were written.
 
-python-osc reads the messages. Bundles are walked here, because its own walk sorts by time tags (a sender with
-a skewed clock would have its bundles shuffled) and never ends on a negative size. Time tags are ignored.
+Numbers and text, which come by the thousand, are read here; python-osc reads all other arguments. Bundles are
+walked here, because its own walk sorts by time tags (a sender with a skewed clock would have its bundles
+shuffled) and never ends on a negative size. Time tags are ignored.
 """
 
+import functools
 import math
+import re
 import struct
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from pythonosc.osc_message import OscMessage, ParseError
 
@@ -38,9 +41,19 @@ def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ..
     Raises:
         FrameError: If there are fewer, or one is no number.
     """
-    found = arguments[start : start + count]
-    if len(found) < count:
-        raise FrameError(f"{len(arguments)} arguments are too few; {start + count} are needed")
+    return numbers_at(arguments, range(start, start + count))
+
+
+def numbers_at(arguments: Sequence[Any], places: Sequence[int]) -> tuple[float, ...]:
+    """Return the arguments at the given places as numbers, see `numbers`.
+
+    Raises:
+        FrameError: If there are fewer, or one is no number.
+    """
+    try:
+        found = [arguments[place] for place in places]
+    except IndexError:
+        raise FrameError(f"{len(arguments)} arguments are too few; {max(places) + 1} are needed") from None
     for value in found:
         if type(value) is not float and type(value) is not int:
             raise FrameError(f"argument {value!r} is no number"[:100])
@@ -96,15 +109,59 @@ def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
         if 0 < tags_at == len(packet):  # an address alone: old senders leave out empty tags
             return packet.rstrip(b"\0").decode("utf-8", "replace"), ()
         raise FrameError("a message has no type tags")
-    needed = (tags_end // 4 + 1) * 4
-    for tag in packet[tags_at + 1 : tags_end].decode("latin-1"):
-        if tag not in _SIZES:
-            raise FrameError(f"unknown type tag {tag!r}")
-        needed += _SIZES[tag]
-    if needed > len(packet):
-        raise FrameError("a message is cut off")
+    at = (tags_end // 4 + 1) * 4
     try:
-        message = OscMessage(packet)
+        layout = _layout(packet[: tags_end + 1], tags_at)
+        if at + layout.size > len(packet):
+            raise FrameError("a message is cut off")
+        if layout.parts is not None:
+            return layout.address, _arguments(packet, at, layout.parts)
+        return layout.address, OscMessage(packet).params
     except (ParseError, ValueError, IndexError, OverflowError, struct.error) as error:
         raise FrameError(f"damaged OSC message: {error}"[:200]) from None
-    return message.address, message.params
+
+
+class _Layout(NamedTuple):
+    """What address and tags of a message say.
+
+    Args:
+        address: With the leading slash.
+        size: Least number of bytes of the arguments; python-osc would fill in zeros.
+        parts: Structs for runs of numbers, None for text; None altogether if python-osc is to read it.
+    """
+
+    address: str
+    size: int
+    parts: tuple[struct.Struct | None, ...] | None
+
+
+@functools.lru_cache(maxsize=4096)
+def _layout(header: bytes, tags_at: int) -> _Layout:
+    """Return the layout of messages that begin alike; they come by the thousand.
+
+    Raises:
+        FrameError: If a tag is unknown; python-osc would pass over it and shift the others.
+    """
+    address = header[: header.index(b"\0")].decode()
+    tags = header[tags_at + 1 : -1].decode("latin-1")
+    for tag in tags:
+        if tag not in _SIZES:
+            raise FrameError(f"unknown type tag {tag!r}")
+    parts = None
+    if not set(tags) - set("ifhds"):
+        runs = re.findall("s|[ifhd]+", tags)
+        parts = tuple(None if run == "s" else struct.Struct(">" + run.replace("h", "q")) for run in runs)
+    return _Layout(address, sum(_SIZES[tag] for tag in tags), parts)
+
+
+def _arguments(packet: bytes, at: int, parts: Sequence[struct.Struct | None]) -> Sequence[Any]:
+    found: list[Any] = []
+    for part in parts:
+        if part is None:
+            end = packet.index(b"\0", at)
+            found.append(packet[at:end].decode())
+            at = (end // 4 + 1) * 4
+        else:
+            found += part.unpack_from(packet, at)
+            at += part.size
+    return found

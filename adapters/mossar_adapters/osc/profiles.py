@@ -32,6 +32,7 @@ OPTIONS = {
     **generic.OPTIONS,
     **flat.OPTIONS,
 }
+_MAX_ADDRESSES = 4096  # remembered
 _AUTO = ("mossar", "vmc", "osceleton", "kinectv2", "nimate", "flat")  # asked in this order
 
 
@@ -46,10 +47,16 @@ class Routes:
     def __init__(self, chosen: str, intake: Intake) -> None:
         names = _AUTO if chosen == "auto" else (chosen,)
         self.profiles = [PROFILES[name](intake) for name in names]
+        self._known: dict[str, Profile] = {}  # by address, where that alone decides
 
     def find(self, message: Message) -> Profile | None:
         """Return the profile for a message, or None if it fits none."""
+        known = self._known.get(message.address)
+        if known is not None:
+            return known
         for profile in self.profiles:
             if profile.claims(message):
+                if not isinstance(profile, Flat) and len(self._known) < _MAX_ADDRESSES:
+                    self._known[message.address] = profile
                 return profile
         return None

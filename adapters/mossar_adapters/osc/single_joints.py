@@ -5,8 +5,8 @@ Nothing marks the end of a frame in these protocols. A frame is closed, whicheve
 - when all joints of the performer are there, so that no time is lost;
 - when a joint comes again;
 - when the joint that usually opens a frame comes while most others are there (one was lost on the way);
-- when nothing came for half the usual time between frames, and for three times the usual time between joints
-  (then the next joint is known to open a frame).
+- when a joint comes after the longest wait for the second time in a row (the stream was met in mid-frame);
+- when nothing comes after the joint that ended the frame before, or nothing at all for a tenth of a second.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +22,7 @@ from mossar_stream.frames import performer_name
 from mossar_stream.skeleton import MAX_NAME, Skeleton
 
 MAX_PEOPLE = 64  # per profile; the one unheard for longest makes room
-_GAP_LOW, _GAP_HIGH, _GAP_FIRST = 0.004, 0.1, 0.02  # s
-_FORGET = 0.95  # per frame, of the longest wait between joints
+_GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 
 Parents = Callable[[Sequence[str]], tuple[tuple[int, ...], int]]
 Scaling = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], Scale]]
@@ -89,38 +88,40 @@ class _Person:
         self._factor: NDArray[np.float64] | None = None  # (3,) metres per unit
         self._unit = "m"
         self._rows: dict[str, Row] = {}
-        self._leader: str | None = None  # joint that usually opens a frame
+        self._opener: str | None = None  # joint that usually opens a frame
+        self._waited: tuple[float, str] = (0.0, "")  # longest wait in the open frame (s), and for which joint
+        self._waited_before = ""  # that joint in the frame before
+        self._newest = self._tail = ""  # latest joint of the open frame, last joint of the frame before
         self._opened = 0.0  # arrival of the open frame's first joint, s
-        self._interval = 2 * _GAP_FIRST  # s between the openings of frames, smoothed
-        self._spread = 0.0  # s, longest usual wait between two joints of a frame
-        self._after_gap = True
+        self._interval = _INTERVAL  # s between the openings of frames, smoothed
         self.last = 0.0  # arrival of the latest joint, s
 
     @property
     def pending(self) -> bool:
         return bool(self._rows) or self._roster.holding
 
+    @property
+    def _pause(self) -> float:
+        """The wait that is rather between frames than between joints, s."""
+        return min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
+
     def put(self, joint: str, xyzc: Row, arrival: float) -> None:
-        rows = self._rows
-        if joint in rows or (joint == self._leader and 2 * len(rows) > len(self._roster.names)):
+        wait = arrival - self.last
+        if self._rows and self._begins(joint, wait):
             self._close()
-            rows = self._rows
         self._roster.note(joint)
-        if not rows:
-            self._open(joint, arrival)
-        elif self._spread < arrival - self.last < self._interval / 2:
-            self._spread = arrival - self.last
-        rows[joint] = xyzc
-        self.last = arrival
-        if self._roster.learnt and len(rows) == len(self._roster.names):
+        if not self._rows:
+            self._open(joint, wait, arrival)
+        self._waited = max(self._waited, (wait, joint))
+        self._rows[joint] = xyzc
+        self.last, self._newest = arrival, joint
+        if self._roster.learnt and len(self._rows) == len(self._roster.names):
             self._close()
 
     def idle(self, now: float) -> None:
-        gap = min(max(self._interval / 2, 3 * self._spread, _GAP_LOW), _GAP_HIGH)
-        if now - self.last > gap:
-            if self._rows:
-                self._close()
-            self._after_gap = True
+        gap = self._pause if self._newest == self._tail else _GAP_HIGH
+        if self._rows and now - self.last > gap:
+            self._close()
         if self._roster.overdue(now):
             self._emit(self._roster.release())
 
@@ -129,17 +130,25 @@ class _Person:
             self._close()
         self._emit(self._roster.release())
 
-    def _open(self, joint: str, arrival: float) -> None:
-        if self._after_gap or self._leader is None:
-            self._leader = joint
-        self._after_gap = False
+    def _begins(self, joint: str, wait: float) -> bool:
+        """Return whether a joint begins a new frame."""
+        if joint in self._rows:
+            return True
+        if joint == self._opener and 2 * len(self._rows) > len(self._roster.names):
+            return True
+        return joint == self._waited_before and wait > max(0.75 * self._interval, _GAP_LOW)
+
+    def _open(self, joint: str, wait: float, arrival: float) -> None:
+        if self._opener is None or wait > self._pause:
+            self._opener = joint
         if 0 < arrival - self._opened < 1.0:
             self._interval += (arrival - self._opened - self._interval) / 4
         self._opened = arrival
 
     def _close(self) -> None:
         rows, self._rows = self._rows, {}
-        self._spread *= _FORGET
+        self._waited_before, self._waited = self._waited[1], (0.0, "")
+        self._tail = self._newest
         self._emit(self._roster.admit(Closed(rows, self._opened)))
 
     def _emit(self, frames: Sequence[Closed]) -> None:

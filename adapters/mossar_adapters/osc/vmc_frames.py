@@ -10,7 +10,7 @@ bone         opens a frame; if that bone is there already, closes the frame and 
 Root         belongs to the open frame; if that has one already, closes it; before bones, to the next frame
 T            with bones before it, closes the frame and is its time; otherwise it is the time of the next frame
 OK           closes the frame, which then waits for a T right after it, until senders are known to send none
-idle gap     closes the frame
+idle gap     closes the frame: a short gap after the bone that ended the frame before, if OK and T do not end frames
 ===========  ==================================================================================================
 """
 
@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 from mossar_adapters.osc.roster import Closed, Row
 
-_GAP_LOW, _GAP_HIGH, _GAP_FIRST = 0.004, 0.1, 0.02  # s
+_GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 _RATES = (30, 60, 120, 24, 25, 50, 72, 90, 100, 144, 240)  # Hz
 _float32 = struct.Struct("f")
 
@@ -40,7 +40,9 @@ class VmcFrames:
         self._next_root: Row | None = None
         self._root: Row | None = None
         self._opened = 0.0  # arrival of the latest frame's first bone, s
-        self._interval = 2 * _GAP_FIRST  # s between frames, smoothed
+        self._interval = _INTERVAL  # s between frames, smoothed
+        self._newest = self._tail = ""  # latest bone of the open frame, last bone of the frame before
+        self._marked = False  # whether OK or T ended the frame before
         self.last = 0.0  # arrival of the latest message, s
 
     @property
@@ -63,6 +65,7 @@ class VmcFrames:
                 self._interval += (arrival - self._opened - self._interval) / 4
             self._opened = arrival
         self._open.rows[name] = row
+        self._newest = name
 
     def root(self, row: Row, arrival: float) -> None:
         """Take the place of the whole."""
@@ -80,17 +83,18 @@ class VmcFrames:
         if self._open is None:
             return
         if self._open.time is not None or self._time_follows is False:
-            self._close()
+            self._close(marked=True)
         else:
             self._let_go()
             self._waiting, self._open = self._open, None
+            self._marked = True
 
     def time(self, seconds: float, arrival: float) -> None:
         """Take the sender's time."""
         self.last = arrival
         if self._open is not None and self._open.time is None:
             self._open.time = seconds
-            self._close()
+            self._close(marked=True)
         elif self._open is None and self._waiting is not None:
             self._waiting.time = seconds
             self._time_follows = True
@@ -101,8 +105,11 @@ class VmcFrames:
 
     def idle(self, now: float) -> None:
         """Close what nothing more comes for."""
-        if now - self.last > min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH):
+        quiet = now - self.last
+        pause = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
+        if quiet > (_GAP_HIGH if self._time_follows else pause):
             self._let_go()
+        if quiet > (pause if self._newest == self._tail and not self._marked else _GAP_HIGH):
             self._close()
 
     def _let_go(self) -> None:
@@ -110,14 +117,16 @@ class VmcFrames:
             closed, self._waiting = self._waiting, None
             self._finish(closed)
 
-    def _close(self) -> None:
+    def _close(self, *, marked: bool = False) -> None:
         self._let_go()
         if self._open is not None:
             closed, self._open = self._open, None
+            self._marked = marked
             self._finish(closed)
 
     def _finish(self, closed: Closed) -> None:
         self._root = closed.root = closed.root or self._root
+        self._tail = self._newest
         self._emit(closed)
 
 

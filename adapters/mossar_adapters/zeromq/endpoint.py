@@ -126,7 +126,9 @@ def _key(address: Address, path: str, *, secret: bool) -> tuple[bytes, bytes]:
             warnings.simplefilter("ignore")
             public, private = zmq.auth.load_certificate(path)
     except (OSError, ValueError, UnicodeError):
-        raise address.error(f"{path} is no readable CURVE key file (zmq.auth.create_certificates makes them)") from None
+        raise address.error(
+            f"{path} is no readable CURVE key file (zmq.auth.create_certificates makes them)"
+        ) from None
     if secret and private is None:
         raise address.error(f"{path} holds no secret key; name the .key_secret file")
     return public, private or b""

@@ -42,15 +42,16 @@ def test_kick_lifts_the_foot_of_its_side_above_the_belt_and_stands_on_the_other(
     assert foot[:, 1].max() > 0.9
     assert foot[foot[:, 1].argmax(), 2] > 0.7
     assert seen.rise(f"{other.capitalize()}Toes") < 0.01
-    assert 4 < seen.top_speed(f"{side.capitalize()}Foot") < 10
+    assert 3 < seen.top_speed(f"{side.capitalize()}Foot") < 10
 
 
 def test_jump_crouches_and_leaves_the_floor_with_both_feet():
     seen = Seen("jump")
     lower_foot = np.minimum(seen.joint("LeftToes")[:, 1], seen.joint("RightToes")[:, 1])
     assert 0.15 < lower_foot.max() < 0.5
+    assert np.count_nonzero(np.diff((lower_foot > 0.08).astype(int)) == 1) == 3
     assert seen.joint("Hips")[:, 1].min() < 0.75
-    assert seen.joint("Hips")[:, 1].max() > 1.1
+    assert seen.joint("Hips")[:, 1].max() > 1.05
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -60,14 +61,15 @@ def test_wave_swings_the_raised_hand_to_and_fro_beside_the_head(side):
     raised = hand[:, 1] > seen.joint("Neck")[:, 1]
     assert raised.mean() > 0.5
     heading = np.sign(np.diff(hand[raised, 0]))
-    assert 4 <= np.count_nonzero(np.diff(heading)) <= 9
+    assert 7 <= np.count_nonzero(np.diff(heading)) <= 12
 
 
-def test_squat_lowers_the_hips_and_comes_up_again():
+def test_squat_lowers_the_hips_and_comes_up_again_twice():
     seen = Seen("squat")
     hips = seen.joint("Hips")[:, 1]
-    assert 0.45 < hips.min() < 0.62
-    assert hips[-1] == pytest.approx(hips[0], abs=0.01)
+    assert 0.45 < hips.min() < 0.64
+    assert hips[-1] > hips.min() + 0.15
+    assert np.count_nonzero(np.diff((hips < 0.7).astype(int)) == 1) == 2
     assert seen.rise("LeftToes") < 0.01
 
 
@@ -80,7 +82,7 @@ def test_walk_moves_the_whole_body_ahead_at_walking_speed():
 
 
 def test_feet_do_not_slide_while_they_stand():
-    for move in ("walk", "turn", "punch", "kick", "squat"):
+    for move in ("walk", "turn", "punch", "kick", "squat", "wave"):
         seen = Seen(move)
         for name in ("LeftToes", "RightToes"):
             toes = seen.joint(name)
@@ -94,7 +96,7 @@ def test_turn_faces_another_way_on_the_spot(side, sign):
     seen = Seen(f"turn_{side}")
     across = seen.joint("LeftUpperLeg")[-1] - seen.joint("RightUpperLeg")[-1]
     turned = np.degrees(np.arctan2(-across[2], across[0])) % 360
-    assert 60 < (sign * turned) % 360 < 190
+    assert 40 < (sign * turned) % 360 < 75
     assert np.linalg.norm(seen.joint("Hips")[-1] - seen.joint("Hips")[0]) < 0.01
 
 

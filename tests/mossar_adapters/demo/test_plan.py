@@ -45,24 +45,39 @@ def test_first_round_has_every_kind_but_stand_and_goes_from_rest_to_rest(seed):
     moves = list(itertools.islice(default_moves(np.random.default_rng(seed)), FIRST_ROUND))
     assert {move.kind for move in moves} == set(MOVES) - {"stand"}
     assert moves[0].kind == moves[-1].kind == "rest"
-    assert all(a.kind != "rest" or b.kind != "rest" for a, b in itertools.pairwise(moves))
 
 
-def test_a_cut_lies_in_the_middle_of_the_pause_or_where_the_moves_touch():
+@pytest.mark.parametrize("seed", range(5))
+def test_by_default_no_kind_follows_itself_and_no_walk_a_turn(seed):
+    moves = itertools.islice(default_moves(np.random.default_rng(seed)), 10 * FIRST_ROUND)
+    for before, after in itertools.pairwise(moves):
+        assert before.kind != after.kind
+        assert {before.kind, after.kind} != {"turn", "walk"}
+
+
+def test_a_cut_lies_in_the_middle_of_a_brisk_change_of_posture():
     kinds = set()
     for before, after in itertools.pairwise(planned(3, *["punch", "kick", "jump", "wave"] * 10)):
-        pause = after.start - before.end
-        assert after.cut == pytest.approx((before.end + after.start) / 2)
-        assert pause == 0 if after.cut_kind == "flow" else 0.1 <= pause <= 0.5
+        change = 2 * (after.cut - after.start)
+        pause = 2 * (after.start - before.end)
+        assert 0.25 <= change <= 0.3
+        assert pause == pytest.approx(0) if after.cut_kind == "flow" else 0.1 <= pause <= 0.2
         kinds.add(after.cut_kind)
     assert kinds == {"pause", "flow"}
 
 
-def test_a_rest_has_a_cut_at_both_ends():
+def test_the_performer_comes_to_a_rest_and_out_of_it_without_a_pause():
     punch, rest, kick = planned(1, "punch", "rest", "kick")
-    assert (rest.cut, rest.cut_kind) == (punch.end, "rest")
-    assert (kick.cut, kick.cut_kind) == (rest.end, "rest")
+    assert (rest.start, rest.cut_kind) == (punch.end, "rest")
+    assert (kick.start, kick.cut_kind) == (rest.end, "rest")
     assert punch.cut is None
+
+
+@pytest.mark.parametrize("kind", ["walk", "punch", "kick", "jump", "wave", "squat", "turn"])
+def test_moves_last_about_as_long_as_the_motions_of_the_paper(kind):
+    for seed in range(5):
+        move = planned(seed, "rest", kind)[1]
+        assert 1.5 < move.end - move.cut < 3.6
 
 
 def test_there_is_no_cut_between_two_rests():
@@ -74,8 +89,8 @@ def test_names_tell_the_side_that_was_chosen():
     assert names == {"punch_left", "punch_right", "turn_left", "turn_right", "jump", "walk"}
 
 
-def test_double_tempo_halves_the_time_of_moves_and_pauses_but_not_of_falling():
+def test_double_tempo_halves_the_time_of_moves_and_changes_but_not_of_falling():
     slow, fast = (planned(4, "wave", "kick", tempo=tempo)[-1] for tempo in (1.0, 2.0))
     assert fast.end == pytest.approx(slow.end / 2)
-    (slow,), (fast,) = (planned(4, "jump", tempo=tempo) for tempo in (1.0, 2.0))
-    assert fast.end == slow.end
+    slow, fast = (planned(4, "rest", "jump", tempo=tempo)[1] for tempo in (1.0, 2.0))
+    assert fast.end - (2 * fast.cut - fast.start) == pytest.approx(slow.end - (2 * slow.cut - slow.start))

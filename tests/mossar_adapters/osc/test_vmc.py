@@ -23,7 +23,7 @@ FRAMES = 60
 def round_trip(hear):
     """Send the first frames of a BVH as VMC and return what arrives, the motion and its own positions."""
 
-    def run(path, sink_query="", source_query="", drop=()):
+    def run(path, sink_query="", source_query=""):
         motion = open_motion(path)
         chunk = next(iter(motion.chunks()))
         chunk = type(chunk)(chunk.rotations[:FRAMES], chunk.translations[:FRAMES], chunk.times[:FRAMES])
@@ -39,7 +39,14 @@ def round_trip(hear):
     return run
 
 
-RECORDINGS = ["walk01.bvh", "bvh_test1.bvh", "bvh_test2.bvh", "test_freebvh.bvh", "cmu_12_01_walk.bvh", "131_01.bvh"]
+RECORDINGS = [
+    "walk01.bvh",
+    "bvh_test1.bvh",
+    "bvh_test2.bvh",
+    "test_freebvh.bvh",
+    "cmu_12_01_walk.bvh",
+    "131_01.bvh",
+]
 
 
 @pytest.mark.parametrize("name", RECORDINGS)
@@ -86,7 +93,11 @@ def test_rotations_alone_turn_the_built_in_skeleton_alike(round_trip, data):
             world[:, joint] = world[:, parent] @ world[:, joint]
     names = heard.metas[0].skeleton.names
     rest = rest_skeleton()
-    for bone, child in (("LeftUpperLeg", "LeftLowerLeg"), ("RightUpperArm", "RightLowerArm"), ("Neck", "Head")):
+    for bone, child in (
+        ("LeftUpperLeg", "LeftLowerLeg"),
+        ("RightUpperArm", "RightLowerArm"),
+        ("Neck", "Head"),
+    ):
         got = heard.positions()[:, names.index(child)] - heard.positions()[:, names.index(bone)]
         expected = world[:, bones[bone]] @ (rest[child] - rest[bone])
         cosine = (got * expected).sum(1) / np.linalg.norm(got, axis=1) / np.linalg.norm(expected, axis=1)
@@ -223,7 +234,9 @@ def test_handedness_is_flipped_for_places_and_turns_alike():
     pose = VmcPose(("Hips", "LeftUpperArm", "LeftLowerArm"), {})
     quarter = (0.0, HALF, 0.0, HALF)  # about +y
     table = np.array([(0, 1, 0, *quarter), (-0.2, 0.5, 0, *STILL), (-0.3, 0, 0, *STILL)])
-    left_handed = np.array([(0, 1, 0), (0, 1.5, 0.2), (0, 1.5, 0.5)])  # Unity: +y turns +z towards +x, -x to +z
+    left_handed = np.array(
+        [(0, 1, 0), (0, 1.5, 0.2), (0, 1.5, 0.5)]
+    )  # Unity: +y turns +z towards +x, -x to +z
     assert pose.positions(table, None) == pytest.approx(left_handed * (-1, 1, 1))
 
 

@@ -139,12 +139,23 @@ def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber
     sink.send([StreamEvent(performer="p1", event="started", take=0), KEY_FRAME])
     received = [late.recv_multipart() for _ in range(3)]
     sink.close()
-    assert [topic for topic, _ in received] == [b"mossar.meta.p1.", b"mossar.stream.p1.", b"mossar.key_frame.p1."]
+    assert [topic for topic, _ in received] == [
+        b"mossar.meta.p1.",
+        b"mossar.stream.p1.",
+        b"mossar.key_frame.p1.",
+    ]
     meta, stream, key_frame = (msgspec.msgpack.decode(data) for _, data in received)
     assert meta["names"] == ["hips", "head"]
     assert meta["settings"] == {"level": "motion"}
     assert meta["unit"] == "m"
-    assert stream == {"type": "stream", "v": 1, "performer": "p1", "event": "started", "take": 0, "reason": ""}
+    assert stream == {
+        "type": "stream",
+        "v": 1,
+        "performer": "p1",
+        "event": "started",
+        "take": 0,
+        "reason": "",
+    }
     assert key_frame == msgspec.to_builtins(KEY_FRAME)
 
 

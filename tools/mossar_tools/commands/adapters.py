@@ -18,6 +18,7 @@ DESCRIPTION = "What can be read and written here, and which extras are missing."
 EXAMPLES = """  mossar adapters
   mossar adapters --check walk.bvh                    what a reader makes of a file
   mossar adapters --check osc://0.0.0.0:39539         what arrives within 3 seconds
+  mossar adapters --check oak:                        the SDK, the cameras, and what their owner can try
 """
 
 LISTEN = 3.0  # s to listen to a source that is checked
@@ -54,8 +55,8 @@ def run(options: Options, console: Console) -> int:
         console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
     console.line("")
     console.line(console.colour("recordings", "1"))
-    for form in FORMATS:
-        console.line(f"  {form.name:<12}{' '.join(form.extensions):<22}{form.description}{_missing(form)}")
+    for row in FORMATS:
+        console.line(f"  {row.name:<12}{' '.join(row.extensions):<22}{row.description}{_missing(row)}")
     return DONE
 
 
@@ -67,6 +68,11 @@ def _check(url: str, options: Options, console: Console) -> int:
     """Open a source, listen, and say what came."""
     from mossar_tools.opening import recording_of, source_of
 
+    if parse_url(url).scheme == "oak":
+        from mossar_adapters.oak_check import check
+
+        console.line(check())
+        return DONE
     if parse_url(url).scheme == "file":
         recording = recording_of(url, options)
         rate = f"{recording.fps:g} Hz" if recording.fps else "times of its own"

@@ -8,6 +8,7 @@ from mossar_tools.options import (
     Options,
     add_body,
     add_messages,
+    add_page,
     add_settings,
     add_speed,
     add_stream,
@@ -34,6 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_speed(parser, "max for recordings, 1 for demo:")
     add_stream(parser)
+    parser.add_argument("--view", action="store_true", help="show the dashboard in a browser meanwhile")
+    add_page(parser)
     add_settings(parser)
     add_body(parser)
     add_messages(parser)

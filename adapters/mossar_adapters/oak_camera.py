@@ -1,0 +1,347 @@
+"""The camera behind `oak:`: every call into the depthai SDK stands in this file.
+
+None of our code runs inside the SDK: no callback, no host node. An exception there would abort the process. A lost
+camera is noticed by asking (`Camera.get`), in any SDK version, whether or not it announces losses.
+
+On board: colour picture -> pose network -> joints in the picture; stereo pair -> depth, brought into the view of the
+colour camera; then the depth around each joint gives its position in space.
+"""
+
+import logging
+import os
+import re
+import time
+from collections.abc import Callable
+from datetime import timedelta
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.extras import needed
+from mossar_adapters.files.options import METRES
+from mossar_stream.errors import FrameError, MossarError
+
+NEEDED: Final = "depthai>=3.4,<4"  # spatial keypoints exist since 3.4
+INSTALL: Final = "pip install 'mossar-stream[oak]'"
+UDEV_RULE: Final = (
+    """echo 'SUBSYSTEM=="usb", ATTRS{idVendor}=="03e7", MODE="0666"' | sudo tee /etc/udev/rules.d/80-movidius.rules"""
+    " && sudo udevadm control --reload-rules && sudo udevadm trigger"
+)
+ARCHIVES: Final = (
+    ".tar.xz",
+    ".tar.gz",
+    ".tar",
+    ".zip",
+)  # a model called like this is a file, not one of the hub
+
+# Per platform: the pose model of the maker's hub, and the rate that it reaches, Hz.
+MODELS: Final = {
+    "RVC2": ("luxonis/yolov8-nano-pose-estimation:coco-512x288", 10.0),
+    "RVC4": ("luxonis/yolov8-large-pose-estimation:coco-640x352", 24.0),
+}
+_SDK_UNITS: Final = {"METER": 1.0, "CENTIMETER": 0.01, "MILLIMETER": 0.001, "INCH": 0.0254, "FOOT": 0.3048}
+
+# Pixels around a joint whose median depth is taken. At 3 m a wrist is 8 to 10 pixels wide: a larger circle would
+# hold more background than arm, and the median would be the wall.
+_RADIUS: Final = 4
+_STEREO_SIZE: Final = (640, 400)
+_QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the gap is counted
+_FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
+_SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
+
+# What the bindings make of the exceptions of the SDK.
+_SDK_ERRORS: Final = (RuntimeError, ValueError, TypeError, IndexError, OSError)
+
+_log = logging.getLogger("mossar.oak")
+Say = Callable[[str], None]
+
+
+class CameraError(MossarError):
+    """The camera cannot be used; the message says why and what to do."""
+
+
+class CameraLost(CameraError):  # noqa: N818 - it is what happened
+    """A camera that worked no longer answers."""
+
+
+class Wish(msgspec.Struct, frozen=True):
+    """What the user wants of the camera.
+
+    Args:
+        model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
+        device: Id, address or USB port of one camera; empty for the first one found.
+        fps: Pictures per second; None for what the platform's usual model reaches.
+        unit: Unit of the coordinates; `auto` believes the messages.
+    """
+
+    model: str = ""
+    device: str = ""
+    fps: float | None = None
+    unit: str = "auto"
+
+
+class Picture(msgspec.Struct, frozen=True):
+    """What was found in one picture.
+
+    Args:
+        number: Sequence number of the picture.
+        time: When it was taken, s on the host's monotonic clock.
+        people: One (K, 4) array for each person: x to the right, y down, z away from the camera in metres, and
+            the confidence; below 0 where the network gives none.
+    """
+
+    number: int
+    time: float
+    people: tuple[NDArray[np.float64], ...]
+
+
+class Camera:
+    """A pipeline that runs.
+
+    Args:
+        pipeline: Started here; stopped by `close`.
+        output: The one that sends `SpatialImgDetections`.
+        device: The camera; None where the pipeline runs on the host alone.
+        name: For messages.
+        fps: Nominal rate, Hz.
+        unit: See `Wish`.
+    """
+
+    def __init__(
+        self, pipeline: Any, output: Any, device: Any = None, *, name: str, fps: float, unit: str = "auto"
+    ) -> None:
+        self.name = name
+        self.fps = fps
+        self._sdk = load_sdk()
+        self._unit = unit
+        self._pipeline = pipeline
+        self._device = device
+        self._queue = output.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
+        pipeline.start()
+        self._patience = time.monotonic() + _FIRST_PICTURE  # monotonic s; silent beyond it means lost
+
+    @classmethod
+    def open(cls, wish: Wish, say: Say) -> "Camera":
+        """Find, boot and start a camera; takes seconds.
+
+        Args:
+            wish: What the user wants.
+            say: Told what is being done.
+
+        Raises:
+            CameraError: If there is no camera, it is not ours to use, or the model cannot be had.
+        """
+        sdk = load_sdk()
+        info = find_camera(wish.device)
+        name = info.deviceId or info.name
+        say(f"starting camera {name}")
+        device = None
+        try:
+            device = sdk.Device(info)
+            # Reconnecting is our own business: the SDK's would leave a queue that is silent for ever.
+            device.setMaxReconnectionAttempts(0)
+            platform = device.getPlatformAsString()
+            usual_model, usual_fps = MODELS.get(platform, MODELS["RVC2"])
+            archive = _archive(wish.model or usual_model, platform, say)
+            fps = wish.fps or usual_fps
+            say(f"loading the pose model into camera {name}")
+            pipeline = sdk.Pipeline(device)
+            output = _build(sdk, pipeline, archive, fps)
+            return cls(pipeline, output, device, name=name, fps=fps, unit=wish.unit)
+        except (CameraError, *_SDK_ERRORS) as error:
+            if device is not None:
+                device.close()
+            raise error if isinstance(error, CameraError) else _refusal(name, error) from None
+
+    def get(self, timeout: float) -> Picture | None:
+        """Return what was found in the next picture, None after `timeout` seconds without one.
+
+        Raises:
+            CameraLost: If the camera is gone.
+            FrameError: If the message is not what the pipeline should send.
+        """
+        try:
+            message = self._queue.get(timedelta(seconds=timeout))
+        except (self._sdk.MessageQueue.QueueException, *_SDK_ERRORS) as error:
+            raise CameraLost(f"its stream ended: {_line(error)}") from None
+        if message is not None:
+            self._patience = time.monotonic() + _SILENCE
+            try:
+                return self._read(message)
+            except FrameError:
+                raise
+            except _SDK_ERRORS as error:
+                raise FrameError(f"a message that cannot be read: {_line(error)}") from None
+        if not self._pipeline.isRunning() or (self._device is not None and self._device.isClosed()):
+            raise CameraLost("it was disconnected")
+        if time.monotonic() > self._patience:
+            raise CameraLost("it sends no pictures")
+        return None
+
+    def close(self) -> None:
+        """Stop the pipeline and let the camera go; what fails now has no consequence."""
+        for part, method in ((self._pipeline, "stop"), (self._device, "close")):
+            try:
+                getattr(part, method, lambda: None)()
+            except _SDK_ERRORS:
+                _log.debug("closing camera %s", self.name, exc_info=True)
+
+    def _read(self, message: Any) -> Picture:
+        if not isinstance(message, self._sdk.SpatialImgDetections):
+            raise FrameError(f"a message {type(message).__name__} where joints were expected")
+        unit = getattr(getattr(message, "unit", None), "name", "MILLIMETER")  # older SDKs: always millimetres
+        scale = _SDK_UNITS.get(unit) if self._unit == "auto" else METRES[self._unit]
+        if scale is None:
+            raise FrameError(f"coordinates in the unit {unit}; say which with oak:?unit=mm")
+        people = []
+        for detection in message.detections:
+            rows = [
+                (p.spatialCoordinates.x, p.spatialCoordinates.y, p.spatialCoordinates.z, p.confidence)
+                for p in detection.getKeypoints()
+            ]
+            people.append(np.array(rows, np.float64).reshape(-1, 4) * (scale, scale, scale, 1.0))
+        return Picture(message.getSequenceNum(), message.getTimestamp().total_seconds(), tuple(people))
+
+
+def load_sdk() -> Any:
+    """Return the SDK's module.
+
+    Raises:
+        MossarError: If it is not installed, or in another version; names the extra.
+    """
+    # The SDK logs to standard output, where our events go; it only looks when it is imported.
+    os.environ.setdefault("DEPTHAI_LEVEL", "off")
+    needed("depthai", "oak", "an OAK camera (oak:)")
+    try:
+        import depthai
+    except ImportError as error:
+        raise CameraError(f"depthai does not load ({_line(error)}); install it anew: {INSTALL}") from None
+    version = tuple(int(part) for part in re.findall(r"\d+", str(depthai.__version__))[:2])
+    if not (3, 4) <= version < (4,):
+        raise CameraError(f"depthai {depthai.__version__} does not fit, {NEEDED} does: {INSTALL}")
+    return depthai
+
+
+def cameras() -> list[Any]:
+    """Return the SDK's `DeviceInfo` of every camera in sight, also of those that cannot be used; takes 0.5 s.
+
+    Raises:
+        MossarError: If there is no SDK.
+    """
+    sdk = load_sdk()
+    return list(sdk.XLinkConnection.getAllConnectedDevices(skipInvalidDevices=False))
+
+
+def obstacle(info: Any) -> str:
+    """Return why a camera cannot be used and what to do; empty if nothing is in the way."""
+    if info.status.name == "X_LINK_INSUFFICIENT_PERMISSIONS":
+        return f"no permission to use it over USB; run once, then plug it in again: {UDEV_RULE}"
+    if info.status.name == "X_LINK_DEVICE_ALREADY_IN_USE" or info.state.name == "X_LINK_BOOTED":
+        return "another program uses it; close that program"
+    return ""
+
+
+def find_camera(wanted: str = "") -> Any:
+    """Return the SDK's `DeviceInfo` of the camera to use.
+
+    Args:
+        wanted: Its id, address or USB port; empty for the first that can be used.
+
+    Raises:
+        CameraError: If it is not there or cannot be used.
+    """
+    seen = cameras()
+    fitting = [info for info in seen if wanted in ("", info.deviceId, info.name)]
+    if not fitting and _is_address(wanted):
+        return load_sdk().DeviceInfo(wanted)  # in another subnet, where nothing announces it
+    if not seen:
+        raise CameraError(
+            "No OAK camera found: plug one in (USB 3 cable, powered port), or give the address of one on the "
+            "network, oak:?device=192.168.1.44"
+        )
+    if not fitting:
+        names = ", ".join(info.deviceId or info.name for info in seen)
+        raise CameraError(f"No OAK camera called {wanted[:40]!r} found; there are {names}")
+    for info in fitting:
+        if not obstacle(info):
+            return info
+    raise CameraError(f"OAK camera {fitting[0].deviceId or fitting[0].name}: {obstacle(fitting[0])}")
+
+
+def model_folder() -> Path:
+    """Return where the SDK keeps the models that it has downloaded."""
+    return Path(
+        os.environ.get("DEPTHAI_ZOO_CACHE_PATH") or load_sdk().modelzoo.getDefaultCachePath()
+    ).absolute()
+
+
+def _is_address(text: str) -> bool:
+    try:
+        ip_address(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _archive(model: str, platform: str, say: Say) -> Any:
+    sdk = load_sdk()
+    if model.endswith(ARCHIVES):
+        try:
+            return sdk.NNArchive(model)
+        except _SDK_ERRORS as error:
+            raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
+    say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {model_folder()}")
+    try:
+        return sdk.NNArchive(sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform)))
+    except _SDK_ERRORS as error:
+        raise CameraError(
+            f"the pose model {model} cannot be had ({_line(error)}); connect to the internet for the first run, or "
+            "download its archive elsewhere and give it as oak:?model=FILE.tar.xz"
+        ) from None
+
+
+def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Any:
+    """Link the pipeline of a real camera and return its output."""
+    node, socket = sdk.node, sdk.CameraBoardSocket
+    wanted = sdk.ImgFrameCapability()
+    wanted.fps.fixed(fps)
+    wanted.enableUndistortion = True
+    colour = pipeline.create(node.Camera).build(socket.CAM_A)
+    people = pipeline.create(node.DetectionNetwork).build(colour, archive, wanted)
+    stereo = pipeline.create(node.StereoDepth).build(True, size=_STEREO_SIZE, fps=fps)
+    stereo.setLeftRightCheck(True)  # holes instead of wrong depth beside the body
+    stereo.setSubpixel(True)  # without it depth comes in steps of 20 cm at 2.5 m
+    align = pipeline.create(node.ImageAlign)
+    stereo.depth.link(align.input)
+    people.passthrough.link(align.inputAlignTo)
+    places = pipeline.create(node.SpatialLocationCalculator)
+    locate_joints(places.initialConfig)
+    align.outputAligned.link(places.inputDepth)
+    people.out.link(places.inputDetections)
+    return places.outputDetections
+
+
+def locate_joints(config: Any) -> None:
+    """Set how the depth of a joint is taken from the depth picture."""
+    config.setCalculateSpatialKeypoints(True)
+    config.setKeypointRadius(_RADIUS)
+
+
+def _refusal(name: str, error: Exception) -> CameraError:
+    """Return an error of the SDK as one of ours."""
+    text = _line(error)
+    if "ALREADY_IN_USE" in text:
+        text = "another program uses it; close that program"
+    elif "PERMISSION" in text.upper():
+        text = f"no permission to use it over USB; run once, then plug it in again: {UDEV_RULE}"
+    elif "socket" in text.lower() or "stereo" in text.lower():
+        text = f"it must have a colour camera and a stereo pair for depth ({text})"
+    return CameraError(f"OAK camera {name}: {text}")
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

@@ -1,0 +1,96 @@
+"""How near the joints and key frames seen by a camera come to the true ones."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from mossar_adapters.demo import performance
+from mossar_adapters.oak import DEFAULTS, SKELETON
+from mossar_stream.events import KeyFrameEvent
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import Settings
+
+MOVES = (
+    "rest:1",
+    "punch_left",
+    "rest:1",
+    "squat",
+    "rest:1",
+    "wave_right",
+    "rest:1",
+    "kick_left",
+    "rest:1",
+    "jump",
+)
+NOISY = {"noise": 0.1, "holes": 0.05, "jitter": 0.7}
+
+
+@functools.cache
+def play(studio, seed=3, **sensor):
+    """Return (source, true positions, times, positions from the camera) of a take."""
+    take = performance(seed=seed, fps=studio.FPS, moves=MOVES)
+    body = studio.coco(take)
+    times = take.frames.times + studio.START
+    pictures = [(i, t, [joints]) for i, (t, joints) in enumerate(zip(times, body, strict=True))]
+    source, items = studio.shown(studio.Stage(**sensor), pictures)
+    frames = studio.frames_of(items)
+    assert [f.times[0] for f in frames] == pytest.approx(times, abs=1e-6)
+    return source, studio.with_pelvis(body), times, np.concatenate([f.positions for f in frames]), take.cuts
+
+
+def key_frames(positions, times, settings, status="confirmed"):
+    segmenter = Segmenter(SKELETON, Settings.build(overrides=settings), fps=24.0)
+    events = segmenter.push(positions, times) + segmenter.end_take()
+    return np.array(sorted(e.time for e in events if isinstance(e, KeyFrameEvent) and e.status == status))
+
+
+def agreement(one, other, tolerance):
+    """Return the F1 score of a one-to-one matching of times, nearest first."""
+    free, hits = list(other), 0
+    for moment in one:
+        near = min(free, key=lambda x: abs(x - moment), default=np.inf)
+        if abs(near - moment) <= tolerance:
+            free.remove(near)
+            hits += 1
+    return 2 * hits / (len(one) + len(other))
+
+
+def test_joints_come_back_within_the_depth_resolution_where_they_are_visible(studio):
+    source, true, _, found, _ = play(studio)
+    error = np.abs(found - true)
+    visible = np.isfinite(error[:, :, 0])
+    assert visible.mean() > 0.85
+    assert source.counters.malformed == 0
+    assert np.nanmedian(error) < 0.001
+    assert np.nanpercentile(error[:, :, :2], 99.5) < 0.005
+    assert np.nanpercentile(error[:, :, 2], 99.5) < studio.DEPTH_STEP
+
+
+def test_depth_noise_and_holes_stay_within_a_few_steps_of_depth(studio):
+    source, true, _, found, _ = play(studio, **NOISY)
+    error = np.abs(found - true)
+    assert source.counters.no_depth > 0
+    assert np.nanpercentile(error[:, :, :2], 99) < 0.03
+    assert np.nanmedian(error[:, :, 2]) < studio.DEPTH_STEP
+    assert np.nanpercentile(error[:, :, 2], 95) < 2 * studio.DEPTH_STEP
+
+
+@pytest.mark.parametrize("settings", [{}, dict(DEFAULTS)], ids=["plain", "defaults"])
+def test_confirmed_key_frames_are_those_of_the_direct_run_within_a_frame(studio, settings):
+    _, true, times, found, _ = play(studio)
+    direct = key_frames(true.astype(np.float32), times, settings)
+    seen = key_frames(found, times, settings)
+    assert len(direct) > 10
+    assert agreement(direct, seen, 1.5 / studio.FPS) >= 0.97
+
+
+def test_noisy_depth_leaves_most_key_frames_in_place_and_the_defaults_help(studio):
+    plain, helped = [], []
+    for seed in (3, 4, 5, 6):
+        _, _, times, found, cuts = play(studio, seed, **NOISY)
+        moments = times[[min(cut.frame, len(times) - 1) for cut in cuts]]
+        plain.append(agreement(moments, key_frames(found, times, {}, "final"), 0.3))
+        helped.append(agreement(moments, key_frames(found, times, dict(DEFAULTS), "final"), 0.3))
+    assert np.mean(helped) > np.mean(plain) + 0.1
+    assert np.mean(helped) > 0.6

@@ -1,0 +1,131 @@
+"""What stands between a user and a camera, told in one line each; the SDK is genuine, the devices are records of it."""
+
+import os
+
+import pytest
+
+from mossar_adapters import oak_camera
+from mossar_adapters.oak_camera import CameraError, find_camera, load_sdk, model_folder, obstacle
+from mossar_adapters.oak_check import check
+
+os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
+dai = pytest.importorskip("depthai")
+
+
+def device(name, state="X_LINK_UNBOOTED", status="X_LINK_SUCCESS", identity=""):
+    return dai.DeviceInfo(
+        name,
+        identity,
+        getattr(dai.XLinkDeviceState, state),
+        dai.XLinkProtocol.X_LINK_USB_VSC,
+        dai.XLinkPlatform.X_LINK_MYRIAD_X,
+        getattr(dai.XLinkError_t, status),
+    )
+
+
+FREE = device("1.2", identity="18443010A1")
+BUSY = device("1.3", state="X_LINK_BOOTED", identity="18443010B2")
+FORBIDDEN = device("1.4", status="X_LINK_INSUFFICIENT_PERMISSIONS")
+
+
+@pytest.fixture
+def in_sight(monkeypatch):
+    def show(*devices):
+        monkeypatch.setattr(oak_camera, "cameras", lambda: list(devices))
+
+    return show
+
+
+def test_the_first_camera_that_can_be_used_is_taken(in_sight):
+    in_sight(FORBIDDEN, BUSY, FREE)
+    assert find_camera() is FREE
+
+
+def test_a_camera_is_found_by_id_and_by_port(in_sight):
+    in_sight(BUSY, FREE)
+    assert find_camera("18443010A1") is find_camera("1.2") is FREE
+
+
+def test_an_address_that_nothing_announced_is_tried_anyway(in_sight):
+    in_sight(FREE)
+    assert find_camera("10.1.2.3").name == "10.1.2.3"
+
+
+def test_another_id_names_the_cameras_in_sight(in_sight):
+    in_sight(FREE, BUSY)
+    with pytest.raises(CameraError, match="called '1844' found; there are 18443010A1, 18443010B2"):
+        find_camera("1844")
+
+
+def test_a_busy_camera_says_so(in_sight):
+    in_sight(BUSY)
+    with pytest.raises(CameraError, match="OAK camera 18443010B2: another program uses it"):
+        find_camera()
+
+
+def test_a_missing_permission_comes_with_the_rule_to_add(in_sight):
+    in_sight(FORBIDDEN)
+    with pytest.raises(CameraError, match=r"udev/rules\.d/80-movidius\.rules") as error:
+        find_camera()
+    assert "\n" not in str(error.value)
+    assert obstacle(FREE) == ""
+
+
+@pytest.mark.parametrize("version", ["2.31.0.0", "3.3.0", "4.0.0"])
+def test_other_versions_of_the_sdk_are_refused_with_the_one_to_install(monkeypatch, version):
+    monkeypatch.setattr(dai, "__version__", version)
+    with pytest.raises(
+        CameraError, match=rf"depthai {version} does not fit, depthai>=3.4,<4 does: pip install"
+    ):
+        load_sdk()
+
+
+def test_versions_from_3_4_on_are_taken(monkeypatch):
+    for version in ("3.4.0", "3.12.0rc1"):
+        monkeypatch.setattr(dai, "__version__", version)
+        assert load_sdk() is dai
+
+
+def test_a_model_that_cannot_be_downloaded_says_what_to_do_and_where_models_are_kept(monkeypatch, tmp_path):
+    monkeypatch.setenv("DEPTHAI_ZOO_CACHE_PATH", str(tmp_path))
+    monkeypatch.setenv("DEPTHAI_ZOO_INTERNET_CHECK", "0")
+    said = []
+    model, _ = oak_camera.MODELS["RVC2"]
+    with pytest.raises(CameraError, match=r"cannot be had .* oak:\?model=FILE.tar.xz") as error:
+        oak_camera._archive(model, "RVC2", said.append)
+    assert "\n" not in str(error.value)
+    assert model_folder() == tmp_path
+    assert said == [
+        f"fetching the pose model {model}; only the first run downloads it, it is kept in {tmp_path}"
+    ]
+
+
+def test_a_damaged_model_archive_is_named(tmp_path):
+    path = tmp_path / "pose.tar.xz"
+    path.write_bytes(b"no archive")
+    with pytest.raises(CameraError, match="cannot be read as a model archive"):
+        oak_camera._archive(str(path), "RVC2", str)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("X_LINK_DEVICE_ALREADY_IN_USE", "close that program"),
+        ("Insufficient permissions", "udev"),
+        ("Camera socket CAM_A is not available", "stereo pair"),
+        ("something\nelse", "something else"),
+    ],
+)
+def test_refusals_of_the_sdk_become_one_line(text, words):
+    error = oak_camera._refusal("X", RuntimeError(text))
+    assert words in str(error)
+    assert "\n" not in str(error)
+
+
+def test_the_check_lists_the_sdk_every_camera_and_the_checklist(monkeypatch):
+    monkeypatch.setattr("mossar_adapters.oak_check.cameras", lambda: [FREE, BUSY])
+    text = check()
+    assert text.startswith(f"depthai {dai.__version__}; models are kept in ")
+    assert "camera 18443010A1 at 1.2 (MYRIAD_X): ready" in text
+    assert "camera 18443010B2 at 1.3 (MYRIAD_X): another program uses it" in text
+    assert " 7. mossar record oak: take.msk" in text

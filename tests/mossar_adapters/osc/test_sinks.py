@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.address import parse_url
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.joint_sets import COCO_17
+from mossar_adapters.osc.frame_sink import OscFrameSink
+from mossar_adapters.osc.source import OscSource
+from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+
+def replay(hear, profile, source_query, items, **options):
+    """Send items to a source and return what arrives."""
+    source = OscSource(parse_url(f"osc://127.0.0.1:0?{source_query}"), ReadOptions(**options))
+    sink = OscFrameSink(parse_url(f"osc://127.0.0.1:{source.port}?profile={profile}"))
+
+    def send():
+        for item in items:
+            if isinstance(item, Meta):
+                sink.announce(item)
+            else:
+                sink.send_frames(item)
+
+    heard = hear(source, send)
+    sink.close()
+    assert source.counters.malformed == source.counters.ignored == 0
+    return heard
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return list(DemoSource.from_url("demo:?seconds=1&seed=5", speed="max").items())
+
+
+@pytest.mark.parametrize(
+    ("profile", "source_query"),
+    [
+        ("mossar", "profile=auto"),
+        ("osceleton", "profile=auto"),
+        ("kinectv2", "profile=auto"),
+        ("nimate", "profile=auto"),
+        ("flat", "profile=flat"),
+        (
+            "generic&pattern=/p/{performer}/{joint}&args=_zyx",
+            "profile=generic&pattern=/p/{performer}/{joint}&args=_zyx",
+        ),
+        ("generic&pattern=/all&args=pjcxyz", "profile=generic&pattern=/all&args=pjcxyz"),
+    ],
+)
+def test_what_every_profile_sends_its_source_reads(hear, demo, profile, source_query):
+    heard = replay(hear, profile, source_query, demo, unit="m", fps=60.0)
+    sent = np.concatenate([item.positions for item in demo[1:]])
+    assert heard.positions() == pytest.approx(sent, abs=2e-6)
+    assert heard.times() == pytest.approx(np.arange(60) / 60)
+    if profile != "flat":
+        assert heard.metas[0].skeleton.names == demo[0].skeleton.names
+
+
+def test_the_bodys_centre_survives_where_names_do_not_tell_it(hear):
+    for root in (1, -1):
+        skeleton = Skeleton(("alpha", "beta"), (-1, 0), root)
+        frames = Frames(np.ones((3, 2, 3), np.float32), np.arange(3) / 60)
+        heard = replay(hear, "mossar", "", [Meta("p1", skeleton), frames])
+        assert heard.metas[0].skeleton.root == root
+
+
+def test_confidence_travels_with_flat_arrays(hear):
+    positions = np.random.default_rng(2).uniform(0, 1.7, (4, 17, 3)).astype(np.float32)
+    frames = Frames(positions, np.arange(4) / 30, np.full((4, 17), 0.25, np.float32))
+    heard = replay(hear, "flat", "", [Meta("p1", COCO_17), frames], unit="m")
+    assert np.concatenate([f.confidence for f in heard.frames()]) == pytest.approx(np.full((4, 17), 0.25))
+    assert heard.metas[0].skeleton == COCO_17
+
+
+@pytest.mark.parametrize("profile", ["mossar", "osceleton"])
+def test_ten_performers_interleaved_are_ten_separate_streams(hear, profile):
+    url = "demo:?seconds=1&performers=10&noise=0.005"
+    items = list(DemoSource.from_url(url, speed="max").items())
+    heard = replay(hear, profile, "profile=auto", items, unit="m", fps=60.0)
+    assert heard.performers() == sorted(f"p{k}" for k in range(1, 11))
+    for k in range(1, 11):
+        alone = [item for item in items if isinstance(item, Frames) and item.performer == f"p{k}"]
+        sent = np.concatenate([item.positions for item in alone])
+        assert heard.positions(f"p{k}") == pytest.approx(sent, abs=2e-6)
+        assert heard.times(f"p{k}") == pytest.approx(np.concatenate([item.times for item in alone]))
+
+
+def test_vmc_refuses_joints_that_are_no_humanoid():
+    from mossar_adapters.osc.frame_sink import open_osc_frame_sink
+
+    sink = open_osc_frame_sink(parse_url("osc://127.0.0.1:9?profile=vmc"))
+    with pytest.raises(MossarError, match="humanoid"):
+        sink.announce(Meta("p1", Skeleton(("a", "b"))))
+    sink.close()
+
+
+def test_sending_to_nobody_does_no_harm(demo):
+    sink = OscFrameSink(parse_url("osc://127.0.0.1:9"))
+    for _ in range(3):
+        sink.announce(demo[0])
+        sink.send_frames(demo[1])
+    sink.close()
+    sink.close()

@@ -1,0 +1,85 @@
+"""`mossar view`: the dashboard."""
+
+import argparse
+import time
+
+import msgspec
+
+from mossar_adapters.address import parse_url
+from mossar_tools.console import Console
+from mossar_tools.errors import UsageError
+from mossar_tools.options import (
+    Options,
+    add_body,
+    add_messages,
+    add_page,
+    add_settings,
+    add_speed,
+    add_stream,
+)
+
+DESCRIPTION = """Show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
+level and see what stands. A recording is segmented as a whole and played; everything else is shown live."""
+EXAMPLES = """  mossar view demo:                            the built-in performer
+  mossar view osc://0.0.0.0:39539              a VMC or Kinect program on another computer
+  mossar view walk.bvh --speed 0.5             a recording at half its speed; + and - set the number of key frames
+  mossar view zmq://127.0.0.1:5556 --to osc://127.0.0.1:9000
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are fine"
+    )
+    add_page(parser)
+    add_speed(parser, "1")
+    add_stream(parser)
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    if not options.sources:
+        raise UsageError("which source? A URL, a recording, or - (see mossar view --help)")
+    options = msgspec.structs.replace(options, view=True, speed=options.speed or _speed(options))
+    if len(options.sources) == 1 and parse_url(options.sources[0]).scheme == "file":
+        return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
+    from mossar_tools.streaming import stream
+
+    return stream(options, console, page_only=True)[0]
+
+
+def _speed(options: Options) -> float | None:
+    """Return the speed where the user says nothing: that of the wall clock, where there is a choice."""
+    schemes = {parse_url(url).scheme for url in options.sources}
+    return 1.0 if schemes <= {"file", "demo"} else None
+
+
+def _play(options: Options, console: Console) -> int:
+    """Show a whole recording until the user has seen enough."""
+    if options.speed == "max":
+        raise UsageError("--speed max leaves nothing to see; give a number")
+    from mossar_adapters.extras import needed
+    from mossar_tools.dashboard.page import Page
+    from mossar_tools.dashboard.recorded import RecordedShow, read_parts
+    from mossar_tools.signals import stopping
+    from mossar_tools.streaming import say_if_cold
+
+    needed("viser", "view", "the dashboard")
+    settings = options.settings(range="file")
+    parts = read_parts(options)
+    say_if_cold()
+    console.status("segmenting ...", now=True)
+    show = RecordedShow(parts, settings, options.speed or 1.0)
+    console.clear()
+    page = Page(show, options.port, dark=options.dark)
+    ended: list[bool] = []
+    with stopping(lambda: ended.append(True)) as stop:
+        page.start(open_browser=not options.no_browser)
+        while not ended:
+            time.sleep(0.1)
+        page.close()
+    return stop.status

@@ -1,0 +1,198 @@
+"""Controls: sliders, buttons and keys; what they do is asked of the show."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mossar_stream.errors import MossarError
+from mossar_stream.settings import LEVEL_NAMES
+from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.dashboard.saving import save_settings
+
+if TYPE_CHECKING:
+    import viser
+
+_RESET, _SAVE = "Reset", "Save settings"
+SPEEDS = ("0.25", "0.5", "1", "2", "4")
+_QUIET = 0.6  # s after a touch in which the page does not move what was touched
+
+
+class Controls:
+    """The panel's widgets.
+
+    Args:
+        server: The page's server.
+        show: What they act on.
+        folder: Where files are written.
+    """
+
+    def __init__(self, server: "viser.ViserServer", show: LiveShow | RecordedShow, folder: Path) -> None:
+        self._gui = server.gui
+        self._show = show
+        self._folder = folder
+        self._touched = 0.0  # monotonic s of the last move of the playhead by hand
+        self.note = ""  # the last thing that was done or went wrong
+        with self._gui.add_folder("Level"):
+            self._add_level()
+        if isinstance(show, RecordedShow):
+            with self._gui.add_folder("Playback"):
+                self._add_playback(show)
+        with self._gui.add_folder("Velocity curve", expand_by_default=True):
+            self._add_curve()
+        self._add_buttons()
+        if isinstance(show, RecordedShow):
+            self._add_keys(show)
+
+    def sync(self) -> None:
+        """Show what has changed by itself: the playhead, and sliders that follow one another."""
+        show = self._show
+        self._set(self._level, round(min(show.strength, self._level.max), 2))
+        if isinstance(show, RecordedShow):
+            if self._count.max != max(show.total, 1):
+                self._count.max = max(show.total, 1)
+            self._set(self._count, show.standing)
+            if time.monotonic() - self._touched > _QUIET:
+                self._set(self._place, round(show.player.place, 2))
+
+    def _set(self, handle: Any, value: float) -> None:
+        if handle.value != value:
+            handle.value = value
+
+    def _add_level(self) -> None:
+        show, strengths = self._show, [self._show.strength_of(name) for name in LEVEL_NAMES]  # type: ignore[arg-type]
+        top = 2.0 * max(strengths[-1], 0.5)
+        self._level = self._gui.add_slider(
+            "strength",
+            0.0,
+            top,
+            0.01,
+            min(show.strength, top),
+            marks=((strengths[1], "motion"), (strengths[2], "cluster")),
+            hint="Key frames at least this strong stand. Left: every posture. Right: only the great changes.",
+        )
+        self._on(self._level, lambda value: show.set_level(float(value)))
+        presets = self._gui.add_button_group("preset", LEVEL_NAMES, hint="Levels found by evaluation")
+        self._on(presets, lambda value: show.set_level(value))
+        if isinstance(show, RecordedShow):
+            self._count = self._gui.add_slider(
+                "key frames",
+                0,
+                max(show.total, 1),
+                1,
+                show.standing,
+                hint="Keep this many; also the keys + and -",
+            )
+            self._on(self._count, lambda value: show.set_count(int(value)))
+
+    def _add_playback(self, show: RecordedShow) -> None:
+        player = show.player
+        self._pause = self._gui.add_button("Pause", icon="player-pause", hint="Space")
+        self._on(self._pause, lambda _: self._pause_player(show))
+        self._place = self._gui.add_slider(
+            "position (s)", player.start, max(player.end, player.start + 0.01), 0.01, player.start
+        )
+        self._on(self._place, self._seek)
+        speed = self._gui.add_dropdown("speed", SPEEDS, "1")
+        self._on(speed, lambda value: setattr(player, "speed", float(value)))
+
+    def _add_curve(self) -> None:
+        settings = self._show.settings.resolved()
+        self._slider(
+            "threshold", 0.0, 0.3, 0.005, settings.sig_threshold, "sig_threshold", "share of the range"
+        )
+        self._slider(
+            "window (s)", 0.05, 1.5, 0.05, settings.window, "window", "Starts a new take of a stream"
+        )
+        smoothing = self._gui.add_dropdown(
+            "smoothing", ("none", "moving_average", "one_euro"), settings.smoothing, hint="Starts a new take"
+        )
+        self._on(smoothing, lambda value: self._change({"smoothing": value}))
+        frames = self._gui.add_slider("over (frames)", 1, 60, 1, min(settings.smoothing_window, 60))
+        self._on(frames, lambda value: self._change({"smoothing_window": int(value)}))
+
+    def _slider(
+        self, label: str, low: float, high: float, step: float, value: float, name: str, hint: str
+    ) -> None:
+        slider = self._gui.add_slider(label, low, high, step, min(max(value, low), high), hint=hint)
+        self._on(slider, lambda chosen: self._change({name: float(chosen)}))
+
+    def _add_buttons(self) -> None:
+        show = self._show
+        if isinstance(show, LiveShow):
+            self._freeze = self._gui.add_button("Pause", icon="player-pause", hint="The stream goes on")
+            self._on(self._freeze, lambda _: self._freeze_picture(show))
+            self._record = self._gui.add_button("Record", icon="player-record", hint="Frames, to a .msk file")
+            self._on(self._record, lambda _: self._switch_recording(show))
+        hint = (
+            "Reset: a new take and a new range, as for another person. Save: settings as TOML, for --config."
+        )
+        others = self._gui.add_button_group("", (_RESET, _SAVE), hint=hint)
+        self._on(others, lambda value: show.reset() if value == _RESET else self._save())
+
+    def _add_keys(self, show: RecordedShow) -> None:
+        # What browsers call the keys; + needs shift on some keyboards and not on others.
+        for key, modifier, step in (
+            ("[plus]", None, 1),
+            ("[plus]", "shift", 1),
+            ("=", None, 1),
+            ("-", None, -1),
+        ):
+            command = self._gui.add_command(
+                "One key frame more" if step > 0 else "One key frame less",
+                hotkey=key,
+                modifier=modifier,  # type: ignore[arg-type]
+            )
+            command.on_trigger(lambda _, step=step: show.set_count(show.standing + step))
+        pause = self._gui.add_command("Pause or go on", hotkey="space")
+        pause.on_trigger(lambda _: self._pause_player(show))
+
+    def _on(self, handle: Any, act: Any) -> None:
+        """Have something done when a person touches a widget; what goes wrong is said on the page."""
+
+        def touched(event: Any) -> None:
+            if event.client is None:
+                return
+            try:
+                act(event.target.value)
+            except MossarError as error:
+                self.note = str(error)
+                LOGGER.warning("%s", error)
+
+        (handle.on_click if hasattr(handle, "on_click") else handle.on_update)(touched)
+
+    def _change(self, changes: dict[str, object]) -> None:
+        self._show.change(changes)
+
+    def _seek(self, place: float) -> None:
+        self._touched = time.monotonic()
+        if isinstance(self._show, RecordedShow):
+            self._show.player.seek(float(place))
+
+    def _pause_player(self, show: RecordedShow) -> None:
+        show.player.paused = not show.player.paused
+        self._pause.label = "Play" if show.player.paused else "Pause"
+        self._pause.icon = "player-play" if show.player.paused else "player-pause"
+
+    def _freeze_picture(self, show: LiveShow) -> None:
+        show.frozen = not show.frozen
+        self._freeze.label = "Go on" if show.frozen else "Pause"
+        self._freeze.icon = "player-play" if show.frozen else "player-pause"
+
+    def _switch_recording(self, show: LiveShow) -> None:
+        recorder = show.recorder
+        if recorder.running:
+            recorder.stop()
+            self.note = f"recorded: {recorder.path} ({recorder.frames} frames)"
+        else:
+            recorder.start(self._folder)
+            self.note = ""
+        self._record.label = "Stop recording" if recorder.running else "Record"
+        self._record.color = "red" if recorder.running else None
+
+    def _save(self) -> None:
+        show = self._show
+        path = save_settings(self._folder, show.settings, show.level, show.strength)
+        self.note = f"saved: {path}"
+        LOGGER.info("settings saved: %s", path)

@@ -1,0 +1,106 @@
+"""Glimpse: what there is to see of one performer at one moment."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.events import KeyFrameKind, SegmentState
+from mossar_stream.skeleton import Skeleton
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """A key frame as it is shown.
+
+    Args:
+        id: What tells it from others of its performer.
+        time: s.
+        frame: Number of the frame.
+        kind: `onset`, `offset` or `minimum`.
+        velocity: Share of the range.
+        strength: At which it falls; None until first computed.
+        standing: Whether it stands at the level shown.
+        decided: Whether the segmenter has said its last word.
+        tentative: Whether it is only a candidate.
+        delay: From the key frame to the message that confirmed it, s; None in recordings.
+    """
+
+    id: str
+    time: float
+    frame: int
+    kind: KeyFrameKind
+    velocity: float
+    strength: float | None
+    standing: bool
+    decided: bool = True
+    tentative: bool = False
+    delay: float | None = None
+
+
+class Stretch(msgspec.Struct, frozen=True):
+    """A segment as it is shown."""
+
+    start: float  # s
+    end: float  # s
+    state: SegmentState
+
+
+class Curve(msgspec.Struct, frozen=True):
+    """The velocity curve over the seconds shown, all (n,) and shares of the range but `times` in s."""
+
+    times: NDArray[np.float64]
+    value: NDArray[np.float64]
+    ceiling: NDArray[np.float64]
+    floor: NDArray[np.float64]
+
+
+class Body(msgspec.Struct, frozen=True):
+    """A pose, upright on the ground.
+
+    Args:
+        joints: (J, 3) m; x to the right of the viewer, y away, z up, the centre above the origin.
+        motion: (J,) how much each joint moves, 0..1.
+    """
+
+    joints: NDArray[np.float32]
+    motion: NDArray[np.float32]
+
+
+class Ghost(msgspec.Struct, frozen=True):
+    """The pose at a key frame."""
+
+    mark: Mark
+    joints: NDArray[np.float32]  # (J, 3) m, as in `Body`
+
+
+class Glimpse(msgspec.Struct, frozen=True):
+    """One performer at one moment.
+
+    Args:
+        performer: Name.
+        skeleton: J joints.
+        now: Time of the last frame, s.
+        start: Where the chart begins, s.
+        end: Where it ends, s.
+        moving: Whether the last frame is in a moving period.
+        threshold: Share of the range.
+        curve: Velocity within the chart.
+        marks: Key frames within the chart, in order of time.
+        stretches: Segments within the chart at the level shown.
+        body: The last pose; None before there is one.
+        ghosts: Poses of the last standing key frames, oldest first.
+        facts: What to say in the statistics, name and value.
+    """
+
+    performer: str
+    skeleton: Skeleton
+    now: float
+    start: float
+    end: float
+    moving: bool
+    threshold: float
+    curve: Curve
+    marks: list[Mark]
+    stretches: list[Stretch]
+    body: Body | None
+    ghosts: list[Ghost]
+    facts: list[tuple[str, str]]

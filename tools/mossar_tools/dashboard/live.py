@@ -1,0 +1,194 @@
+"""Live: the show of a running pipeline; a sink of its events and frames that remembers the last seconds."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
+from mossar_stream.events import Event, KeyFrameEvent
+from mossar_stream.frames import Frames
+from mossar_stream.presets import bundle_name, level_strength
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.state import CurveState
+from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.glimpse import Glimpse
+from mossar_tools.dashboard.recorder import Recorder
+from mossar_tools.dashboard.track import RATE, Track
+
+if TYPE_CHECKING:
+    from mossar_adapters.pipeline import Pipeline
+
+MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
+_UNREAD = 256  # snapshots kept for the page
+
+_COUNTS = ("out_of_order", "outliers", "held", "gaps")
+
+
+class _Look(msgspec.Struct, frozen=True):
+    """What the segmenting thread has left for the page."""
+
+    performer: str
+    state: CurveState
+    stats: dict[str, int]
+    dropped: int
+
+
+class LiveShow:
+    """Remembers what a pipeline does; implements `Sink` and `FrameSink`.
+
+    Args:
+        settings: Those that the pipeline starts with.
+    """
+
+    name = "the dashboard"
+    dropped = 0
+    recorded = False
+
+    def __init__(self, settings: Settings) -> None:
+        self.recorder = Recorder()
+        self.frozen = False
+        self.settings = settings  # as changed since
+        self.level: LevelName | float = settings.level
+        self._pipeline: Pipeline | None = None
+        self._tracks: dict[str, Track] = {}
+        self._looks: deque[_Look] = deque(maxlen=_UNREAD)
+        self._latest: dict[str, _Look] = {}
+        self._rates: dict[str, deque[tuple[float, int]]] = {}  # monotonic s, frames so far
+        self._due = 0.0  # monotonic s
+        self._lock = threading.Lock()
+        self._shown: list[Glimpse] = []
+
+    # What the pipeline calls.
+
+    def announce(self, meta: Meta) -> None:
+        """Take note of a performer."""
+        self.recorder.announce(meta)
+        with self._lock:
+            known = self._tracks.pop(meta.performer, None)
+            if known is None or known.skeleton != meta.skeleton:
+                known = Track(meta.performer, meta.skeleton)
+            self._tracks[meta.performer] = known
+            while len(self._tracks) > MOST_PERFORMERS:
+                gone = next(iter(self._tracks))
+                for kept in (self._tracks, self._latest, self._rates):
+                    kept.pop(gone, None)  # type: ignore[attr-defined]
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Take events in."""
+        with self._lock:
+            for event in events:
+                if isinstance(event, KeyFrameEvent) and event.performer in self._tracks:
+                    self._tracks[event.performer].take_event(event)
+
+    def send_frames(self, frames: Frames) -> None:
+        """Take frames in, and record them if that is wanted."""
+        self.recorder.write(frames)
+        with self._lock:
+            track = self._tracks.get(frames.performer)
+            if track is not None and len(frames):
+                track.take_frames(frames)
+
+    def close(self) -> None:
+        """End the recording."""
+        self.recorder.stop()
+
+    def tick(self, pipeline: "Pipeline") -> None:
+        """Leave a look at the segmenters for the page, 30 times a second; from the thread that segments."""
+        now = time.monotonic()
+        if now < self._due:
+            return
+        self._due = now + 1.0 / RATE
+        self._pipeline = pipeline
+        for name in pipeline.pool.names[-MOST_PERFORMERS:]:
+            segmenter = pipeline.pool[name]
+            state = segmenter.state
+            if state is not None:
+                dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
+                self._looks.append(_Look(name, state, segmenter.stats, dropped))
+
+    # What the page calls.
+
+    def glimpses(self) -> list[Glimpse]:
+        """Return what there is to see, one performer each."""
+        with self._lock:
+            self._read_looks()
+            if self.frozen:
+                return self._shown
+            level = self.strength
+            found = [track.glimpse(level, self._facts(name)) for name, track in sorted(self._tracks.items())]
+            self._shown = [glimpse for glimpse in found if glimpse is not None]
+        return self._shown
+
+    @property
+    def strength(self) -> float:
+        """The level as a strength."""
+        return self.strength_of(self.level)
+
+    def strength_of(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for."""
+        return level_strength(level, self.settings.resolved(), bundle_name(self.settings))
+
+    def set_level(self, level: LevelName | float) -> None:
+        """Move the level of all performers."""
+        self.level = level
+        self._ask({"level": level})
+
+    def change(self, changes: dict[str, object]) -> None:
+        """Change settings of all performers.
+
+        Raises:
+            SettingsError: If a value is illegal.
+        """
+        self.settings = self.settings.replace(**changes)
+        self._ask(changes)
+
+    def reset(self) -> None:
+        """End all takes and forget the running ranges."""
+        pipeline = self._pipeline
+        if pipeline is not None:
+            pipeline.ask(
+                lambda: [pipeline.send(pipeline.pool.reset(n)) for n in pipeline.pool.names] and None
+            )
+
+    def _ask(self, changes: dict[str, object]) -> None:
+        """Have settings changed by the thread that segments."""
+        pipeline = self._pipeline
+
+        def carry_out() -> None:
+            if pipeline is not None:
+                try:
+                    pipeline.send(pipeline.pool.set(changes))
+                except MossarError as error:
+                    LOGGER.warning("%s", error)
+
+        if pipeline is not None:
+            pipeline.ask(carry_out)
+
+    def _read_looks(self) -> None:
+        while self._looks:
+            look = self._looks.popleft()
+            if look.performer in self._tracks:
+                self._tracks[look.performer].take_sample(look.state)
+                self._latest[look.performer] = look
+                rates = self._rates.setdefault(look.performer, deque(maxlen=int(2 * RATE)))
+                rates.append((time.monotonic(), look.stats["frames"]))
+
+    def _facts(self, performer: str) -> list[tuple[str, str]]:
+        look, rates = self._latest.get(performer), self._rates.get(performer)
+        if look is None or not rates:
+            return []
+        span = time.monotonic() - rates[0][0]
+        fps = (rates[-1][1] - rates[0][1]) / span if span > 0.2 else 0.0
+        facts = [("frames", f"{look.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
+        latency = self._pipeline.latency.get(performer) if self._pipeline else None
+        quantiles = latency.quantiles_ms() if latency else None
+        if quantiles:
+            facts.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
+        facts.append(("dropped", str(look.dropped)))
+        facts += [(name.replace("_", " "), str(look.stats[name])) for name in _COUNTS if look.stats[name]]
+        return facts

@@ -1,0 +1,153 @@
+"""Page: the server, and the thread that draws."""
+
+import sys
+import threading
+import time
+import webbrowser
+from html import escape
+from pathlib import Path
+
+from mossar_adapters.extras import needed
+from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.chart import chart
+from mossar_tools.dashboard.glimpse import Glimpse
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.dashboard.style import PANEL, sheet
+from mossar_tools.dashboard.tables import facts_card, marks_card, state_card
+from mossar_tools.palette import DARK, LIGHT
+
+PORT = 8080
+RATE = 30.0  # Hz, of the scene
+_CHART_EVERY = 2  # rounds
+_TABLES_EVERY = 8
+_BRAND = (0, 78, 122)  # becomes the palette's blue where viser paints buttons with it
+_SWITCH = 0.001  # s after which a thread that computes lets another one go on
+
+
+class Page:
+    """Serves the dashboard on this computer and draws into it until it is closed.
+
+    Args:
+        show: What there is to see.
+        port: Where; the next free one if it is in use, 0 for any.
+        dark: Whether to begin in dark.
+        folder: Where files of the buttons are written.
+
+    Raises:
+        MossarError: If viser is not installed.
+    """
+
+    def __init__(
+        self,
+        show: LiveShow | RecordedShow,
+        port: int = PORT,
+        *,
+        dark: bool = False,
+        folder: Path | None = None,
+    ) -> None:
+        needed("viser", "view", "the dashboard")
+        import rich
+        import viser
+
+        from mossar_tools.dashboard.controls import Controls
+        from mossar_tools.dashboard.scene import Scene
+
+        rich.get_console().quiet = True  # viser announces itself on standard output, which is ours
+        self._show = show
+        self._server = viser.ViserServer(host="127.0.0.1", port=port, label="mossar", verbose=False)
+        self.port = self._server.get_port()
+        if port not in (0, self.port):
+            LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
+        gui = self._server.gui
+        gui.add_html(sheet())
+        gui.set_panel_label("mossar")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL)
+        self._chart = gui.add_html(chart([]))
+        self._state = gui.add_html("")
+        self._controls = Controls(self._server, show, folder or Path.cwd())
+        self._dark = gui.add_checkbox("dark", dark)
+        self._dark.on_update(lambda _: self._paint())
+        self._note = gui.add_html("")
+        with gui.add_folder("Last key frames"):
+            self._marks = gui.add_html("")
+        with gui.add_folder("Statistics"):
+            self._facts = gui.add_html("")
+        self._scene = Scene(self._server, DARK if dark else LIGHT)
+        self._paint()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._draw_on, name="dashboard", daemon=True)
+
+    @property
+    def url(self) -> str:
+        """Where to look."""
+        return f"http://127.0.0.1:{self.port}"
+
+    def start(self, *, open_browser: bool) -> None:
+        """Begin to draw.
+
+        Args:
+            open_browser: Whether to open a browser as well.
+        """
+        sys.setswitchinterval(_SWITCH)
+        self._thread.start()
+        LOGGER.info("dashboard: %s", self.url)
+        if open_browser:
+            threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()
+
+    def close(self) -> None:
+        """Stop drawing and serving."""
+        self._stop.set()
+        self._thread.join(2.0)
+        self._server.stop()
+
+    def _paint(self) -> None:
+        palette = DARK if self._dark.value else LIGHT
+        self._server.gui.configure_theme(
+            dark_mode=self._dark.value, show_logo=False, show_share_button=False, brand_color=_BRAND
+        )
+        self._scene.paint(palette)
+
+    def _draw_on(self) -> None:
+        """Draw until stopped. What goes wrong is said once, and the next round may do better."""
+        rounds, failed = 0, False
+        while not self._stop.is_set():
+            began = time.monotonic()
+            try:
+                self._draw(rounds)
+            except Exception as error:  # noqa: BLE001 - the stream matters more than its picture
+                if not failed:
+                    LOGGER.exception("dashboard: %s", error)
+                failed = True
+            rounds += 1
+            # At least as long a rest as the work took: the page never takes more than half of a core.
+            taken = time.monotonic() - began
+            self._stop.wait(max(1.0 / RATE - taken, taken))
+
+    def _draw(self, rounds: int) -> None:
+        glimpses = self._show.glimpses()  # also where nobody looks, so that what waits is taken in
+        if not self._server.get_clients():
+            return
+        with self._server.atomic():
+            self._scene.draw(glimpses)
+            if rounds % _CHART_EVERY == 0:
+                self._chart.content = chart(glimpses)
+            if rounds % _TABLES_EVERY == 0:
+                self._draw_tables(glimpses)
+
+    def _draw_tables(self, glimpses: list[Glimpse]) -> None:
+        recorder = None if isinstance(self._show, RecordedShow) else self._show.recorder
+        running = recorder is not None and recorder.running
+        self._state.content = state_card(
+            glimpses,
+            frozen=not isinstance(self._show, RecordedShow) and self._show.frozen,
+            recording=recorder.path.name if recorder and running and recorder.path else "",
+            frames=recorder.frames if recorder else 0,
+        )
+        self._facts.content = facts_card(glimpses)
+        self._marks.content = marks_card(glimpses)
+        note = f'<div class="mossar m-card m-note" id="mossar-note">{escape(self._controls.note)}</div>'
+        if self._note.content != note:
+            self._note.content = note
+        self._controls.sync()

@@ -1,0 +1,223 @@
+"""Recorded: the show of a whole recording, segmented offline, with a playhead."""
+
+import threading
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.presets import bundle_name, level_strength
+from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
+from mossar_stream.settings import LevelName, Settings
+from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
+from mossar_tools.dashboard.motion import Motion
+from mossar_tools.dashboard.player import Player
+from mossar_tools.dashboard.stance import Stance
+from mossar_tools.dashboard.track import GHOSTS, SECONDS
+from mossar_tools.opening import recording_of
+from mossar_tools.options import Options
+from mossar_tools.whole import Whole, read_whole
+
+MOST_PERFORMERS = 4  # shown
+AHEAD = 5.0  # s of the chart that lie before the playhead
+_POSES = 300  # that the directions are found from
+
+
+class _Part:
+    """One performer: frames, what was found in them, and the level of it that is shown."""
+
+    def __init__(self, performer: str, whole: Whole, settings: Settings) -> None:
+        self.performer = performer
+        self.whole = whole
+        self.stance = Stance(whole.skeleton)
+        for pose in whole.positions[:: max(1, len(whole.positions) // _POSES)]:
+            self.stance.learn(pose)
+        self.segment(settings)
+
+    def segment(self, settings: Settings) -> None:
+        """Segment the frames anew."""
+        whole = self.whole
+        self.result: Result = segment_recording(
+            whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
+        )
+        states = self.result.curves
+        self.columns = np.array(
+            [(s.time, s.value, s.ceiling, s.floor, s.moving) for s in states], np.float64
+        ).reshape(-1, 5)
+        self.threshold = states[-1].threshold if states else 0.0
+        self.result.curves.clear()
+
+    def choose(self, chosen: Segmentation) -> None:
+        """Show a level."""
+        fallen = self.result.hierarchy[: len(self.result.hierarchy) - len(chosen.key_frames)]
+        marks = [_mark(key, standing=True) for key in chosen.key_frames]
+        marks += [_mark(key, standing=False) for key in fallen]
+        self.marks = sorted(marks, key=lambda mark: mark.time)
+        self.stretches = [Stretch(s.start_time, s.end_time, s.state) for s in chosen.segments]
+
+
+class RecordedShow:
+    """Plays recordings that have been segmented as a whole.
+
+    Args:
+        parts: Name and frames of each performer.
+        settings: Of the segmentation.
+        speed: Of the player.
+    """
+
+    recorded = True
+
+    def __init__(self, parts: list[tuple[str, Whole]], settings: Settings, speed: float = 1.0) -> None:
+        self.settings = settings
+        self.level: LevelName | float = settings.level
+        self.count: int | None = None  # key frames asked for, None while the level decides
+        self._parts = [_Part(name, whole, settings) for name, whole in parts]
+        times = [whole.times for _, whole in parts if len(whole.times)]
+        ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
+        self.player = Player(float(ends[0]), float(ends[1]), speed)
+        self._lock = threading.Lock()
+        self._choose()
+
+    @property
+    def total(self) -> int:
+        """How many key frames Algorithm 2 has found in the first recording."""
+        return len(self._parts[0].result.key_frames)
+
+    @property
+    def standing(self) -> int:
+        """How many of them stand."""
+        return sum(mark.standing for mark in self._parts[0].marks)
+
+    @property
+    def strength(self) -> float:
+        """The level shown as a strength."""
+        hierarchy = self._parts[0].result.hierarchy
+        if self.count is None:
+            return self.strength_of(self.level)
+        fallen = len(hierarchy) - self.count
+        return hierarchy[fallen].strength if fallen < len(hierarchy) else 1.01 * hierarchy[-1].strength
+
+    def strength_of(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for."""
+        return level_strength(level, self.settings.resolved(), bundle_name(self.settings))
+
+    def set_level(self, level: LevelName | float) -> None:
+        """Show a level."""
+        with self._lock:
+            # By strength: a name that is moved to must not bring another bundle.
+            self.level, self.count = (level if isinstance(level, str) else float(level)), None
+            self._choose()
+
+    def set_count(self, count: int) -> None:
+        """Show so many key frames."""
+        with self._lock:
+            self.count = min(max(count, 0), self.total)
+            self._choose()
+
+    def change(self, changes: dict[str, object]) -> None:
+        """Segment anew with other settings.
+
+        Raises:
+            SettingsError: If a value is illegal.
+        """
+        settings = self.settings.replace(**changes)
+        with self._lock:
+            self.settings = settings
+            for part in self._parts:
+                part.segment(settings)
+            self._choose()
+
+    def reset(self) -> None:
+        """Go back to the beginning."""
+        self.player.seek(self.player.start)
+
+    def glimpses(self) -> list[Glimpse]:
+        """Return what there is to see at the playhead, one performer each."""
+        place = self.player.place
+        with self._lock:
+            return [self._glimpse(part, place) for part in self._parts if len(part.columns)]
+
+    def _choose(self) -> None:
+        for part in self._parts:
+            if self.count is not None:
+                part.choose(part.result.at(count=self.count))
+            else:
+                part.choose(part.result.at(self.strength_of(self.level)))
+
+    def _glimpse(self, part: _Part, place: float) -> Glimpse:
+        start, end = self._window(place)
+        times = part.columns[:, 0]
+        first, last = np.searchsorted(times, [start, end])
+        columns = part.columns[max(0, first - 1) : last + 1]
+        columns = columns[:: max(1, len(columns) // 900)].T
+        now = min(int(np.searchsorted(times, place)), len(times) - 1)
+        past = [mark for mark in part.marks if mark.standing and mark.time <= place]
+        return Glimpse(
+            performer=part.performer,
+            skeleton=part.whole.skeleton,
+            now=place,
+            start=start,
+            end=end,
+            moving=bool(part.columns[now, 4]),
+            threshold=part.threshold,
+            curve=Curve(columns[0], columns[1], columns[2], columns[3]),
+            marks=[mark for mark in part.marks if start <= mark.time <= end],
+            stretches=[s for s in part.stretches if s.end > start and s.start < end],
+            body=self._body(part, place),
+            ghosts=[
+                Ghost(mark, part.stance.place(part.whole.positions[mark.frame])) for mark in past[-GHOSTS:]
+            ],
+            facts=[
+                ("recording", part.whole.name.rsplit("/", 1)[-1]),
+                ("frames", f"{len(part.whole.times):,}"),
+                ("rate", f"{part.whole.fps:g} fps" if part.whole.fps else "as timed"),
+                ("length", f"{self.player.end - self.player.start:.1f} s"),
+            ],
+        )
+
+    def _window(self, place: float) -> tuple[float, float]:
+        player = self.player
+        if player.end - player.start <= SECONDS:
+            return player.start, max(player.end, player.start + 1.0)
+        start = min(max(place - SECONDS + AHEAD, player.start), player.end - SECONDS)
+        return start, start + SECONDS
+
+    @staticmethod
+    def _body(part: _Part, place: float) -> Body | None:
+        times, positions = part.whole.times, part.whole.positions
+        at = min(int(np.searchsorted(times, place)), len(times) - 1)
+        motion = Motion(part.whole.skeleton)
+        for i in _before(times, at):
+            motion.take(float(times[i]), positions[i])
+        return Body(part.stance.place(positions[at]), motion.shares())
+
+
+def _before(times: NDArray[np.float64], at: int) -> list[int]:
+    """Return a few frames up to one, over about half a second."""
+    first = int(np.searchsorted(times, times[at] - 0.4))
+    return sorted({*range(at, first - 1, -max(1, (at - first) // 10)), at})
+
+
+def _mark(key: KeyFrame, *, standing: bool) -> Mark:
+    return Mark(
+        id=str(key.frame),
+        time=key.time,
+        frame=key.frame,
+        kind=key.kind,
+        velocity=key.velocity,
+        strength=key.strength,
+        standing=standing,
+    )
+
+
+def read_parts(options: Options) -> list[tuple[str, Whole]]:
+    """Return name and frames of each performer of the recording that `options.file` names.
+
+    Raises:
+        MossarError: If it cannot be read.
+    """
+    recording = recording_of(options.file, options)
+    if len(recording.performers) < 2 or options.performer is not None:
+        return [(options.performer or recording.performers[0], read_whole(options))]
+    names = recording.performers[:MOST_PERFORMERS]
+    return [(name, read_whole(msgspec.structs.replace(options, performer=name))) for name in names]

@@ -1,0 +1,83 @@
+"""Recorder: what the button writes, frames into `.msk` files that are never overwritten."""
+
+import threading
+from collections import OrderedDict
+from pathlib import Path
+
+from mossar_adapters.files.msk import MskWriter
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+from mossar_tools.console import LOGGER
+
+_MOST = 256  # performers remembered
+
+
+class Recorder:
+    """Writes frames while it is switched on. Any thread may call any method."""
+
+    def __init__(self) -> None:
+        self.path: Path | None = None  # being written
+        self.frames = 0  # written
+        self._writer: MskWriter | None = None
+        self._metas: OrderedDict[str, Meta] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def announce(self, meta: Meta) -> None:
+        """Take note of a performer."""
+        with self._lock:
+            self._metas[meta.performer] = meta
+            if len(self._metas) > _MOST:
+                self._metas.popitem(last=False)
+            if self._writer is not None:
+                self._writer.write(meta)
+
+    def write(self, frames: Frames) -> None:
+        """Write frames, if a recording is on; a full disk ends the recording, not the stream."""
+        with self._lock:
+            if self._writer is None:
+                return
+            try:
+                self._writer.write(frames)
+                self.frames += len(frames)
+            except OSError as error:
+                LOGGER.error("%s: recording ended: %s", self.path, error.strerror or error)
+                self._writer = None
+
+    def start(self, folder: Path) -> Path:
+        """Begin a recording in a new file and return its path.
+
+        Raises:
+            FileError: If it cannot be written.
+        """
+        with self._lock:
+            if self._writer is not None and self.path is not None:
+                return self.path
+            path = unused(folder, "recording", ".msk")
+            self._writer, self.path, self.frames = MskWriter(path), path, 0
+            for meta in self._metas.values():
+                self._writer.write(meta)
+        return path
+
+    def stop(self) -> None:
+        """End the recording, if one is on."""
+        with self._lock:
+            if self._writer is not None:
+                self._writer.close()
+                self._writer = None
+                LOGGER.info("%s: %d frames recorded", self.path, self.frames)
+
+    @property
+    def running(self) -> bool:
+        """Whether a recording is on."""
+        return self._writer is not None
+
+
+def unused(folder: Path, stem: str, suffix: str) -> Path:
+    """Return the first of `stem-1`, `stem-2`, ... that is no file yet.
+
+    Files get their names here and not from the page: other pages in the same browser can reach this one.
+    """
+    number = 1
+    while (path := folder / f"{stem}-{number}{suffix}").exists():
+        number += 1
+    return path

@@ -1,0 +1,221 @@
+"""Scene: bodies in three dimensions, the last key poses as ghosts on a line beside them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_tools.dashboard.figures import Solids, ball_mesh, balls_of, bone_mesh, bones_of, joined
+from mossar_tools.dashboard.glimpse import Ghost, Glimpse
+from mossar_tools.dashboard.style import rgb
+from mossar_tools.dashboard.track import GHOSTS
+from mossar_tools.palette import Palette
+
+if TYPE_CHECKING:
+    import viser
+
+STEP = 0.84  # m between two ghosts
+FRONT = 1.0  # m by which the live body stands nearer than its ghosts
+_LANE = 1.9  # m for the live body
+
+_FADED = 0.35  # opacity of the oldest ghost, as a share of the latest's
+
+Colours = NDArray[np.uint8]
+
+
+class Scene:
+    """Draws performers into a viser scene; what has not changed is not sent again.
+
+    Args:
+        server: The page's server.
+        palette: Colours.
+    """
+
+    def __init__(self, server: "viser.ViserServer", palette: Palette) -> None:
+        self._server = server
+        self._lanes: list[_Lane] = []
+        server.scene.set_up_direction("+z")
+        server.initial_camera.fov = np.radians(36)
+        self.paint(palette)
+        self._aim(1, GHOSTS)
+
+    def paint(self, palette: Palette) -> None:
+        """Take other colours."""
+        self._palette = palette
+        self._server.scene.add_grid(
+            "/ground",
+            infinite_grid=True,
+            cell_size=0.5,
+            section_size=2.0,
+            cell_color=rgb(palette.faint),
+            section_color=rgb(palette.faint),
+            section_thickness=1.4,
+            cell_thickness=0.7,
+            fade_distance=26.0,
+            fade_from="origin",
+            shadow_opacity=0.18,
+        )
+        for lane in self._lanes:
+            lane.paint(palette)
+
+    def draw(self, glimpses: list[Glimpse]) -> None:
+        """Show performers side by side."""
+        if [lane.skeleton for lane in self._lanes] != [glimpse.skeleton for glimpse in glimpses]:
+            self._lay_out(glimpses)
+        for lane, glimpse in zip(self._lanes, glimpses, strict=True):
+            lane.draw(glimpse)
+
+    def _lay_out(self, glimpses: list[Glimpse]) -> None:
+        for lane in self._lanes:
+            lane.remove()
+        count = len(glimpses)
+        ghosts = max(2, GHOSTS // max(count, 1))
+        width = ghosts * STEP + _LANE
+        self._lanes = []
+        for i, glimpse in enumerate(glimpses):
+            right = (i + 1 - count / 2) * width
+            self._lanes.append(_Lane(self._server, f"/lanes/{i}", glimpse, right, ghosts, named=count > 1))
+            self._lanes[-1].paint(self._palette)
+        if count:
+            self._aim(count, ghosts)
+
+    def _aim(self, count: int, ghosts: int) -> None:
+        """Put the camera where everybody is seen, above the chart."""
+        width = count * (ghosts * STEP + _LANE)
+        away = max(6.0, 1.28 * width)
+        camera = self._server.initial_camera
+        camera.position = (0.0, -away, 0.9 + 0.13 * away)
+        camera.look_at = (0.0, 0.0, 0.85 - 0.085 * away)
+        for client in self._server.get_clients().values():
+            client.camera.position = camera.position
+            client.camera.look_at = camera.look_at
+
+
+class _Lane:
+    """One performer: the live body at the right end, ghosts to its left."""
+
+    def __init__(
+        self,
+        server: "viser.ViserServer",
+        name: str,
+        glimpse: Glimpse,
+        right: float,
+        ghosts: int,
+        *,
+        named: bool,
+    ) -> None:
+        self.skeleton = glimpse.skeleton
+        self._scene = server.scene
+        self._name = name
+        self._spot = np.array([right - _LANE / 2, -FRONT, 0.0], np.float32)
+        self._first = right - _LANE - (ghosts - 0.5) * STEP  # of the oldest ghost
+        self._room = ghosts
+        self._shown: object = None  # ghosts as they are drawn
+        self._nodes: list[Any] = []
+        self._labels: list[Any] = []
+        empty = np.full((len(glimpse.skeleton), 3), np.nan, np.float32)
+        self._bones = self._add("bones", bone_mesh(), bones_of(glimpse.skeleton, empty), 1.0)
+        self._balls = self._add("balls", ball_mesh(), balls_of(glimpse.skeleton, empty), 1.0)
+        many = [empty] * ghosts
+        self._ghost_bones = self._add(
+            "ghost bones", bone_mesh(), joined([bones_of(glimpse.skeleton, e) for e in many]), _FADED
+        )
+        self._ghost_balls = self._add(
+            "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), _FADED
+        )
+        self._nodes.append(
+            server.scene.add_label(
+                f"{name}/name",
+                f"{glimpse.performer} now" if named else "now",
+                position=tuple(self._spot + (0.0, -0.25, -0.02)),
+                anchor="top-center",
+                font_screen_scale=1.0,
+            )
+        )
+
+    def paint(self, palette: Palette) -> None:
+        """Take other colours."""
+        self._calm = np.array(rgb(palette.muted), np.float32)
+        self._lively = np.array(rgb(palette.moving), np.float32)
+        self._kinds = {kind: rgb(getattr(palette, kind)) for kind in ("onset", "offset", "minimum")}
+        self._shown = None
+
+    def draw(self, glimpse: Glimpse) -> None:
+        """Show the body and its ghosts."""
+        if glimpse.body is not None:
+            motion = glimpse.body.motion
+            joints = glimpse.body.joints + self._spot
+            pairs = np.array(self.skeleton.bones(), np.intp).reshape(-1, 2)
+            _update(self._bones, bones_of(self.skeleton, joints), self._mixed(motion[pairs].mean(axis=1)))
+            _update(self._balls, balls_of(self.skeleton, joints), self._mixed(motion))
+        ghosts = glimpse.ghosts[-self._room :]
+        key = [(ghost.mark.id, ghost.mark.time, ghost.mark.decided) for ghost in ghosts]
+        if key != self._shown and ghosts:
+            self._shown = key
+            self._draw_ghosts(ghosts)
+
+    def remove(self) -> None:
+        """Take everything away."""
+        for node in (*self._nodes, *self._labels):
+            node.remove()
+
+    def _mixed(self, shares: NDArray[np.float32]) -> Colours:
+        return (self._calm + shares[:, None] * (self._lively - self._calm)).astype(np.uint8)
+
+    def _draw_ghosts(self, ghosts: list[Ghost]) -> None:
+        empty = np.full((len(self.skeleton), 3), np.nan, np.float32)
+        free = self._room - len(ghosts)  # at the left end
+        places = [empty] * free
+        places += [ghost.joints + self._place(free + i) for i, ghost in enumerate(ghosts)]
+        colours = [(0, 0, 0)] * free + [self._kinds[ghost.mark.kind] for ghost in ghosts]
+        bones = [bones_of(self.skeleton, place) for place in places]
+        balls = [balls_of(self.skeleton, place) for place in places]
+        _update(self._ghost_bones, joined(bones), _repeated(colours, len(self.skeleton.bones())))
+        _update(self._ghost_balls, joined(balls), _repeated(colours, len(self.skeleton)))
+        for label in self._labels:
+            label.remove()
+        self._labels = [
+            self._scene.add_label(
+                f"{self._name}/time {i}",
+                f"{ghost.mark.kind} {ghost.mark.time:.1f} s",
+                position=tuple(self._place(free + i) + (0.0, -0.25, -0.02)),
+                anchor="top-center",
+                font_screen_scale=0.8,
+            )
+            for i, ghost in enumerate(ghosts)
+        ]
+
+    def _place(self, i: int) -> NDArray[np.float32]:
+        return np.array([self._first + i * STEP, 0.0, 0.0], np.float32)
+
+    def _add(
+        self, name: str, mesh: tuple[NDArray[np.float32], NDArray[np.uint32]], solids: Solids, oldest: float
+    ) -> Any:
+        """Add copies of a mesh; those of older ghosts are paler, down to an opacity of `oldest`."""
+        fading = np.linspace(oldest, 1.0, self._room if oldest < 1 else 1) * (0.75 if oldest < 1 else 1.0)
+        node = self._scene.add_batched_meshes_simple(
+            f"{self._name}/{name}",
+            mesh[0],
+            mesh[1],
+            solids.turns,
+            solids.places,
+            batched_scales=solids.sizes,
+            batched_colors=np.zeros((len(solids.places), 3), np.uint8),
+            batched_opacities=np.repeat(fading, len(solids.places) // len(fading)),
+            lod="off",
+            cast_shadow=True,
+            receive_shadow=False,
+        )
+        self._nodes.append(node)
+        return node
+
+
+def _update(node: Any, solids: Solids, colours: Colours) -> None:
+    node.batched_positions = solids.places
+    node.batched_wxyzs = solids.turns
+    node.batched_scales = solids.sizes
+    node.batched_colors = colours
+
+
+def _repeated(colours: list[tuple[int, int, int]], count: int) -> Colours:
+    return np.repeat(np.array(colours, np.uint8), count, axis=0)

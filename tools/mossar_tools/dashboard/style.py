@@ -1,0 +1,83 @@
+"""Style: how the page's own parts look, in light and dark, from the palette shared with pictures."""
+
+import msgspec
+
+from mossar_tools.palette import DARK, LIGHT, Palette
+
+PANEL = 330  # px, width of the controls
+STRIP = 250  # px, height of the chart
+
+_RULES = """
+.mossar { color: var(--ink); font: 12px/1.35 -apple-system, BlinkMacSystemFont, "Segoe UI", Roboto, "Helvetica Neue",
+  Arial, sans-serif; font-variant-numeric: tabular-nums; letter-spacing: 0; }
+.mossar b { font-weight: 650; }
+.mossar .dim { color: var(--muted); }
+.m-strip { position: fixed; left: 0; bottom: 0; right: %(panel)dpx; height: %(strip)dpx; z-index: 4;
+  background: var(--background); border-top: 1px solid var(--faint); box-sizing: border-box; padding: 8px 18px 6px; }
+.m-top { display: flex; justify-content: space-between; gap: 18px; height: 20px; white-space: nowrap;
+  overflow: hidden; }
+.m-legend { display: flex; gap: 14px; color: var(--muted); }
+.m-legend span { display: inline-flex; align-items: center; gap: 5px; }
+.m-strip svg { display: block; overflow: visible; }
+.m-strip svg.plot { width: 100%%; }
+.m-strip svg.box { overflow: hidden; }
+.m-strip text { font-size: 11px; fill: var(--muted); }
+.m-strip text.name { fill: var(--ink); font-weight: 600; }
+.m-strip text.in { fill: var(--on); font-size: 11px; font-weight: 600; }
+.mossar path, .mossar line { vector-effect: non-scaling-stroke; fill: none; }
+.m-strip .band { fill: var(--faint); opacity: .62; }
+.m-strip .curve { stroke: var(--ink); stroke-width: 1.7; stroke-linejoin: round; }
+.m-strip .area { fill: var(--moving); opacity: .20; }
+.m-strip .theta { stroke: var(--muted); stroke-dasharray: 5 4; }
+.m-strip .axis { stroke: var(--faint); }
+.m-strip .stem { stroke-width: 1.4; opacity: .8; }
+.m-strip .head { stroke: var(--level); stroke-width: 2; }
+.mossar .onset { --c: var(--onset); } .mossar .offset { --c: var(--offset); } .mossar .minimum { --c: var(--minimum); }
+.mossar .mark { stroke: var(--c); stroke-width: 1.6; fill: var(--background); }
+.mossar .mark.final { fill: var(--c); }
+.mossar .mark.fallen { opacity: .55; stroke-width: 1.1; }
+.mossar .mark.tentative { stroke-dasharray: 2 2; }
+.m-strip .stem { stroke: var(--c); }
+.m-strip rect.moving { fill: var(--moving); } .m-strip rect.resting { fill: var(--resting); }
+.m-pill { display: inline-block; border-radius: 9px; padding: 1px 9px; font-weight: 600; color: var(--on); }
+.m-pill.moving { background: var(--moving); } .m-pill.resting { background: var(--resting); }
+.m-card { padding: 2px 10px 6px; }
+.m-card.state { display: flex; justify-content: space-between; align-items: baseline; padding: 8px 10px 4px; }
+.m-card .big { font-size: 22px; font-weight: 650; line-height: 1.1; }
+.m-card table { width: 100%%; border-collapse: collapse; }
+.m-card td { padding: 1.5px 0; white-space: nowrap; } .m-card td:not(:first-child) { text-align: right; }
+.m-card th { text-align: right; font-weight: 500; color: var(--muted); padding: 0 0 2px; }
+.m-card th:first-child { text-align: left; }
+.m-card i { font-style: normal; } .m-card tr.fallen { opacity: .5; }
+.m-card .onset { color: var(--onset); } .m-card .offset { color: var(--offset); }
+.m-card .minimum { color: var(--minimum); }
+.m-note { min-height: 17px; color: var(--muted); white-space: normal; overflow-wrap: anywhere; }
+.m-red { display: inline-block; width: 8px; height: 8px; border-radius: 50%%; background: var(--level); }
+@media (max-width: 760px) { .m-strip { display: none; } }
+"""
+
+
+def sheet() -> str:
+    """Return the style sheet as an HTML element."""
+    light, dark = _variables(LIGHT, "#1f2430"), _variables(DARK, "#14171f")
+    rules = _RULES % {"panel": PANEL, "strip": STRIP}
+    return (
+        f"<style>.mossar {{ {light} }}\n[data-mantine-color-scheme=dark] .mossar {{ {dark} --resting: #6f93b0; }}"
+        f"\n{rules}</style>"
+    )
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue of `#rrggbb`."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def _variables(palette: Palette, on: str) -> str:
+    """Return CSS variables of a palette.
+
+    Args:
+        palette: Colours.
+        on: Colour of words on coloured ground.
+    """
+    colours = msgspec.structs.asdict(palette)
+    return " ".join(f"--{name}: {value};" for name, value in colours.items()) + f" --on: {on};"

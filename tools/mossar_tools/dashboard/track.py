@@ -1,0 +1,154 @@
+"""Track: the recent past of one live performer, bounded in everything."""
+
+from collections import OrderedDict, deque
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.events import KeyFrameEvent
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+from mossar_stream.state import CurveState
+from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
+from mossar_tools.dashboard.motion import Motion
+from mossar_tools.dashboard.stance import Stance
+from mossar_tools.dashboard.stretches import stretches_between
+
+SECONDS = 20.0  # of the curve that are shown
+RATE = 30.0  # samples and poses kept per second, at most
+GHOSTS = 7  # poses of key frames shown
+_SAMPLES = int(1.5 * SECONDS * RATE)
+_POSES = 400  # poses kept until their key frames are confirmed
+_MARKS = 400  # key frames kept
+
+_STANDING = ("confirmed", "restored", "final")
+
+
+class _Key(msgspec.Struct):
+    """What is known of a key frame."""
+
+    event: KeyFrameEvent
+    delay: float | None = None  # s
+    pose: NDArray[np.float32] | None = None  # (J, 3) m, as it came
+
+
+class Track:
+    """Takes in frames, events and samples of the curve of one performer; not safe by itself between threads.
+
+    Args:
+        performer: Name.
+        skeleton: J joints.
+    """
+
+    def __init__(self, performer: str, skeleton: Skeleton) -> None:
+        self.performer = performer
+        self.skeleton = skeleton
+        self._clear()
+
+    def _clear(self) -> None:
+        self._stance = Stance(self.skeleton)
+        self._motion = Motion(self.skeleton)
+        self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
+        self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
+        self._keys: OrderedDict[str, _Key] = OrderedDict()
+
+    def take_frames(self, frames: Frames) -> None:
+        """Take frames in; a pose is kept about every 1/30 s."""
+        time, pose = float(frames.times[-1]), frames.positions[-1]
+        since = time - self._poses[-1][0] if self._poses else 1.0
+        if since < -1.0:  # the source began anew
+            self._clear()
+        elif 0 <= since < 0.8 / RATE:
+            return
+        self._motion.take(time, pose)
+        self._stance.learn(pose)
+        self._poses.append((time, pose.copy()))
+
+    def take_event(self, event: KeyFrameEvent) -> None:
+        """Take news about a key frame in."""
+        if event.status == "withdrawn":
+            self._keys.pop(event.id, None)
+            return
+        key = self._keys.get(event.id)
+        if key is None:
+            key = self._keys[event.id] = _Key(event)
+            if len(self._keys) > _MARKS:
+                self._keys.popitem(last=False)
+        if event.status == "confirmed":
+            key.delay = event.decided_time - event.time
+        if key.pose is None or event.time != key.event.time:
+            key.pose = self._pose_at(event.time)
+        key.event = event
+
+    def take_sample(self, state: CurveState) -> None:
+        """Take the curve at one frame in."""
+        if self._samples and state.time <= self._samples[-1].time:
+            if state.time > self._samples[-1].time - 1.0:
+                return
+            self._samples.clear()
+        self._samples.append(state)
+
+    def glimpse(self, level: float, facts: list[tuple[str, str]]) -> Glimpse | None:
+        """Return what there is to see; None before the first sample.
+
+        Args:
+            level: Strength from which key frames are shown as standing.
+            facts: Statistics to pass on.
+        """
+        if not self._samples:
+            return None
+        last = self._samples[-1]
+        start = last.time - SECONDS
+        seen = [state for state in self._samples if state.time >= start - 0.5]
+        times, value, ceiling, floor, moving = (
+            np.array([getattr(state, name) for state in seen], np.float64)
+            for name in ("time", "value", "ceiling", "floor", "moving")
+        )
+        keys = sorted(self._keys.values(), key=lambda key: key.event.time)
+        marks = [_mark(key, level) for key in keys]
+        cuts = [mark.time for mark in marks if mark.standing]
+        known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.standing]
+        return Glimpse(
+            performer=self.performer,
+            skeleton=self.skeleton,
+            now=last.time,
+            start=start,
+            end=last.time,
+            moving=last.moving,
+            threshold=last.threshold,
+            curve=Curve(times, value, ceiling, floor),
+            marks=[mark for mark in marks if mark.time >= start],
+            stretches=stretches_between(cuts, times, moving > 0),
+            body=self._body(),
+            ghosts=[
+                Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
+            ],
+            facts=facts,
+        )
+
+    def _body(self) -> Body | None:
+        if not self._poses:
+            return None
+        return Body(self._stance.place(self._poses[-1][1]), self._motion.shares())
+
+    def _pose_at(self, time: float) -> NDArray[np.float32] | None:
+        nearest = min(self._poses, key=lambda kept: abs(kept[0] - time), default=None)
+        return nearest[1] if nearest is not None and abs(nearest[0] - time) < 0.2 else None
+
+
+def _mark(key: _Key, level: float) -> Mark:
+    event = key.event
+    standing = event.status in _STANDING if event.strength is None else event.strength >= level
+    return Mark(
+        id=event.id,
+        time=event.time,
+        frame=event.frame,
+        kind=event.kind,
+        velocity=event.velocity,
+        strength=event.strength,
+        standing=standing and event.status != "candidate",
+        decided=event.decided,
+        tentative=event.status == "candidate",
+        delay=key.delay,
+    )
