@@ -21,6 +21,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("seen", "f8"),  # (lanes,) s, when each joint was last there; -inf if never
     ("good", "f8"),  # (3, lanes) m, each joint where it was last there, in the source's space
     ("filtered", "f8"),  # (6, lanes) m and m/s, One-Euro filter
+    ("past", "f8"),  # (9, lanes) m, joints in the last frame, their displacements, these smoothed (noise)
     (
         "step",
         "f8",
@@ -65,6 +66,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("center", "i8"),  # index of the root, -1 for the centroid
     ("moving_joints", "i8"),  # joints that can move relative to the centre
     ("filter_lanes", "i8"),  # lanes, or 0 without a One-Euro filter
+    ("noise_lanes", "i8"),  # lanes, or 0 without a noise margin
     ("tempo_lanes", "i8"),  # lanes, or 0 without tempo
     ("average_size", "i8"),
     ("ring", "i8"),
@@ -85,6 +87,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("range_max", "f8"),
     ("range_half_life", "f8"),
     ("range_floor", "f8"),  # m, for all joints together
+    ("noise_margin", "f8"),
     ("max_gap", "f8"),
     ("max_speed", "f8"),
     ("max_pause", "f8"),
@@ -121,6 +124,16 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("average_sum", "i8"),
     # Range.
     ("largest", "f8"),
+    # Noise.
+    ("noise_known", "i8"),  # whether it was ever calm
+    ("noise_smooth", "i8"),  # whether the last displacement was smoothed
+    ("noise_heard", "f8"),  # s, of movement
+    ("noise_time", "f8"),  # s, since the last frame that was not a repetition
+    ("noise_span", "f8"),  # s, that the following leaky sums stand for
+    ("noise_path", "f8"),  # m
+    ("noise_turn", "f8"),  # s, correlation of successive displacements
+    ("noise", "f8"),  # m/s, path of the noise of all joints
+    ("noise_floor", "f8"),  # m, the range does not fall below it
     # Envelope and splitter.
     ("ceiling", "f8"),
     ("floor", "f8"),
@@ -197,6 +210,7 @@ class Shape(msgspec.Struct, frozen=True):
     window: int
     smoothing_window: int
     one_euro: bool
+    noise: bool
     tempo: bool
     trail: int
     counted: bool
@@ -228,6 +242,7 @@ class Shape(msgspec.Struct, frozen=True):
             "seen": lanes,
             "good": 3 * lanes,
             "filtered": 6 * lanes * self.one_euro,
+            "past": 9 * lanes * self.noise,
             "step": 3 * lanes,
             "pose": 4 * lanes,
             "ring_time": self.ring,

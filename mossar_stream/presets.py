@@ -17,6 +17,7 @@ PRESETS: dict[str, dict[str, object]] = {
         "window": 1.0,
         "sig_threshold": 0.01,
         "range_floor": 0.0,
+        "noise_margin": 0.0,
         "similarity": "path_kernel",
         "kernel_form": "normalised",
         "edges": 20,

@@ -33,4 +33,4 @@ def normalise(h, velocity, dt):
         h.largest *= np.exp2(-dt / h.range_half_life)
     h.largest = max(h.largest, velocity)
     # People who stand still must not flood: their noise is no motion.
-    return velocity, max(h.largest, h.range_floor)
+    return velocity, max(h.largest, h.range_floor, h.noise_floor)

@@ -216,14 +216,17 @@ def _whole_range(
     settings: Settings,
     fps: float | None,
 ) -> Settings:
-    """Return the settings with the range of the whole recording as fixed bounds (paper 3.1.1, normalisation).
+    """Return the settings with the range of the whole recording as bounds (paper 3.1.1, normalisation).
 
-    The smallest velocity is 0, that of the first frame, where the window is empty.
+    The smallest velocity is 0, that of the first frame, where the window is empty. The bounds are fixed, unless
+    the range must be able to rise above the noise.
     """
     plan, row = _empty_take(skeleton, settings.replace(range="running"), fps, times)
     plan, row, _ = _run(plan, row, frames, times, curves=False)
     h = header(row)
     largest = max(float(h["largest"]), float(h["range_floor"]), np.finfo(float).tiny)
+    if h["noise_lanes"]:
+        return settings.replace(range="running", range_floor=largest / float(h["moving_joints"]))
     return settings.replace(range="fixed", range_min=0.0, range_max=largest)
 
 

@@ -249,7 +249,8 @@ class Segmenter:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
         events.append(self._stream_event("reset", reason))
-        self._header["largest"] = 0.0
+        for name in ("largest", "noise", "noise_known", "noise_heard", "noise_floor"):
+            self._header[name] = 0.0
         return events
 
     def snapshot(self) -> bytes:

@@ -53,6 +53,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         range_max: Upper bound for `fixed`, m.
         range_half_life: Half-life of the maximum for `decay`, s.
         range_floor: `running` and `decay` never fall below this, m per joint over the window.
+        noise_margin: θ · range is at least this many times what the sensor's noise adds to the velocity, for
+            `running`, `decay` and `file`; 0 is off.
         center: Body centre that positions are relative to: the skeleton's `root`, or the `centroid`.
         similarity: What compares neighbouring segments: `likelihood` or `path_kernel`.
         features: Weights of the likelihood's feature groups.
@@ -94,6 +96,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     range_max: float | None = None
     range_half_life: float = 300.0
     range_floor: float | None = None
+    noise_margin: float = 1.5
     center: Center = "root"
     similarity: SimilarityName = "likelihood"
     features: Features | None = None
@@ -192,6 +195,7 @@ LIMITS: dict[str, tuple[float, float]] = {
     "range_max": (0.0, 1e6),
     "range_half_life": (0.1, 1e6),
     "range_floor": (0.0, 1e3),
+    "noise_margin": (0.0, 100.0),
     "edges": (1, 45),
     "layers": (1, 5),
     "short_segment": (0.0, 60.0),

@@ -40,7 +40,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     """Return the curve at the last frame of a row."""
     h = header(row)
     fixed = plan.settings.range == "fixed"
-    scale = 1.0 if fixed else max(float(h["largest"]), float(h["range_floor"]))
+    scale = 1.0 if fixed else max(float(h[name]) for name in ("largest", "range_floor", "noise_floor"))
     per = 1.0 / scale if scale > 0 else 0.0
     lanes = plan.shape.lanes
     pose = region(row, plan.shape, "pose").reshape(4, lanes)[:3, : plan.shape.joints].T

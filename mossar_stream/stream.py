@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mossar_stream.compiled import compiled, entry_point
 from mossar_stream.joints import filter_joints, first_joints, step_joints
 from mossar_stream.layout import HEADER, HEADER_BYTES, MARK, MEMO
+from mossar_stream.noise import calm_noise
 from mossar_stream.ranges import normalise
 from mossar_stream.similarity import add_pose
 from mossar_stream.splitter import start_curve
@@ -61,6 +62,7 @@ def advance(
     filtered = (
         row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
     )
+    past = row[h.at_past : h.at_past + 72 * h.noise_lanes].view(np.float64).reshape(9, h.noise_lanes)
     step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
     pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
     ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
@@ -99,6 +101,8 @@ def advance(
             displacement = step_joints(h, seen, good, step[0], positions[i], time)
         if h.smoothing == FILTERED:
             displacement = filter_joints(h, good, filtered, step[0], weight)
+        if h.noise_lanes > 0:
+            displacement = calm_noise(h, body, past, step[0], displacement, weight)
         velocity = travel(h, ring_time, ring_step, time, displacement)
         if h.smoothing == AVERAGED:
             velocity = moving_average(h, average, velocity)

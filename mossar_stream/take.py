@@ -35,6 +35,10 @@ def open_take(h, row_free, slots, memo, time):
     h.trail_head = 0
     h.trail_filled = 0
     h.trail_debt = 0.0
+    h.noise_time = 0.0
+    h.noise_span = 0.0
+    h.noise_path = 0.0
+    h.noise_turn = 0.0
     h.happened = 0
     h.undecided = 0
     h.ordinal = 0

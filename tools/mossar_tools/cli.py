@@ -25,6 +25,7 @@ COMMANDS: Final[dict[str, str]] = {
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
+    "evaluate": "accuracy against labelled recordings, or demo:; --grid, --plot, --json",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 

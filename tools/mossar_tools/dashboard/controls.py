@@ -1,21 +1,23 @@
 """Controls: sliders, buttons and keys; what they do is asked of the show."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, get_args
+
+from viser import Icon, ViserServer
 
 from mossar_stream.errors import MossarError
-from mossar_stream.settings import LEVEL_NAMES
+from mossar_stream.settings import LEVEL_NAMES, Smoothing
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
 
-if TYPE_CHECKING:
-    import viser
-
 _RESET, _SAVE = "Reset", "Save settings"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
+# What browsers call the keys; + needs shift on some keyboards and not on others.
+_STEPS: Any = (("[plus]", None, 1), ("[plus]", "shift", 1), ("=", None, 1), ("-", None, -1))
 _QUIET = 0.6  # s after a touch in which the page does not move what was touched
 
 
@@ -28,7 +30,7 @@ class Controls:
         folder: Where files are written.
     """
 
-    def __init__(self, server: "viser.ViserServer", show: LiveShow | RecordedShow, folder: Path) -> None:
+    def __init__(self, server: ViserServer, show: LiveShow | RecordedShow, folder: Path) -> None:
         self._gui = server.gui
         self._show = show
         self._folder = folder
@@ -54,7 +56,9 @@ class Controls:
                 self._count.max = max(show.total, 1)
             self._set(self._count, show.standing)
             if time.monotonic() - self._touched > _QUIET:
-                self._set(self._place, round(show.player.place, 2))
+                self._set(
+                    self._place, min(max(round(show.player.place, 2), self._place.min), self._place.max)
+                )
 
     def _set(self, handle: Any, value: float) -> None:
         if handle.value != value:
@@ -74,7 +78,7 @@ class Controls:
         )
         self._on(self._level, lambda value: show.set_level(float(value)))
         presets = self._gui.add_button_group("preset", LEVEL_NAMES, hint="Levels found by evaluation")
-        self._on(presets, lambda value: show.set_level(value))
+        self._on(presets, show.set_level)
         if isinstance(show, RecordedShow):
             self._count = self._gui.add_slider(
                 "key frames",
@@ -87,14 +91,16 @@ class Controls:
             self._on(self._count, lambda value: show.set_count(int(value)))
 
     def _add_playback(self, show: RecordedShow) -> None:
-        player = show.player
-        self._pause = self._gui.add_button("Pause", icon="player-pause", hint="Space")
+        player, start = show.player, round(show.player.start, 2)
+        self._pause = self._gui.add_button("Pause", icon=Icon.PLAYER_PAUSE, hint="Space")
         self._on(self._pause, lambda _: self._pause_player(show))
         self._place = self._gui.add_slider(
-            "position (s)", player.start, max(player.end, player.start + 0.01), 0.01, player.start
+            "position (s)", start, max(round(player.end, 2), start + 0.01), 0.01, start
         )
         self._on(self._place, self._seek)
-        speed = self._gui.add_dropdown("speed", SPEEDS, "1")
+        given = f"{player.speed:g}"
+        speeds = SPEEDS if given in SPEEDS else (given, *SPEEDS)
+        speed = self._gui.add_dropdown("speed", speeds, initial_value=given)
         self._on(speed, lambda value: setattr(player, "speed", float(value)))
 
     def _add_curve(self) -> None:
@@ -106,7 +112,7 @@ class Controls:
             "window (s)", 0.05, 1.5, 0.05, settings.window, "window", "Starts a new take of a stream"
         )
         smoothing = self._gui.add_dropdown(
-            "smoothing", ("none", "moving_average", "one_euro"), settings.smoothing, hint="Starts a new take"
+            "smoothing", get_args(Smoothing), initial_value=settings.smoothing, hint="Starts a new take"
         )
         self._on(smoothing, lambda value: self._change({"smoothing": value}))
         frames = self._gui.add_slider("over (frames)", 1, 60, 1, min(settings.smoothing_window, 60))
@@ -121,9 +127,11 @@ class Controls:
     def _add_buttons(self) -> None:
         show = self._show
         if isinstance(show, LiveShow):
-            self._freeze = self._gui.add_button("Pause", icon="player-pause", hint="The stream goes on")
+            self._freeze = self._gui.add_button("Pause", icon=Icon.PLAYER_PAUSE, hint="The stream goes on")
             self._on(self._freeze, lambda _: self._freeze_picture(show))
-            self._record = self._gui.add_button("Record", icon="player-record", hint="Frames, to a .msk file")
+            self._record = self._gui.add_button(
+                "Record", icon=Icon.PLAYER_RECORD, hint="Frames, to a .msk file"
+            )
             self._on(self._record, lambda _: self._switch_recording(show))
         hint = (
             "Reset: a new take and a new range, as for another person. Save: settings as TOML, for --config."
@@ -132,19 +140,10 @@ class Controls:
         self._on(others, lambda value: show.reset() if value == _RESET else self._save())
 
     def _add_keys(self, show: RecordedShow) -> None:
-        # What browsers call the keys; + needs shift on some keyboards and not on others.
-        for key, modifier, step in (
-            ("[plus]", None, 1),
-            ("[plus]", "shift", 1),
-            ("=", None, 1),
-            ("-", None, -1),
-        ):
-            command = self._gui.add_command(
-                "One key frame more" if step > 0 else "One key frame less",
-                hotkey=key,
-                modifier=modifier,  # type: ignore[arg-type]
-            )
-            command.on_trigger(lambda _, step=step: show.set_count(show.standing + step))
+        for key, modifier, step in _STEPS:
+            word = "more" if step > 0 else "less"
+            command = self._gui.add_command(f"One key frame {word}", hotkey=key, modifier=modifier)
+            command.on_trigger(_stepper(show, step))
         pause = self._gui.add_command("Pause or go on", hotkey="space")
         pause.on_trigger(lambda _: self._pause_player(show))
 
@@ -173,12 +172,12 @@ class Controls:
     def _pause_player(self, show: RecordedShow) -> None:
         show.player.paused = not show.player.paused
         self._pause.label = "Play" if show.player.paused else "Pause"
-        self._pause.icon = "player-play" if show.player.paused else "player-pause"
+        self._pause.icon = Icon.PLAYER_PLAY if show.player.paused else Icon.PLAYER_PAUSE
 
     def _freeze_picture(self, show: LiveShow) -> None:
         show.frozen = not show.frozen
         self._freeze.label = "Go on" if show.frozen else "Pause"
-        self._freeze.icon = "player-play" if show.frozen else "player-pause"
+        self._freeze.icon = Icon.PLAYER_PLAY if show.frozen else Icon.PLAYER_PAUSE
 
     def _switch_recording(self, show: LiveShow) -> None:
         recorder = show.recorder
@@ -196,3 +195,7 @@ class Controls:
         path = save_settings(self._folder, show.settings, show.level, show.strength)
         self.note = f"saved: {path}"
         LOGGER.info("settings saved: %s", path)
+
+
+def _stepper(show: RecordedShow, step: int) -> Callable[[Any], None]:
+    return lambda _: show.set_count(show.standing + step)

@@ -32,14 +32,14 @@ class Solids(msgspec.Struct, frozen=True):
 @cache
 def bone_mesh() -> tuple[Floats, NDArray[np.uint32]]:
     """Return vertices and faces of a tapered bone of length 1 along z, of radius 1 where it is thickest."""
-    return _turned([(0.0, 0.0), (0.72, 0.03), (1.0, 0.16), (0.62, 0.94), (0.45, 1.0), (0.0, 1.0)], 12)
+    return _turned([(0.0, 0.0), (0.72, 0.03), (1.0, 0.16), (0.62, 0.94), (0.45, 1.0), (0.0, 1.0)], 8)
 
 
 @cache
 def ball_mesh() -> tuple[Floats, NDArray[np.uint32]]:
     """Return vertices and faces of a ball of radius 1."""
-    angles = np.linspace(-np.pi / 2, np.pi / 2, 9)
-    return _turned([(float(np.cos(a)), float(np.sin(a))) for a in angles], 14)
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 8)
+    return _turned([(float(np.cos(a)), float(np.sin(a))) for a in angles], 11)
 
 
 def bones_of(skeleton: Skeleton, joints: Floats) -> Solids:

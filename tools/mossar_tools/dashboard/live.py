@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -22,9 +22,12 @@ from mossar_tools.dashboard.track import RATE, Track
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
+    from mossar_adapters.pipeline.pool import Pool
 
 MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
-_UNREAD = 256  # snapshots kept for the page
+_UNREAD = 256  # looks kept for the page
+_BURST = 240.0  # Hz, of looks after a stall
+_REMEMBERED = 64  # performers whose last look is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps")
 
@@ -60,6 +63,7 @@ class LiveShow:
         self._latest: dict[str, _Look] = {}
         self._rates: dict[str, deque[tuple[float, int]]] = {}  # monotonic s, frames so far
         self._due = 0.0  # monotonic s
+        self._looked: dict[str, float] = {}  # source time of the last look at each performer, s
         self._lock = threading.Lock()
         self._shown: list[Glimpse] = []
 
@@ -76,7 +80,7 @@ class LiveShow:
             while len(self._tracks) > MOST_PERFORMERS:
                 gone = next(iter(self._tracks))
                 for kept in (self._tracks, self._latest, self._rates):
-                    kept.pop(gone, None)  # type: ignore[attr-defined]
+                    kept.pop(gone, None)
 
     def send(self, events: Sequence[Event]) -> None:
         """Take events in."""
@@ -98,18 +102,27 @@ class LiveShow:
         self.recorder.stop()
 
     def tick(self, pipeline: "Pipeline") -> None:
-        """Leave a look at the segmenters for the page, 30 times a second; from the thread that segments."""
+        """Leave looks at the segmenters for the page, 30 for a second of the stream; from the thread that segments.
+
+        After a stall, when frames come in a burst, they may come quicker, so that the curve has no holes.
+        """
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + 1.0 / RATE
+        self._due = now + 1.0 / _BURST
         self._pipeline = pipeline
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
+            reached = pipeline.times.get(name, (0.0, 0.0))[1]
+            if 0 <= reached - self._looked.get(name, -1.0) < 0.9 / RATE:
+                continue
+            self._looked[name] = reached
             segmenter = pipeline.pool[name]
             state = segmenter.state
             if state is not None:
                 dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
                 self._looks.append(_Look(name, state, segmenter.stats, dropped))
+        while len(self._looked) > _REMEMBERED:
+            self._looked.pop(next(iter(self._looked)))
 
     # What the page calls.
 
@@ -136,7 +149,7 @@ class LiveShow:
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all performers."""
         self.level = level
-        self._ask({"level": level})
+        self._ask(lambda pool: pool.set({"level": level}))
 
     def change(self, changes: dict[str, object]) -> None:
         """Change settings of all performers.
@@ -145,29 +158,25 @@ class LiveShow:
             SettingsError: If a value is illegal.
         """
         self.settings = self.settings.replace(**changes)
-        self._ask(changes)
+        self._ask(lambda pool: pool.set(changes))
 
     def reset(self) -> None:
         """End all takes and forget the running ranges."""
-        pipeline = self._pipeline
-        if pipeline is not None:
-            pipeline.ask(
-                lambda: [pipeline.send(pipeline.pool.reset(n)) for n in pipeline.pool.names] and None
-            )
+        self._ask(lambda pool: pool.reset(reason="asked for"))
 
-    def _ask(self, changes: dict[str, object]) -> None:
-        """Have settings changed by the thread that segments."""
+    def _ask(self, act: "Callable[[Pool], list[Event]]") -> None:
+        """Have something done by the thread that segments, and its events sent."""
         pipeline = self._pipeline
+        if pipeline is None:
+            return
 
         def carry_out() -> None:
-            if pipeline is not None:
-                try:
-                    pipeline.send(pipeline.pool.set(changes))
-                except MossarError as error:
-                    LOGGER.warning("%s", error)
+            try:
+                pipeline.send(act(pipeline.pool))
+            except MossarError as error:
+                LOGGER.warning("%s", error)
 
-        if pipeline is not None:
-            pipeline.ask(carry_out)
+        pipeline.ask(carry_out)
 
     def _read_looks(self) -> None:
         while self._looks:

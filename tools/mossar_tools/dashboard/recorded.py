@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files import open_recording
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
 from mossar_stream.settings import LevelName, Settings
@@ -14,13 +15,26 @@ from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
-from mossar_tools.opening import recording_of
 from mossar_tools.options import Options
 from mossar_tools.whole import Whole, read_whole
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
 _POSES = 300  # that the directions are found from
+
+
+class _Found(msgspec.Struct, frozen=True):
+    """What was found in a recording.
+
+    Args:
+        result: Key frames and their hierarchy.
+        columns: (n, 5) time (s), velocity, ceiling, floor (shares of the range), and whether it is moving.
+        threshold: Share of the range.
+    """
+
+    result: Result
+    columns: NDArray[np.float64]
+    threshold: float
 
 
 class _Part:
@@ -32,24 +46,11 @@ class _Part:
         self.stance = Stance(whole.skeleton)
         for pose in whole.positions[:: max(1, len(whole.positions) // _POSES)]:
             self.stance.learn(pose)
-        self.segment(settings)
-
-    def segment(self, settings: Settings) -> None:
-        """Segment the frames anew."""
-        whole = self.whole
-        self.result: Result = segment_recording(
-            whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
-        )
-        states = self.result.curves
-        self.columns = np.array(
-            [(s.time, s.value, s.ceiling, s.floor, s.moving) for s in states], np.float64
-        ).reshape(-1, 5)
-        self.threshold = states[-1].threshold if states else 0.0
-        self.result.curves.clear()
+        self.found = _segmented(whole, settings)
 
     def choose(self, chosen: Segmentation) -> None:
         """Show a level."""
-        fallen = self.result.hierarchy[: len(self.result.hierarchy) - len(chosen.key_frames)]
+        fallen = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
         marks = [_mark(key, standing=True) for key in chosen.key_frames]
         marks += [_mark(key, standing=False) for key in fallen]
         self.marks = sorted(marks, key=lambda mark: mark.time)
@@ -76,12 +77,13 @@ class RecordedShow:
         ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
         self.player = Player(float(ends[0]), float(ends[1]), speed)
         self._lock = threading.Lock()
+        self._segmenting = threading.Lock()
         self._choose()
 
     @property
     def total(self) -> int:
         """How many key frames Algorithm 2 has found in the first recording."""
-        return len(self._parts[0].result.key_frames)
+        return len(self._parts[0].found.result.key_frames)
 
     @property
     def standing(self) -> int:
@@ -91,11 +93,13 @@ class RecordedShow:
     @property
     def strength(self) -> float:
         """The level shown as a strength."""
-        hierarchy = self._parts[0].result.hierarchy
+        hierarchy = self._parts[0].found.result.hierarchy
         if self.count is None:
             return self.strength_of(self.level)
         fallen = len(hierarchy) - self.count
-        return hierarchy[fallen].strength if fallen < len(hierarchy) else 1.01 * hierarchy[-1].strength
+        if fallen < len(hierarchy):
+            return float(hierarchy[fallen].strength)
+        return 1.01 * hierarchy[-1].strength if hierarchy else 0.0
 
     def strength_of(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for."""
@@ -120,11 +124,14 @@ class RecordedShow:
         Raises:
             SettingsError: If a value is illegal.
         """
-        settings = self.settings.replace(**changes)
+        self.settings = settings = self.settings.replace(**changes)
+        with self._segmenting:
+            if self.settings is not settings:
+                return  # a slider has moved on meanwhile
+            found = [_segmented(part.whole, settings) for part in self._parts]
         with self._lock:
-            self.settings = settings
-            for part in self._parts:
-                part.segment(settings)
+            for part, new in zip(self._parts, found, strict=True):
+                part.found = new
             self._choose()
 
     def reset(self) -> None:
@@ -135,20 +142,20 @@ class RecordedShow:
         """Return what there is to see at the playhead, one performer each."""
         place = self.player.place
         with self._lock:
-            return [self._glimpse(part, place) for part in self._parts if len(part.columns)]
+            return [self._glimpse(part, place) for part in self._parts if len(part.found.columns)]
 
     def _choose(self) -> None:
         for part in self._parts:
             if self.count is not None:
-                part.choose(part.result.at(count=self.count))
+                part.choose(part.found.result.at(count=self.count))
             else:
-                part.choose(part.result.at(self.strength_of(self.level)))
+                part.choose(part.found.result.at(self.strength_of(self.level)))
 
     def _glimpse(self, part: _Part, place: float) -> Glimpse:
         start, end = self._window(place)
-        times = part.columns[:, 0]
+        times = part.found.columns[:, 0]
         first, last = np.searchsorted(times, [start, end])
-        columns = part.columns[max(0, first - 1) : last + 1]
+        columns = part.found.columns[max(0, first - 1) : last + 1]
         columns = columns[:: max(1, len(columns) // 900)].T
         now = min(int(np.searchsorted(times, place)), len(times) - 1)
         past = [mark for mark in part.marks if mark.standing and mark.time <= place]
@@ -158,8 +165,8 @@ class RecordedShow:
             now=place,
             start=start,
             end=end,
-            moving=bool(part.columns[now, 4]),
-            threshold=part.threshold,
+            moving=bool(part.found.columns[now, 4]),
+            threshold=part.found.threshold,
             curve=Curve(columns[0], columns[1], columns[2], columns[3]),
             marks=[mark for mark in part.marks if start <= mark.time <= end],
             stretches=[s for s in part.stretches if s.end > start and s.start < end],
@@ -192,6 +199,18 @@ class RecordedShow:
         return Body(part.stance.place(positions[at]), motion.shares())
 
 
+def _segmented(whole: Whole, settings: Settings) -> _Found:
+    """Return what is found in a recording; of its curve only what is drawn."""
+    result = segment_recording(
+        whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
+    )
+    states = result.curves
+    rows = [(s.time, s.value, s.ceiling, s.floor, s.moving) for s in states]
+    threshold = states[-1].threshold if states else 0.0
+    states.clear()
+    return _Found(result, np.array(rows, np.float64).reshape(-1, 5), threshold)
+
+
 def _before(times: NDArray[np.float64], at: int) -> list[int]:
     """Return a few frames up to one, over about half a second."""
     first = int(np.searchsorted(times, times[at] - 0.4))
@@ -216,7 +235,7 @@ def read_parts(options: Options) -> list[tuple[str, Whole]]:
     Raises:
         MossarError: If it cannot be read.
     """
-    recording = recording_of(options.file, options)
+    recording = open_recording(options.file, options.reading())
     if len(recording.performers) < 2 or options.performer is not None:
         return [(options.performer or recording.performers[0], read_whole(options))]
     names = recording.performers[:MOST_PERFORMERS]

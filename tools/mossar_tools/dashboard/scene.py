@@ -1,9 +1,10 @@
 """Scene: bodies in three dimensions, the last key poses as ghosts on a line beside them."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from viser import ViserServer
 
 from mossar_tools.dashboard.figures import Solids, ball_mesh, balls_of, bone_mesh, bones_of, joined
 from mossar_tools.dashboard.glimpse import Ghost, Glimpse
@@ -11,10 +12,7 @@ from mossar_tools.dashboard.style import rgb
 from mossar_tools.dashboard.track import GHOSTS
 from mossar_tools.palette import Palette
 
-if TYPE_CHECKING:
-    import viser
-
-STEP = 0.84  # m between two ghosts
+STEP = 0.88  # m between two ghosts
 FRONT = 1.0  # m by which the live body stands nearer than its ghosts
 _LANE = 1.9  # m for the live body
 
@@ -31,7 +29,7 @@ class Scene:
         palette: Colours.
     """
 
-    def __init__(self, server: "viser.ViserServer", palette: Palette) -> None:
+    def __init__(self, server: ViserServer, palette: Palette) -> None:
         self._server = server
         self._lanes: list[_Lane] = []
         server.scene.set_up_direction("+z")
@@ -96,7 +94,7 @@ class _Lane:
 
     def __init__(
         self,
-        server: "viser.ViserServer",
+        server: ViserServer,
         name: str,
         glimpse: Glimpse,
         right: float,
@@ -112,7 +110,6 @@ class _Lane:
         self._room = ghosts
         self._shown: object = None  # ghosts as they are drawn
         self._nodes: list[Any] = []
-        self._labels: list[Any] = []
         empty = np.full((len(glimpse.skeleton), 3), np.nan, np.float32)
         self._bones = self._add("bones", bone_mesh(), bones_of(glimpse.skeleton, empty), 1.0)
         self._balls = self._add("balls", ball_mesh(), balls_of(glimpse.skeleton, empty), 1.0)
@@ -123,15 +120,8 @@ class _Lane:
         self._ghost_balls = self._add(
             "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), _FADED
         )
-        self._nodes.append(
-            server.scene.add_label(
-                f"{name}/name",
-                f"{glimpse.performer} now" if named else "now",
-                position=tuple(self._spot + (0.0, -0.25, -0.02)),
-                anchor="top-center",
-                font_screen_scale=1.0,
-            )
-        )
+        self._label("name", f"{glimpse.performer} now" if named else "now", self._spot, 1.0)
+        self._labels = [self._label(f"time {i}", " ", self._place(i), 0.8) for i in range(ghosts)]
 
     def paint(self, palette: Palette) -> None:
         """Take other colours."""
@@ -156,7 +146,7 @@ class _Lane:
 
     def remove(self) -> None:
         """Take everything away."""
-        for node in (*self._nodes, *self._labels):
+        for node in self._nodes:
             node.remove()
 
     def _mixed(self, shares: NDArray[np.float32]) -> Colours:
@@ -172,21 +162,23 @@ class _Lane:
         balls = [balls_of(self.skeleton, place) for place in places]
         _update(self._ghost_bones, joined(bones), _repeated(colours, len(self.skeleton.bones())))
         _update(self._ghost_balls, joined(balls), _repeated(colours, len(self.skeleton)))
-        for label in self._labels:
-            label.remove()
-        self._labels = [
-            self._scene.add_label(
-                f"{self._name}/time {i}",
-                f"{ghost.mark.kind} {ghost.mark.time:.1f} s",
-                position=tuple(self._place(free + i) + (0.0, -0.25, -0.02)),
-                anchor="top-center",
-                font_screen_scale=0.8,
-            )
-            for i, ghost in enumerate(ghosts)
-        ]
+        words = [f"{ghost.mark.kind} {ghost.mark.time:.1f} s" for ghost in ghosts]
+        for label, text in zip(self._labels, [""] * free + words, strict=True):
+            label.text, label.visible = text or " ", bool(text)
 
     def _place(self, i: int) -> NDArray[np.float32]:
         return np.array([self._first + i * STEP, 0.0, 0.0], np.float32)
+
+    def _label(self, name: str, text: str, spot: NDArray[np.float32], size: float) -> Any:
+        label = self._scene.add_label(
+            f"{self._name}/{name}",
+            text,
+            position=spot + np.array([0.0, -0.25, -0.02]),
+            anchor="top-center",
+            font_screen_scale=size,
+        )
+        self._nodes.append(label)
+        return label
 
     def _add(
         self, name: str, mesh: tuple[NDArray[np.float32], NDArray[np.uint32]], solids: Solids, oldest: float
@@ -203,7 +195,7 @@ class _Lane:
             batched_colors=np.zeros((len(solids.places), 3), np.uint8),
             batched_opacities=np.repeat(fading, len(solids.places) // len(fading)),
             lod="off",
-            cast_shadow=True,
+            cast_shadow=oldest == 1,  # ghosts cast none
             receive_shadow=False,
         )
         self._nodes.append(node)

@@ -1,5 +1,7 @@
 """Stretches: the segments between standing key frames, coloured by what most of their frames do."""
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,6 @@ def stretches_between(
     total = np.concatenate([[0], np.cumsum(moving)])
     return [
         Stretch(edges[i], edges[i + 1], "moving" if 2 * (total[b] - total[a]) > b - a else "resting")
-        for i, (a, b) in enumerate(zip(places[:-1], places[1:], strict=True))
+        for i, (a, b) in enumerate(itertools.pairwise(places))
         if edges[i + 1] > edges[i]
     ]

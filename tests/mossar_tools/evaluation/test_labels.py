@@ -1,0 +1,59 @@
+import pytest
+
+from mossar_tools.evaluation.labels import LabelError, read_folder
+
+
+def test_a_label_file_is_read_and_other_keys_are_passed_over(relabel):
+    folder = relabel(cuts=[10, [20, 22, 25]], source="drawn by hand")
+    ((path, labels),) = read_folder(folder)
+    assert path.name == "walk.json"
+    assert labels.cuts == [10.0, (20.0, 22.0, 25.0)]
+
+
+def test_json_that_is_no_label_is_passed_over(labelled):
+    (labelled / "pose.json").write_text('[{"people": []}]')
+    (labelled / "notes.json").write_text('{"cuts": []}')
+    assert len(read_folder(labelled)) == 1
+
+
+@pytest.mark.parametrize(
+    ("fields", "problem"),
+    [
+        ({}, "either cuts or judges"),
+        ({"cuts": [1], "judges": [[1]]}, "either cuts or judges"),
+        ({"cuts": [[1, 2]]}, "cuts"),
+        ({"cuts": ["1"]}, "cuts"),
+        ({"cuts": [[5, 4, 6]]}, "cut 1 must be"),
+        ({"cuts": [20, 10]}, "cut 2 begins"),
+        ({"cuts": [-1]}, "before frame 0"),
+        ({"cuts": [10], "level": "dance"}, "level"),
+        ({"cuts": [10], "fps": 0}, "fps"),
+        ({"cuts": [10], "tolerance_s": -1}, "tolerance_s"),
+        ({"judges": [[10]], "bandwidth_s": 0}, "bandwidth_s"),
+        ({"cuts": [10], "recording": 7}, "recording"),
+    ],
+)
+def test_a_label_file_that_nobody_can_mean_is_refused_in_one_line(relabel, fields, problem):
+    folder = relabel(**fields)
+    with pytest.raises(LabelError, match=problem) as error:
+        read_folder(folder)
+    assert "walk.json" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_broken_json_is_refused(labelled):
+    (labelled / "walk.json").write_text('{"recording": ')
+    with pytest.raises(LabelError, match="no valid JSON"):
+        read_folder(labelled)
+
+
+def test_a_folder_without_labels_says_what_to_put_there(tmp_path):
+    with pytest.raises(LabelError, match=r"no label file; put NAME\.json"):
+        read_folder(tmp_path)
+
+
+def test_a_folder_that_is_not_there_or_is_a_file_is_refused(labelled):
+    with pytest.raises(LabelError, match="there is no such folder"):
+        read_folder(labelled / "nowhere")
+    with pytest.raises(LabelError, match="this is a file"):
+        read_folder(labelled / "walk.npz")

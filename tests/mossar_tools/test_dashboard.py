@@ -1,0 +1,244 @@
+"""The dashboard as people meet it: real processes, a real browser."""
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.files import open_recording
+from mossar_adapters.files.msk import MskWriter
+from mossar_adapters.pipeline import Pipeline
+from mossar_stream.settings import Settings
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.page import Page
+
+ROOT = Path(__file__).parents[2]
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SOON = 15_000  # ms, for what the page does after a touch; generous, because a busy machine draws slowly
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("needs a browser: apt-get install chromium")
+    api = pytest.importorskip("playwright.sync_api", reason="needs pip install playwright")
+    with api.sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def opened(browser):
+    """Open the dashboard in a new window and wait until it shows something."""
+    windows = []
+
+    def open_at(url):
+        window = browser.new_page(viewport={"width": 840, "height": 680})
+        windows.append(window)
+        window.goto(url)
+        window.wait_for_selector("#mossar-standing", timeout=60_000)
+        return window
+
+    yield open_at
+    for window in windows:
+        window.close()
+
+
+def address(running):
+    """Return where a process says that its dashboard is, and what it said before."""
+    said = []
+    for line in running.stderr:
+        said.append(line.decode())
+        if found := re.search(r"http://\S+", said[-1]):
+            return found[0], said
+    raise AssertionError(said)
+
+
+def number(window, place):
+    return int(window.text_content(place))
+
+
+def frames(window):
+    """Return how many frames the statistics tell of."""
+    return int(re.search(r"frames([\d,]+)", window.text_content("#mossar-facts"))[1].replace(",", ""))
+
+
+def until(window, condition, *, seconds=SOON / 1000):
+    """Wait until a condition of the page holds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, window.text_content("body")
+        window.wait_for_timeout(100)
+
+
+def drag(window, name, share):
+    """Drag the slider called so to a share of its width."""
+    box = window.locator(f"label:text-is('{name}')").locator("xpath=ancestor::*[.//*[@role='slider']][1]")
+    track = box.locator("[class*=Slider-trackContainer], [class*=Slider-root]").first.bounding_box()
+    thumb = box.locator("[role=slider]").first.bounding_box()
+    y = thumb["y"] + thumb["height"] / 2
+    window.mouse.move(thumb["x"] + thumb["width"] / 2, y)
+    window.mouse.down()
+    window.mouse.move(track["x"] + share * track["width"], y, steps=8)
+    window.mouse.up()
+
+
+def press(window, name):
+    window.locator(f"button:visible:has-text('{name}')").first.click()
+
+
+def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_path):
+    running = process("view", "demo:?seed=3", "--port", "0", "--no-browser", cwd=tmp_path)
+    window = opened(address(running)[0])
+    until(window, lambda: number(window, "#mossar-known") >= 12, seconds=40)
+
+    press(window, "posture")
+    until(window, lambda: number(window, "#mossar-standing") > 8)
+    many, before = number(window, "#mossar-standing"), frames(window)
+    drag(window, "strength", 0.9)
+    until(window, lambda: number(window, "#mossar-standing") < many / 2)
+    until(window, lambda: frames(window) > before)
+    few = number(window, "#mossar-standing")
+    press(window, "posture")
+    until(window, lambda: number(window, "#mossar-standing") > few)
+    press(window, "motion")
+
+    press(window, "Record")
+    until(window, lambda: window.locator("#mossar-frames").count() and number(window, "#mossar-frames") > 20)
+    press(window, "Stop recording")
+    recording = open_recording(tmp_path / "recording-1.msk")
+    assert sum(len(chunk) for chunk in recording.chunks()) > 20
+    assert "Hips" in recording.skeleton.names
+
+    press(window, "Save settings")
+    until(window, lambda: "saved" in window.text_content("#mossar-note"))
+    saved = tomllib.loads((tmp_path / "mossar-1.toml").read_text())
+    assert Settings.build(overrides={**saved["settings"], "level": saved["level"]}).window == 0.2
+
+    assert len(window.screenshot(path=tmp_path / "page.png")) > 20_000
+    press(window, "Pause")
+    window.wait_for_selector("button:visible:has-text('Go on')", timeout=SOON)
+    window.wait_for_timeout(500)
+    still = window.inner_html("#mossar-chart svg.plot")
+    window.wait_for_timeout(500)
+    assert window.inner_html("#mossar-chart svg.plot") == still
+    press(window, "Go on")
+    until(window, lambda: window.inner_html("#mossar-chart svg.plot") != still)
+
+    running.send_signal(signal.SIGTERM)
+    out, err = running.communicate(timeout=20)
+    assert (running.returncode, out) == (143, b"")
+    assert b"Traceback" not in err
+
+
+def test_a_recording_has_a_playhead_and_a_number_of_key_frames(process, opened, tmp_path):
+    with MskWriter(tmp_path / "take.msk") as writer:
+        for item in DemoSource.from_url("demo:?seconds=30&seed=3", speed="max").items():
+            writer.write(item)
+    running = process("view", tmp_path / "take.msk", "--port", "0", "--no-browser", cwd=tmp_path)
+    window = opened(address(running)[0])
+    window.mouse.click(200, 200)
+    window.keyboard.press("Space")
+    window.wait_for_selector("button:visible:has-text('Play')", timeout=SOON)
+    drag(window, "position (s)", 0.6)
+    until(window, lambda: 12 < float(window.locator(".mossar .big").text_content().split()[0]) < 24)
+
+    box = window.locator("label:text-is('key frames')").locator("xpath=ancestor::*[.//input][1]")
+    count = box.locator("input").first
+    chosen = int(count.input_value())
+    window.mouse.click(200, 200)
+    window.keyboard.press("+")
+    window.keyboard.press("+")
+    until(window, lambda: int(count.input_value()) == chosen + 2)
+    window.keyboard.press("-")
+    until(window, lambda: int(count.input_value()) == chosen + 1)
+    before = number(window, "#mossar-standing")
+    drag(window, "key frames", 1.0)
+    until(window, lambda: number(window, "#mossar-standing") > before)
+    press(window, "cluster")
+    until(window, lambda: number(window, "#mossar-standing") <= before)
+
+
+def test_pages_come_go_and_sleep_while_nothing_grows_or_stalls(opened):
+    show = LiveShow(Settings())
+    source = DemoSource.from_url("demo:?seed=5")
+    pipeline = Pipeline([source], [], Settings(), views=[show], tick=lambda: show.tick(pipeline))
+    page = Page(show, 0)
+    stream = threading.Thread(target=pipeline.run)
+    stream.start()
+    page.start(open_browser=False)
+    try:
+        sleeper = opened(page.url)
+        asleep = sleeper.context.new_cdp_session(sleeper)
+        asleep.send("Debugger.enable")
+        asleep.send("Debugger.pause")
+        watcher = opened(page.url)
+        waiting = page._server._websock_server._broadcast_buffer.message_from_id
+        sizes, before = [], frames(watcher)
+        for _ in range(4):
+            watcher.wait_for_timeout(700)
+            sizes.append(len(waiting))
+        until(watcher, lambda: frames(watcher) > before)
+        watcher.reload()
+        watcher.wait_for_selector("#mossar-standing", timeout=SOON)
+        assert max(sizes) < sizes[0] + 40
+        assert pipeline.inbox.dropped == [0]
+        assert all(outlet.dropped == 0 for outlet in pipeline.outlets)
+        asleep.detach()
+    finally:
+        pipeline.stop()
+        stream.join(20)
+        page.close()
+    assert not stream.is_alive()
+
+
+def test_a_port_in_use_is_said_and_the_next_one_taken(process, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        running = process("view", "demo:", "--port", port, "--no-browser", cwd=tmp_path)
+        url, said = address(running)
+    assert f"port {port} is in use" in "".join(said)
+    assert not url.endswith(f":{port}")
+
+
+def test_run_with_a_page_keeps_standard_output_to_its_events(process, tmp_path):
+    arguments = ("run", "demo:?seconds=2", "--speed", "max", "--view", "--port", "0", "--no-browser")
+    out, err = process(*arguments, cwd=tmp_path).communicate(timeout=60)
+    assert out.startswith(b'{"type":"stream"')
+    assert b"viser" not in out + err
+
+
+def test_speed_max_leaves_nothing_to_see(mossar, swing):
+    status, _, err = mossar("view", swing, "--speed", "max")
+    assert (status, err.count("\n")) == (2, 1)
+
+
+def test_without_viser_one_line_says_what_to_install():
+    program = """
+import importlib.machinery, sys
+found = importlib.machinery.PathFinder.find_spec
+importlib.machinery.PathFinder.find_spec = lambda name, *rest: None if name == "viser" else found(name, *rest)
+from mossar_tools.cli import main
+sys.exit(main(["view", "demo:", "--no-browser"]))
+"""
+    paths = os.pathsep.join(str(ROOT / name) for name in ("", "adapters", "tools"))
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        check=False,
+    )
+    assert ended.returncode == 2
+    assert ended.stderr == b"mossar: the dashboard needs an extra: pip install 'mossar-stream[view]'\n"

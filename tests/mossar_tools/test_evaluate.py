@@ -1,0 +1,94 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from mossar_stream.settings import Settings
+from mossar_tools.cli import main
+from mossar_tools.evaluation.metrics import mean_scores, median
+from mossar_tools.evaluation.mossar import mossar_methods, stream
+from mossar_tools.evaluation.takes import load_folder
+
+LABELLED = Path(__file__).parents[3] / "shared" / "data" / "labelled"
+
+
+@pytest.fixture(scope="module")
+def takes():
+    if not LABELLED.is_dir():
+        pytest.skip("no labelled recordings in ../shared/data/labelled")
+    return load_folder(LABELLED)
+
+
+def reached(takes, level, status, **settings):
+    own = [take for take in takes if take.level == level]
+    return mean_scores([stream(take, Settings(**settings), status).scores(take) for take in own])
+
+
+def test_final_key_frames_of_clusters_are_accurate_and_in_time(takes):
+    scores = reached(takes, "cluster", "final")
+    assert scores.f1 >= 0.85
+    assert median(scores.delays) <= 5.0
+
+
+def test_final_key_frames_of_motions_are_accurate_and_in_time(takes):
+    scores = reached(takes, "motion", "final")
+    assert scores.f1 >= 0.75
+    assert median(scores.delays) <= 3.5
+
+
+def test_confirmed_key_frames_of_clusters_miss_little_and_are_early(takes):
+    scores = reached(takes, "cluster", "confirmed")
+    assert scores.recall >= 0.95
+    assert scores.key_frames <= 15
+    assert median(scores.delays) <= 0.5
+
+
+@pytest.mark.parametrize("level", ["motion", "cluster"])
+def test_a_bounded_window_costs_hardly_any_accuracy(takes, level):
+    bounded, unbounded = reached(takes, level, "final"), reached(takes, level, "final", remerge_window=1024)
+    assert abs(bounded.f1 - unbounded.f1) <= 0.02
+
+
+def test_the_built_in_performer_is_evaluated_without_any_data(capsys, tmp_path):
+    picture = tmp_path / "strips.svg"
+    assert main(["evaluate", "demo:", "--seeds", "1", "--json", "--plot", str(picture)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [group["group"] for group in found["groups"]] == ["demo, no noise", "demo, Kinect noise"]
+    names = {method["method"] for method in found["groups"][0]["methods"]}
+    assert {method.name for method in mossar_methods(Settings())} < names
+    assert {"velocity-based (2.1)", "Li and Leung (2.2)", "a cut every k seconds"} < names
+    for method in found["groups"][0]["methods"]:
+        assert 0 <= method["mean"]["f1"] <= 1
+    assert picture.stat().st_size > 10_000
+
+
+def test_a_labelled_folder_gives_a_table_for_people(capsys, tmp_path):
+    (tmp_path / "walk.csv").write_text(table())
+    (tmp_path / "walk.json").write_text('{"recording": "walk.csv", "fps": 30, "unit": "m", "cuts": [30, 60]}')
+    assert main(["evaluate", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "motion: 1 recordings, 3 s, 2 true cuts" in out
+    assert "Mossar likelihood, streaming" in out
+
+
+def table():
+    rows = ["hip_x,hip_y,hip_z,hand_x,hand_y,hand_z"]
+    rows += [f"0,1,0,{min(max(i - 30, 0), 30) / 30},1,0.5" for i in range(90)]
+    return "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["nowhere"], "there is no such folder"),
+        (["osc://127.0.0.1:9000"], "takes a folder of labelled recordings or demo:"),
+        (["demo:?colour=red"], "demo"),
+        (["demo:", "--plot", "strips.gif"], "pictures are"),
+        (["demo:", "--set", "colour=red"], "no setting called"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
+    assert main(["evaluate", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert problem in err
+    assert len(err.splitlines()) == 1

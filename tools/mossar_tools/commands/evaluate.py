@@ -1,0 +1,128 @@
+"""`mossar evaluate`: accuracy against labelled recordings."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from mossar_adapters.address import parse_url
+from mossar_stream.settings import Settings
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.evaluation.takes import Take
+from mossar_tools.options import Options, add_messages, add_settings
+from mossar_tools.values import whole
+
+DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
+streaming and offline, the two rivals of the paper, and what is reached by chance.
+
+A labelled folder has beside each recording, say walk.bvh, a file walk.json:
+  {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
+   "cuts": [[500, 550, 600], 1150, 1980]}
+Cuts are frames from 0, as [earliest, middle, latest] or one number; level is posture, motion or cluster.
+Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
+of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
+EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
+  mossar evaluate demo:?noise=0.02&fps=30 --seeds 5
+  mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
+  mossar evaluate DIR --set sig_threshold=0.03
+  mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; minutes
+"""
+
+SHOWN = "Mossar likelihood, streaming"  # the method whose recordings are listed one by one
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="DIR", help="a folder of labelled recordings, or demo:")
+    group = parser.add_argument_group("what to do and to put out")
+    group.add_argument(
+        "--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did"
+    )
+    group.add_argument("--json", action="store_true", help="everything as one JSON object")
+    group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
+    group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    group.add_argument(
+        "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
+    )
+    add_settings(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    settings = options.settings()
+    picture = _picture(options)
+    takes = _takes(options, console)
+    if options.grid:
+        return _grid(takes, options, console, picture)
+    from mossar_tools.evaluation.methods import all_methods
+    from mossar_tools.evaluation.report import as_json, recording_table, tables
+    from mossar_tools.evaluation.trial import groups_of, trial
+    from mossar_tools.streaming import say_if_cold
+
+    say_if_cold()
+    groups = groups_of(takes)
+    methods = all_methods(settings)
+    rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
+    if options.json:
+        console.line(msgspec.json.encode(as_json(groups, rows)).decode())
+    else:
+        for line in tables(groups, rows):
+            console.line(line)
+        for name, own in groups.items():
+            console.line("")
+            for line in recording_table(own, next(row for row in rows[name] if row.method == SHOWN)):
+                console.line(line)
+    if picture is not None:
+        from mossar_tools.evaluation.strips import draw_strips
+        from mossar_tools.palette import DARK, LIGHT
+
+        console.status("drawing ...", now=True)
+        left_out = draw_strips(picture, groups, rows, settings, DARK if options.dark else LIGHT)
+        console.say(f"drawn: {picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
+    return DONE
+
+
+def _picture(options: Options) -> Path | None:
+    """Return where a picture goes, before work is done in vain."""
+    if options.plot is None:
+        return None
+    from mossar_tools.figures import check_picture
+
+    return check_picture(options.plot)
+
+
+def _takes(options: Options, console: Console) -> Sequence[Take]:
+    from mossar_tools.evaluation.performer import SEEDS, demo_takes
+    from mossar_tools.evaluation.takes import load_folder
+
+    address = parse_url(options.file)
+    if address.scheme == "demo":
+        return list(demo_takes(options.file, options.seeds or SEEDS))
+    if address.scheme != "file":
+        raise UsageError(f"{options.file}: mossar evaluate takes a folder of labelled recordings or demo:")
+    return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))
+
+
+def _grid(takes: Sequence[Take], options: Options, console: Console, picture: Path | None) -> int:
+    """Repeat the paper's experiments, which start from the paper's settings."""
+    from mossar_tools.evaluation.experiments import experiments
+    from mossar_tools.evaluation.paper_tables import grids_json, paper_tables
+
+    done = experiments(takes, Settings.build("paper", options.set), console.status)
+    if options.json:
+        found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
+        console.line(msgspec.json.encode(found).decode())
+    else:
+        for line in paper_tables(done.splitting, done.remerging, done.chance):
+            console.line(line)
+    if picture is not None:
+        from mossar_tools.evaluation.surfaces import draw_surfaces
+        from mossar_tools.palette import DARK, LIGHT
+
+        console.status("drawing ...", now=True)
+        draw_surfaces(picture, done.splitting, done.remerging, DARK if options.dark else LIGHT)
+        console.say(f"drawn: {picture}")
+    return DONE

@@ -1,0 +1,68 @@
+"""Chance: what is reached without looking at the motion, or at what the key frames part.
+
+Scores mean little without these beside them.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mossar_stream.settings import Settings
+from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_tools.evaluation.mossar import whole
+from mossar_tools.evaluation.takes import Take
+
+PERIODS = tuple(k / 4 for k in range(1, 81))  # s
+RANDOM_CUTS = 50
+RANDOM_MERGES = 24  # as many as the paper's pairs of N and L
+SEED = 1
+
+
+def chance_methods(settings: Settings) -> Iterator[Method]:
+    """Yield random merging, blind cuts and random cuts; the same numbers each time."""
+    yield Method(
+        f"random merging, {RANDOM_MERGES} times", ("best each",), lambda take: merged(take, settings)
+    )
+    yield Method("a cut every k seconds", ("best for all",), blind)
+    yield Method(f"random cuts, {RANDOM_CUTS} times", ("best each",), randomly)
+
+
+def blind(take: Take) -> Variants:
+    """Cut every k seconds."""
+    first, last = float(take.times[0]), float(take.times[-1])
+    return {f"{k:g} s": Found(np.arange(first + k, last, k).tolist()) for k in PERIODS}
+
+
+def randomly(take: Take) -> Variants:
+    """Cut at random as often as there are true cuts."""
+    rng = np.random.default_rng(SEED)
+    size = (RANDOM_CUTS, len(take.cuts))
+    cuts = np.sort(rng.uniform(float(take.times[0]), float(take.times[-1]), size))
+    return {str(i): Found(own.tolist()) for i, own in enumerate(cuts)}
+
+
+def merged(take: Take, settings: Settings) -> Variants:
+    """Let the key frames of splitting fall in random order, again and again; every nested set is one to choose."""
+    rng = np.random.default_rng(SEED)
+    keys = [key.time for key in whole(take, settings).key_frames]
+    sets = {}
+    for run in range(RANDOM_MERGES):
+        sets.update(
+            {f"{run}/{count}": own for count, own in nested(keys, rng.permutation(keys).tolist()).items()}
+        )
+    return sets
+
+
+def nested(keys: Sequence[float], falling: Sequence[float]) -> Variants:
+    """Return the nested sets of key frames, by their number.
+
+    Args:
+        keys: Times, s.
+        falling: The same in the order in which they fall.
+    """
+    standing = {len(keys): Found(sorted(keys))}
+    left = list(standing[len(keys)].times)
+    for key in falling:
+        left.remove(key)
+        standing[len(left)] = Found(list(left))
+    return {str(count): found for count, found in standing.items()}

@@ -1,0 +1,121 @@
+"""Labels: the files that say where the true cuts of a recording lie.
+
+A labelled folder holds, beside each recording or anywhere in it, one JSON object per recording::
+
+    {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
+     "cuts": [[500, 550, 600], 1150, [1930, 1980, 2030]]}
+
+A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list
+of frames for each person who set cuts. `skeleton` names the .asf of an .amc. Other keys are for people to read.
+"""
+
+from pathlib import Path
+
+import msgspec
+
+from mossar_stream.errors import MossarError
+from mossar_stream.settings import LevelName
+from mossar_tools.evaluation.judges import BANDWIDTH, DENSITY_FLOOR
+
+MAX_BYTES = 4 << 20  # larger files are recordings in JSON
+MAX_FILES = 10_000
+
+Frame = float
+
+
+class LabelError(MossarError):
+    """A labelled folder cannot be used; the message names the file and what to do."""
+
+
+class Labels(msgspec.Struct, frozen=True):
+    """Content of a label file; the fields are those of the module's description.
+
+    Args:
+        recording: Path from the label file's folder.
+        cuts: Frames.
+        judges: Frames, for each judge.
+        fps: Rate, Hz; None takes the recording's.
+        tolerance_s: How far from a cut a key frame still hits it, s.
+        level: What the cuts part.
+        skeleton: Path from the label file's folder.
+        unit: Of the recording's coordinates.
+        bandwidth_s: Standard deviation of the density kernel over judges, s.
+        density_floor: Share of the judges below which a maximum is no cut.
+    """
+
+    recording: str
+    cuts: list[Frame | tuple[Frame, Frame, Frame]] | None = None
+    judges: list[list[Frame]] | None = None
+    fps: float | None = None
+    tolerance_s: float = 0.25
+    level: LevelName = "motion"
+    skeleton: str | None = None
+    unit: str = "auto"
+    bandwidth_s: float = BANDWIDTH
+    density_floor: float = DENSITY_FLOOR
+
+
+def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
+    """Return the label files of a folder and the folders in it, in the order of their names.
+
+    JSON files that have no `recording` are passed over, because recordings can be JSON as well.
+
+    Raises:
+        LabelError: If there is no such folder, no label file, or a label file that cannot be used.
+    """
+    if not folder.is_dir():
+        kind = "this is a file" if folder.exists() else "there is no such folder"
+        raise LabelError(f"{folder}: {kind}; give a folder with recordings and label files, or demo:")
+    paths = sorted(folder.rglob("*.json"))
+    if len(paths) > MAX_FILES:
+        raise LabelError(f"{folder}: more than {MAX_FILES} JSON files; give a smaller folder")
+    found = [(path, labels) for path in paths if (labels := _read(path)) is not None]
+    if not found:
+        raise LabelError(
+            f"{folder}: no label file; put NAME.json beside each recording, with at least "
+            '{"recording": "NAME.bvh", "fps": 120, "cuts": [[500, 550, 600], ...]}'
+        )
+    return found
+
+
+def _read(path: Path) -> Labels | None:
+    """Return the content of a label file, None if it is something else."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            return None
+        data = path.read_bytes()
+    except OSError as error:
+        raise LabelError(f"{path}: cannot be read: {error.strerror or error}") from None
+    try:
+        content = msgspec.json.decode(data)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise LabelError(f"{path}: no valid JSON: {error}") from None
+    if not isinstance(content, dict) or "recording" not in content:
+        return None
+    try:
+        labels = msgspec.convert(content, Labels)
+    except msgspec.ValidationError as error:
+        raise LabelError(f"{path}: {error}") from None
+    _check(path, labels)
+    return labels
+
+
+def _check(path: Path, labels: Labels) -> None:
+    """Refuse what the types allow but nobody can mean."""
+    if (labels.cuts is None) == (labels.judges is None):
+        raise LabelError(f"{path}: needs either cuts or judges")
+    if labels.fps is not None and not 0 < labels.fps <= 1e5:
+        raise LabelError(f"{path}: fps must be a rate in Hz, not {labels.fps:g}")
+    if not 0 <= labels.tolerance_s <= 60:
+        raise LabelError(f"{path}: tolerance_s must lie between 0 and 60 s, not {labels.tolerance_s:g}")
+    if not (0.001 <= labels.bandwidth_s <= 60 and 0 <= labels.density_floor <= 1):
+        raise LabelError(f"{path}: bandwidth_s must lie in 0.001 to 60 s, density_floor in 0 to 1")
+    bounds = [cut if isinstance(cut, tuple) else (cut, cut, cut) for cut in labels.cuts or ()]
+    for number, (earliest, middle, latest) in enumerate(bounds, 1):
+        if not earliest <= middle <= latest:
+            raise LabelError(f"{path}: cut {number} must be [earliest, middle, latest] in this order")
+        before = bounds[number - 2] if number > 1 else (0.0, 0.0, 0.0)
+        if any(own < former for own, former in zip(bounds[number - 1], before, strict=True)):
+            raise LabelError(
+                f"{path}: cut {number} begins or ends before the one before it, or before frame 0"
+            )

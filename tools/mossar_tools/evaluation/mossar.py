@@ -1,0 +1,87 @@
+"""Mossar: the methods that are ours, at the level that a take's labels are of."""
+
+import time
+from collections.abc import Iterator
+from typing import get_args
+
+from mossar_stream.events import KeyFrameEvent
+from mossar_stream.recording import Result, segment_recording
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import KernelForm, Settings
+from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
+from mossar_tools.evaluation.takes import Take
+
+CHUNK = 64  # frames pushed at once; events do not depend on it
+
+
+def mossar_methods(settings: Settings) -> Iterator[Method]:
+    """Yield splitting alone, then every similarity, each streaming and offline.
+
+    Args:
+        settings: Where they start from; the level is that of each take.
+    """
+    yield _streaming("splitting alone, streaming", settings, "confirmed")
+    yield Method("splitting alone, offline", FIXED, lambda take: _only(split(take, settings)))
+    for name, chosen in similarities(settings).items():
+        yield _streaming(f"Mossar {name}, streaming", chosen, "final")
+        yield _offline(f"Mossar {name}, offline", chosen)
+
+
+def similarities(settings: Settings) -> dict[str, Settings]:
+    """Return settings with each similarity, by name."""
+    forms = {
+        f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
+        for form in get_args(KernelForm)
+    }
+    return {"likelihood": settings.replace(similarity="likelihood"), **forms}
+
+
+def stream(take: Take, settings: Settings, status: str) -> Found:
+    """Return the key frames of a take that is streamed, as they are when they reach a status.
+
+    Args:
+        take: What is streamed.
+        settings: Of the segmenter; the level is the take's.
+        status: `confirmed` (before remerging) or `final`.
+    """
+    segmenter = Segmenter(take.skeleton, settings.replace(level=take.level), fps=take.fps)
+    events = []
+    began = time.perf_counter()
+    for start in range(0, len(take.times), CHUNK):
+        chunk = slice(start, start + CHUNK)
+        events += segmenter.push(take.positions[chunk], take.times[chunk])
+    events += segmenter.end_take()
+    seconds = time.perf_counter() - began
+    keys = [event for event in events if isinstance(event, KeyFrameEvent) and event.status == status]
+    keys.sort(key=lambda event: event.time)
+    return Found([event.time for event in keys], [event.decided_time for event in keys], seconds)
+
+
+def split(take: Take, settings: Settings) -> Found:
+    """Return all key frames of Algorithm 2, with the range of the whole recording."""
+    began = time.perf_counter()
+    result = whole(take, settings)
+    return Found([key.time for key in result.key_frames], seconds=time.perf_counter() - began)
+
+
+def whole(take: Take, settings: Settings) -> Result:
+    """Return the offline segmentation of a take, with the range of the whole recording."""
+    chosen = settings.replace(level=take.level, range="file")
+    return segment_recording(take.positions, take.fps, take.skeleton, chosen, times=take.times)
+
+
+def _streaming(name: str, settings: Settings, status: str) -> Method:
+    return Method(name, FIXED, lambda take: _only(stream(take, settings, status)), online=True)
+
+
+def _offline(name: str, settings: Settings) -> Method:
+    def run(take: Take) -> Variants:
+        began = time.perf_counter()
+        standing = whole(take, settings).at(take.level).key_frames
+        return _only(Found([key.time for key in standing], seconds=time.perf_counter() - began))
+
+    return Method(name, FIXED, run)
+
+
+def _only(found: Found) -> Variants:
+    return {"": found}

@@ -1,0 +1,134 @@
+"""Takes: recordings in memory, each with its true cuts."""
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_stream.frames import Frames
+from mossar_stream.settings import LevelName
+from mossar_stream.skeleton import Skeleton
+from mossar_tools.evaluation.judges import truth_from_judges
+from mossar_tools.evaluation.labels import LabelError, Labels, read_folder
+from mossar_tools.evaluation.matching import Cut
+
+MAX_NUMBERS = 250_000_000  # coordinates of one recording: 1 GB
+
+
+class Take(msgspec.Struct, frozen=True):
+    """A recording with its true cuts.
+
+    Args:
+        name: For the tables.
+        group: Takes of a group are averaged: the level, and what else sets them apart.
+        level: What the cuts part.
+        skeleton: The joints.
+        fps: Nominal rate, Hz.
+        positions: (n, J, 3) m, NaN where a joint is missing.
+        times: (n,) s.
+        cuts: True cuts, s.
+        tolerance: How far from a cut a key frame still hits it, s.
+    """
+
+    name: str
+    group: str
+    level: LevelName
+    skeleton: Skeleton
+    fps: float
+    positions: NDArray[np.float32]
+    times: NDArray[np.float64]
+    cuts: list[Cut]
+    tolerance: float
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last frame, s."""
+        return float(self.times[-1] - self.times[0])
+
+
+def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> list[Take]:
+    """Return the takes of a labelled folder.
+
+    Args:
+        folder: See `labels`.
+        tell: Gets the name of each label file before its recording is read.
+
+    Raises:
+        LabelError: If a label file cannot be used or its recording is missing.
+        FileError: If a recording cannot be read.
+    """
+    takes = []
+    for path, labels in read_folder(folder):
+        tell(str(path))
+        takes.append(_load(path, labels, path.relative_to(folder).with_suffix("").as_posix()))
+    return takes
+
+
+def _load(path: Path, labels: Labels, name: str) -> Take:
+    """Return the take that a label file describes."""
+    for part in filter(None, (labels.recording, labels.skeleton)):
+        if not (path.parent / part).exists():
+            raise LabelError(f"{path}: it names {part}, which is not in {path.parent}")
+    skeleton = str(path.parent / labels.skeleton) if labels.skeleton else None
+    options = ReadOptions(fps=labels.fps, unit=labels.unit, skeleton=skeleton)
+    recording = open_recording(path.parent / labels.recording, options)
+    positions, times = all_frames(recording.chunks(), recording.performers[0], recording.path)
+    if len(times) < 2:
+        raise FileError(recording.path, "fewer than two frames; there is nothing to segment")
+    return Take(
+        name=name,
+        group=labels.level,
+        level=labels.level,
+        skeleton=recording.skeleton,
+        fps=recording.fps or (len(times) - 1) / float(times[-1] - times[0]),
+        positions=positions,
+        times=times,
+        cuts=_cuts(path, labels, times),
+        tolerance=labels.tolerance_s,
+    )
+
+
+def all_frames(
+    chunks: Iterable[Frames], performer: str, path: str
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return positions (n, J, 3) and times (n,) of one performer's frames.
+
+    Raises:
+        FileError: If they are too many to hold.
+    """
+    positions, times, numbers = [], [], 0
+    for chunk in chunks:
+        if chunk.performer != performer:
+            continue
+        numbers += chunk.positions.size
+        if numbers > MAX_NUMBERS:
+            raise FileError(path, "too long to be evaluated at once; cut it into parts")
+        hidden = chunk.confidence is not None and chunk.confidence[:, :, None] <= 0
+        positions.append(np.where(hidden, np.float32(np.nan), chunk.positions))
+        times.append(chunk.times)
+    if not times:
+        return np.zeros((0, 1, 3), np.float32), np.zeros(0)
+    return np.concatenate(positions), np.concatenate(times)
+
+
+def _cuts(path: Path, labels: Labels, times: NDArray[np.float64]) -> list[Cut]:
+    """Return the cuts in seconds."""
+    if labels.judges is not None:
+        judges = [sorted(_seconds(path, judge, times)) for judge in labels.judges]
+        return truth_from_judges(judges, labels.bandwidth_s, labels.density_floor)
+    bounds = [cut if isinstance(cut, tuple) else (cut, cut, cut) for cut in labels.cuts or ()]
+    return [Cut(*_seconds(path, bound, times)) for bound in bounds]
+
+
+def _seconds(path: Path, frames: Sequence[float], times: NDArray[np.float64]) -> list[float]:
+    """Return the times of frames."""
+    wrong = [frame for frame in frames if not 0 <= frame <= len(times) - 1]
+    if wrong:
+        raise LabelError(
+            f"{path}: frame {wrong[0]:g} is not in the recording, which has frames 0 to {len(times) - 1}"
+        )
+    seconds: list[float] = np.interp(frames, np.arange(len(times)), times).tolist()
+    return seconds

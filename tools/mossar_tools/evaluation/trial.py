@@ -1,0 +1,89 @@
+"""Trial: every method on every take, with the variant that its choice picks."""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+
+import msgspec
+import numpy as np
+
+from mossar_tools.evaluation.found import Choice, Found, Method
+from mossar_tools.evaluation.metrics import Scores, mean_scores
+from mossar_tools.evaluation.takes import Take
+
+
+class Outcome(msgspec.Struct, frozen=True):
+    """What a method reached on a take.
+
+    Args:
+        take: Name of the take.
+        variant: Which variant was chosen; empty if there was no choice.
+        found: The key frames.
+        scores: How well they meet the true cuts.
+    """
+
+    take: str
+    variant: str
+    found: Found
+    scores: Scores
+
+
+class Row(msgspec.Struct, frozen=True):
+    """What a method reached on a group of takes.
+
+    Args:
+        method: Name of the method.
+        choice: How variants were chosen.
+        outcomes: One for each take.
+        mean: Over the takes.
+    """
+
+    method: str
+    choice: Choice
+    outcomes: list[Outcome]
+    mean: Scores
+
+
+def groups_of(takes: Sequence[Take]) -> dict[str, list[Take]]:
+    """Return the takes by group."""
+    groups = defaultdict(list)
+    for take in takes:
+        groups[take.group].append(take)
+    return dict(groups)
+
+
+def trial(
+    takes: Sequence[Take], methods: Sequence[Method], tell: Callable[[str], None] = lambda _: None
+) -> list[Row]:
+    """Return what each method reached on a group of takes.
+
+    Args:
+        takes: The takes of one group.
+        methods: The methods.
+        tell: Gets what is being done, for a status line.
+    """
+    rows = []
+    for method in methods:
+        outcomes = []
+        for take in takes:
+            tell(f"{method.name}: {take.name}")
+            outcomes.append(_outcomes(method, take))
+        rows += [_row(method, choice, outcomes) for choice in method.choices]
+    return rows
+
+
+def _outcomes(method: Method, take: Take) -> dict[str, Outcome]:
+    """Return the outcome of each variant."""
+    return {
+        name: Outcome(take.name, name, found, found.scores(take)) for name, found in method.run(take).items()
+    }
+
+
+def _row(method: Method, choice: Choice, outcomes: Sequence[dict[str, Outcome]]) -> Row:
+    """Choose among the variants by mean F1 (one for all) or by F1 (each take its own); the first on ties."""
+    if choice == "best for all":
+        shared = [name for name in outcomes[0] if all(name in own for own in outcomes)]
+        best = max(shared, key=lambda name: float(np.mean([own[name].scores.f1 for own in outcomes])))
+        chosen = [own[best] for own in outcomes]
+    else:
+        chosen = [max(own.values(), key=lambda one: one.scores.f1) for own in outcomes]
+    return Row(method.name, choice, chosen, mean_scores([one.scores for one in chosen]))

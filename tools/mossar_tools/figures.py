@@ -1,0 +1,67 @@
+"""Figures: what all pictures share, their style and how they become files."""
+
+from pathlib import Path
+from typing import Any
+
+from mossar_stream.errors import MossarError
+from mossar_tools.errors import UsageError
+from mossar_tools.palette import Palette
+
+PICTURES = (".png", ".svg", ".pdf")
+DPI = 160
+FONT = 8.5
+
+
+def check_picture(path: str) -> Path:
+    """Return the path of a picture to be.
+
+    Raises:
+        UsageError: If pictures of that kind cannot be drawn.
+        MossarError: If matplotlib is missing.
+    """
+    if Path(path).suffix.lower() not in PICTURES:
+        raise UsageError(f"{path}: pictures are {', '.join(PICTURES)}")
+    try:
+        import matplotlib as mpl  # noqa: F401 - whether it is there
+    except ImportError:
+        raise MossarError("pictures need an extra: pip install 'mossar-stream[plot]'") from None
+    return Path(path)
+
+
+def style(palette: Palette) -> Any:
+    """Return matplotlib's settings for the colours of a palette."""
+    return {
+        "font.family": "sans-serif",
+        "font.size": FONT,
+        "figure.facecolor": palette.background,
+        "savefig.facecolor": palette.background,
+        "axes.facecolor": palette.background,
+        "axes.edgecolor": palette.muted,
+        "axes.labelcolor": palette.ink,
+        "axes.titlecolor": palette.ink,
+        "axes.titlesize": FONT + 1,
+        "axes.linewidth": 0.6,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "text.color": palette.ink,
+        "xtick.color": palette.muted,
+        "ytick.color": palette.muted,
+        "xtick.labelsize": FONT - 1,
+        "ytick.labelsize": FONT - 1,
+        "legend.frameon": False,
+        "legend.fontsize": FONT - 1,
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,
+    }
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure into a file.
+
+    Raises:
+        MossarError: If the file cannot be written.
+    """
+    try:
+        figure.savefig(path, dpi=DPI)
+    except OSError as error:
+        raise MossarError(f"{path}: cannot be written: {error.strerror or error}") from None
