@@ -45,6 +45,14 @@ def test_no_key_frame_is_no_merge():
     assert merges([key], 0.0, 2.0)[0].height == 0.5
 
 
+def test_key_frames_at_the_same_time_as_the_ends_are_no_trouble():
+    times = [0.0, 1.0, 1.0, 2.0]
+    keys = [KeyFrame(i, time, "minimum", 0.1, 0.1 * i) for i, time in enumerate(times)]
+    found = merges([keys[2], keys[0], keys[3], keys[1]], 0.0, 2.0)
+    assert (found[-1].start, found[-1].end) == (0.0, 2.0)
+    assert len(found) == 4
+
+
 def test_figures_stand_upright_and_face_the_reader_whatever_their_axes():
     take = performance(seed=2, seconds=4).frames.positions.astype(float)
     head, foot = SKELETON.index("Head"), SKELETON.index("LeftFoot")

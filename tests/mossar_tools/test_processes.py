@@ -3,6 +3,7 @@
 import array
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -97,7 +98,7 @@ def test_a_terminal_shows_key_frames_true_cuts_and_a_summary(process):
     assert running.wait(30) == 0
     assert "confirmed onset" in text
     assert "final" in text
-    assert "true cut  rest → punch_left" in text
+    assert re.search(r"true cut  rest → \w+ +✓", text)
     assert "true cuts hit: " in text
     assert "key frames: " in text
     assert '"type"' not in text
@@ -113,7 +114,7 @@ def test_a_terminal_without_unicode_gets_ascii(process, monkeypatch):
     assert running.wait(30) == 0
     assert text.isascii()
     assert "[#" in text
-    assert "rest -> punch_left" in text
+    assert re.search(r"true cut  rest -> \w+ +hit", text)
 
 
 def test_help_needs_neither_numpy_nor_the_compiler():

@@ -90,8 +90,6 @@ def test_the_papers_preset_gives_the_key_frames_of_the_papers_equations(mossar):
         "paper",
         "--level",
         "posture",
-        "--set",
-        "similarity=likelihood",
         "--json",
     )
     report = json.loads(mossar(*run)[1])

@@ -31,6 +31,8 @@ class Merge(msgspec.Struct, frozen=True):
 
 
 class _Part(msgspec.Struct):
+    first: int  # number of its first segment
+    last: int  # number of its last one
     start: float
     end: float
     middle: float
@@ -50,16 +52,18 @@ def merges(hierarchy: Sequence[KeyFrame], start: float, end: float) -> list[Merg
         >>> merges([key], 0.0, 3.0)[0].left, merges([key], 0.0, 3.0)[0].right
         (0.5, 2.0)
     """
-    times = sorted(key.time for key in hierarchy)
-    bounds = [start, *times, end]
-    by_end = {b: _Part(a, b, (a + b) / 2, 0.0) for a, b in itertools.pairwise(bounds)}
-    by_start = {part.start: part for part in by_end.values()}
+    ordered = sorted(hierarchy, key=lambda key: key.frame)
+    rank = {key.frame: i for i, key in enumerate(ordered)}
+    bounds = [start, *(key.time for key in ordered), end]
+    parts = [_Part(i, i, a, b, (a + b) / 2, 0.0) for i, (a, b) in enumerate(itertools.pairwise(bounds))]
     found = []
     for key in hierarchy:
-        left, right = by_end[key.time], by_start[key.time]
+        left, right = parts[rank[key.frame]], parts[rank[key.frame] + 1]
         found.append(
             Merge(left.middle, right.middle, left.height, right.height, key.strength, left.start, right.end)
         )
-        merged = _Part(left.start, right.end, (left.middle + right.middle) / 2, key.strength)
-        by_start[left.start] = by_end[right.end] = merged
+        middle = (left.middle + right.middle) / 2
+        merged = _Part(left.first, right.last, left.start, right.end, middle, key.strength)
+        # Only the outermost segments of a part are looked up again.
+        parts[merged.first] = parts[merged.last] = merged
     return found

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
 from mossar_stream.events import Event, KeyFrameEvent, StreamEvent
+from mossar_stream.frames import Frames
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -24,7 +25,7 @@ _STARTED = "started"
 
 
 class LiveView:
-    """Shows key frames; implements `Sink`. Counts them also where nobody looks.
+    """Shows key frames; implements `Sink` and takes frames. Counts them also where nobody looks.
 
     Args:
         console: Where lines go.
@@ -43,6 +44,7 @@ class LiveView:
         self.visible = visible
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
         self._times: dict[str, float] = {}  # s, of the last frame of each performer
+        self._first: dict[str, float] = {}  # s, of the first frame of each performer
         self._headed = False
         self._lock = threading.Lock()
 
@@ -61,18 +63,23 @@ class LiveView:
         """Judge the last cuts."""
         self._judge(dict.fromkeys(self._times, float("inf")))
 
-    def tick(self, pipeline: "Pipeline") -> None:
-        """Show the status line; from the thread that segments."""
-        self._times = {name: last for name, (_, last) in pipeline.times.items()}
+    def send_frames(self, frames: Frames) -> None:
+        """Take note of the time; judge the true cuts that have had theirs."""
+        # Frames come in line with the events, so that no verdict overtakes a key frame.
+        self._first.setdefault(frames.performer, float(frames.times[0]))
+        self._times[frames.performer] = float(frames.times[-1])
         if self.visible:
             self._judge(self._times)
+
+    def tick(self, pipeline: "Pipeline") -> None:
+        """Show the status line; from the thread that segments."""
         if self._console.live:
             self._console.status(self._status(pipeline))
 
     def summary(self) -> list[str]:
         """Return what there is to say at the end."""
         lines = []
-        seconds = max(self._times.values(), default=0.0)
+        seconds = max((last - self._first[name] for name, last in self._times.items()), default=0.0)
         if self.score.cuts:
             spread = (
                 statistics.median(abs(error) for error in self.score.errors) if self.score.errors else 0.0
@@ -82,7 +89,7 @@ class LiveView:
                 f"median distance {spread * 1000:.0f} ms"
             )
         lines.append(
-            f"key frames: {self.confirmed} confirmed, {self.final} of them final, by {seconds:.1f} s"
+            f"key frames: {self.confirmed} confirmed, {self.final} of them final, in {seconds:.1f} s"
         )
         if self._delays:
             ordered = sorted(self._delays)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.performers import Performers
 from mossar_stream.segmenter import Segmenter
@@ -27,12 +28,13 @@ class Pool(Performers):
             The events of takes that this ends.
 
         Raises:
-            SettingsError: If a name is unknown or a value illegal; nothing is changed then.
+            SettingsError: If a name is unknown, a value illegal or of no use to a stream; nothing is changed
+                then.
             FrameError: If there is no such performer.
         """
-        built = Settings.build(overrides=changes)
-        fields = {name.partition(".")[0] for name in changes}
-        return self.change(performer, **{field: getattr(built, field) for field in fields})
+        if self._settings.replace(**changes).range == "file":
+            raise SettingsError("setting range=file needs a whole recording; a stream has none")
+        return self.change(performer, **changes)
 
     def snapshot(self) -> dict[str, bytes]:
         """Return what all segmenters know."""
