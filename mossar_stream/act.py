@@ -24,6 +24,7 @@ from mossar_stream.outbox import (
     SECOND,
     SEGMENT,
     SEGMENT_FINAL,
+    SEGMENT_WITHDRAWN,
     UNDECIDED,
     UNKNOWN_STRENGTH,
     WITHDRAWN,
@@ -36,7 +37,18 @@ from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED
 from mossar_stream.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.take import place_last_frame, settle
 from mossar_stream.trail import SPEED_OFFSET
-from mossar_stream.window import NO_SLOT, OWN, PREVIOUS, SCRATCH_ROWS, add_key, describe, rank, relabel
+from mossar_stream.window import (
+    NO_SLOT,
+    NOT_STANDING,
+    OWN,
+    PREVIOUS,
+    SCRATCH_ROWS,
+    add_key,
+    describe,
+    put_segment,
+    rank,
+    relabel,
+)
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
 KEY_BYTES, MARK_BYTES, MEMO_BYTES = KEY.itemsize, MARK.itemsize, MEMO.itemsize
@@ -207,12 +219,33 @@ def _close_take(h, w, params, pose, step, events):
         _put_candidate(h, events, WITHDRAWN, h.candidate, h.candidate_time, h.candidate_share)
         h.candidate = -1
         settle(h, w.slots, params)
+    if h.awaiting == 1 and h.undecided > 0:
+        _withdraw_newest(h, w, params, events)
     if h.post_roll > 0.0:
         for j in range(h.lanes):
             pose[3, j] = REST
         add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.time, h.post_roll)
     close(params, w.slots[h.slot_settled])
     rank(h, w, params, h.slot_settled)
+
+
+@compiled
+def _withdraw_newest(h, w, params, events):
+    """Take back the newest key frame, confirmed early, since the maximum that accepts it never came."""
+    newest = h.undecided - 1
+    key = w.keys[newest]
+    if h.offline == 0 and key.before != NOT_STANDING:
+        put_segment(h, w, params, events, key.before, newest, SEGMENT_WITHDRAWN)
+    identity, share, rev = key.frame, key.velocity, key.rev + 1
+    put_key_frame(
+        h, events, WITHDRAWN, key.kind, identity, identity, key.time, share, UNKNOWN_STRENGTH, rev, DECIDED
+    )
+    slot = w.order[newest]
+    merge_into(params, w.slots[slot], w.slots[h.slot_settled])
+    give_slot(h, w.free, h.slot_settled)
+    h.slot_settled = slot
+    h.undecided -= 1
+    h.ordinal -= 1
 
 
 @compiled

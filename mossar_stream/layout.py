@@ -145,6 +145,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("falling", "i8"),  # the run was entered from above
     ("testable", "i8"),  # the run's first frame is at Floor, moving, and no crossing
     ("share", "f8"),  # the run's value as a share of the range
+    ("awaiting", "i8"),  # whether the maximum that accepts the newest minimum is still to come
     ("candidate", "i8"),  # frame of the candidate, -1 if none
     ("candidate_time", "f8"),
     ("candidate_value", "f8"),

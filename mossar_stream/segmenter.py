@@ -37,13 +37,14 @@ class Segmenter:
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
 
     Example:
-        >>> import numpy as np
+        >>> from mossar_stream import KeyFrameEvent
         >>> skeleton = Skeleton(("hip", "hand"), (-1, 0))
         >>> segmenter = Segmenter(skeleton, Settings(window=0.1), fps=30)
         >>> frames = np.zeros((90, 2, 3), np.float32)
         >>> frames[30:60, 1, 0] = np.linspace(0, 1, 30)
         >>> frames[60:, 1, 0] = 1
-        >>> [e.kind for e in segmenter.push(frames) if e.type == "key_frame" and e.status == "confirmed"]
+        >>> events = segmenter.push(frames)
+        >>> [e.kind for e in events if isinstance(e, KeyFrameEvent) and e.status == "confirmed"]
         ['onset', 'offset']
     """
 

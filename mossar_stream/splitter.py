@@ -9,8 +9,8 @@ text's "end of the process"; Table 1, last row). A plateau is one extremum, at i
 
 One thing is ours: early confirmation. When the curve has come back up to the Ceiling after a candidate, a local
 maximum at Ceiling must follow before anything else can happen to the candidate, so it is accepted at the first
-frame with V[t] >= Ceiling[t-1]. The list is the same, except that at the end of a stream one key frame may have
-been confirmed whose maximum never came.
+frame with V[t] >= Ceiling[t-1]. The list is the same, except that at the end of a take one key frame may have been
+confirmed whose maximum never came: it is withdrawn then.
 """
 
 from mossar_stream.compiled import compiled
@@ -25,6 +25,7 @@ def start_curve(h, value, scale):
     h.ceiling = theta
     h.floor = theta
     h.candidate = -1
+    h.awaiting = 0
     h.moving = 1 if value > theta else 0
     _update_envelope(h, value, theta)
     _begin_run(h, value, scale)
@@ -50,6 +51,8 @@ def follow_curve(h, value, scale, frame, time):
     """
     theta = h.theta * scale
     happened = _test_run(h, value)
+    if value < h.value:
+        h.awaiting = 0
     ceiling = h.ceiling
     _update_envelope(h, value, theta)
     moving = 1 if value > theta else 0
@@ -61,6 +64,7 @@ def follow_curve(h, value, scale, frame, time):
         return happened
     if h.candidate >= 0 and value >= ceiling:
         happened |= CONFIRMED
+        h.awaiting = 1
     _next_run(h, value, scale, frame, time, moving)
     return happened
 
