@@ -22,10 +22,10 @@ from mossar_stream.frames import Frames
 OPTIONS = {"encoding": "msgpack or json", **CURVE_OPTIONS}
 FRAME_OPTIONS = {
     **OPTIONS,
-    "wait": "seconds to wait for a first subscriber before the first frame; default 1",
+    "wait": "seconds to wait for a first subscriber before the first frame; default 3",
 }
 QUEUE = 50_000  # messages kept for a subscriber that is slow
-_WAIT = 1.0  # s
+_WAIT = 3.0  # s
 _SUBSCRIBE = b"\x01"
 
 
