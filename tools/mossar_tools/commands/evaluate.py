@@ -27,7 +27,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate demo:?noise=0.02&fps=30 --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR --set sig_threshold=0.03
-  mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; minutes
+  mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
 """
 
 SHOWN = "Mossar likelihood, streaming"  # the method whose recordings are listed one by one
