@@ -59,13 +59,13 @@ RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range d
 # Strengths that the names stand for, by what computes them: (similarity or kernel form, bundle).
 STRENGTHS: dict[tuple[str, str], dict[LevelName, float]] = {
     ("likelihood", "motion"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
-    ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.3},
-    ("damped", "motion"): {"posture": 0.0, "motion": 0.25, "cluster": 0.7},
-    ("damped", "cluster"): {"posture": 0.0, "motion": 0.25, "cluster": 0.7},
-    ("normalised", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
-    ("normalised", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
-    ("sum", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
-    ("sum", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.6},
+    ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.25},
+    ("damped", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
+    ("damped", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
+    ("normalised", "motion"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
+    ("normalised", "cluster"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
+    ("sum", "motion"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
+    ("sum", "cluster"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
 }
 
 
