@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 MAX_PEOPLE: Final = 8
 STRIDE: Final = 4.0  # m/s, about the speed of running; whoever would have been faster is somebody else
 SLACK: Final = 0.4  # m, for the noise of the place; less than two people can be apart
+ALONE: Final = 1.5  # m; where one person was and one is, depth that slips is likelier than an exchange
 FORGOTTEN: Final = 2.0  # s; longer than a pause that ends a take, so that a name is only reused in a new take
 
 
@@ -47,7 +48,8 @@ class People:
     def follow(self, places: Sequence[NDArray[np.float64]], time: float) -> list[Person | None]:
         """Return who is at each of the places of one picture; None for those beyond the most.
 
-        The closest pairs of known person and place find each other first. Whoever is left is new.
+        The closest pairs of known person and place find each other first. Whoever is left is new, unless there is
+        nobody else to be mistaken for.
 
         Args:
             places: (3,) metres each.
@@ -67,6 +69,9 @@ class People:
                 continue
             free.remove(person)
             person.place, person.time, found[i] = places[i], time, person
+        alone = len(places) == 1 and len(self._known) == 1 and bool(free)
+        if alone and math.dist(free[0].place, places[0]) <= ALONE:
+            free[0].place, free[0].time, found[0] = places[0], time, free[0]
         return [person or self._welcome(place, time) for person, place in zip(found, places, strict=True)]
 
     def _welcome(self, place: NDArray[np.float64], time: float) -> Person | None:

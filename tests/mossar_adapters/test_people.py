@@ -57,3 +57,10 @@ def test_a_clock_that_jumps_forgets_everybody():
     people = People()
     people.follow(at(0), 100.0)
     assert numbers(people.follow(at(3), 1.0)) == [1]
+
+
+def test_somebody_alone_keeps_the_name_when_depth_slips():
+    people = People()
+    assert [who.number for who in people.follow([np.zeros(3)], 0.0)] == [1]
+    assert [who.number for who in people.follow([np.array([0.0, 0.0, 1.2])], 0.04)] == [1]
+    assert [who.number for who in people.follow([np.array([3.0, 0.0, 1.2])], 0.08)] == [2]

@@ -5,6 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 
+import mossar_stream
 from mossar_adapters.files import FileError, MskWriter, ReadOptions, open_recording
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
@@ -52,7 +53,7 @@ def test_the_records_are_the_maps_of_the_interface(tmp_path):
     meta, _, second = maps
     assert meta == {
         "v": 1, "type": "meta", "performer": "p1", "names": ["a", "b"], "parents": [-1, 0], "root": 0, "fps": 100.0,
-        "unit": "m",
+        "unit": "m", "version": mossar_stream.__version__,
     }  # fmt: skip
     assert set(second) == {"v", "type", "performer", "seq", "t", "shape", "xyz"}
     assert (second["seq"], second["shape"], len(second["xyz"])) == (1, [2, 3], 24)
