@@ -5,8 +5,6 @@ float32 bytes in msgpack and nested lists in JSON (null where missing); a meta m
 frame of a performer and when its skeleton changes.
 """
 
-import functools
-import importlib.metadata
 from typing import Any
 
 import msgspec
@@ -14,6 +12,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
+import mossar_stream
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames, performer_name
@@ -80,16 +79,8 @@ def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
         skeleton.root,
         UNSET if meta.fps is None else meta.fps,
         settings=UNSET if settings is None else settings,
-        version=_version(),
+        version=mossar_stream.__version__,
     )
-
-
-@functools.cache
-def _version() -> str | UnsetType:
-    try:
-        return importlib.metadata.version("mossar-stream")
-    except importlib.metadata.PackageNotFoundError:  # run from a checkout that is not installed
-        return UNSET
 
 
 def positions_of_map(found: FrameMap) -> NDArray[np.float32]:

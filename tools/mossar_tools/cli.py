@@ -10,9 +10,9 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from importlib import metadata
 from typing import Final, NoReturn
 
+import mossar_stream
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
@@ -124,16 +124,9 @@ def _run_without_command(arguments: list[str], terminal: Console) -> int:
     except SystemExit:
         return DONE
     if found.version:
-        terminal.line(f"mossar-stream {_version()}")
+        terminal.line(f"mossar-stream {mossar_stream.__version__}")
         return DONE
     raise UsageError(f"which command? There are {', '.join(COMMANDS)} (see mossar --help)")
-
-
-def _version() -> str:
-    try:
-        return metadata.version("mossar-stream")
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def _leave_standard_output() -> None:
