@@ -193,7 +193,10 @@ def _put_candidate(h, events, status, frame, time, share):
 
 @compiled
 def _decide(h, w, params, pose, step, events):
-    """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`."""
+    """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
+
+    If several are due and the outbox fills up, the rest is left for the next frame.
+    """
     open_slot = take_slot(h, w.free, w.slots)
     merge_into(params, w.slots[open_slot], w.slots[h.slot_settled])
     merge_into(params, w.slots[open_slot], w.slots[h.slot_since])
@@ -203,7 +206,10 @@ def _decide(h, w, params, pose, step, events):
     )
     close(params, w.slots[open_slot])
     end_frame = h.candidate if h.candidate >= 0 else h.run_frame
+    most = 4 * h.capacity + 12  # events of one decision
     while h.undecided > 0 and (h.undecided > h.capacity or h.time >= w.keys[0].time + h.hold):
+        if events[0].row + most >= len(events):
+            break
         rank(h, w, params, open_slot)
         relabel(h, w, params, events)
         decide_oldest(h, w, params, events, open_slot, end_frame)
@@ -275,4 +281,8 @@ def _put_last_segment(h, w, params, events):
     event.until_frame = h.used_frame
     event.until_time = h.time
     event.rev = 1
+    if h.offline == 0 and h.ordinal > 0 and w.keys[0].frame == h.used_frame:
+        # A key frame in the last frame, merged: there were messages about a segment of the same name.
+        places = h.capacity + 2
+        event.rev += w.counts[places, (h.ordinal - 1) % places]
     describe(h, w, params, event, h.has_before == 1, SEGMENT_FINAL)

@@ -85,7 +85,7 @@ class Plan:
     @property
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
-        return 6 * self.shape.window + 32
+        return 8 * self.shape.window + 32
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""

@@ -41,7 +41,7 @@ def calm_noise(h, body, past, step, displacement, dt):
     Returns:
         Path of all joints, m.
     """
-    turned = _compare(h, body, past, step, displacement)
+    turned = _compare(h, body, past, step, displacement > 0.0 or dt <= 0.0)
     h.noise_time += dt
     if displacement > 0.0 and h.noise_time > 0.0:
         _listen(h, turned, displacement)
@@ -53,7 +53,7 @@ def calm_noise(h, body, past, step, displacement, dt):
 
 
 @compiled
-def _compare(h, body, past, step, displacement):
+def _compare(h, body, past, step, fresh):
     """Set this frame's displacements and return their correlation with the last ones."""
     cx = cy = cz = 0.0
     for j in range(h.joints):
@@ -71,7 +71,7 @@ def _compare(h, body, past, step, displacement):
         y = there * (body[1, j] - past[1, j] - cy)
         z = there * (body[2, j] - past[2, j] - cz)
         past[0, j], past[1, j], past[2, j] = body[0, j], body[1, j], body[2, j]
-        if displacement > 0.0:
+        if fresh:
             square += x * x + y * y + z * z
             last += past[3, j] ** 2 + past[4, j] ** 2 + past[5, j] ** 2
             turned += x * past[3, j] + y * past[4, j] + z * past[5, j]

@@ -81,9 +81,10 @@ def advance(
     for i in range(len(times)):
         time = times[i]
         dt = time - h.time
-        if h.open == 1 and (dt > h.max_pause or dt < -h.max_pause):
+        is_time = abs(time) < np.inf
+        if h.open == 1 and is_time and (dt > h.max_pause or dt < -h.max_pause):
             return STOPS * i + TAKE_ENDS
-        if not (dt > 0.0 if h.open == 1 else abs(time) < np.inf):
+        if not is_time or (h.open == 1 and dt <= 0.0):
             h.out_of_order += 1
             h.next_frame += 1
             h.frames += 1
