@@ -16,12 +16,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames
 from mossar_stream.settings import Settings
 from mossar_tools.dashboard.live import LiveShow
@@ -29,7 +31,7 @@ from mossar_tools.dashboard.page import Page
 
 SECONDS = 20.0  # of each run, unless the first argument says otherwise
 SETTLED = 3.0  # s at the beginning that are not counted
-_START = 12.0  # s given to the browser
+_START = 60.0  # s given to the browser, at most
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _FLAGS = (
     "--headless=new",
@@ -94,16 +96,18 @@ def measure(seconds: float, *, page: bool, browser: str | None = None) -> str:
             served.start(open_browser=False)
             if browser is not None:
                 opened.enter_context(_looking(browser, served.url))
+                _wait_for(served)
         stream = threading.Thread(target=pipeline.run)
         stream.start()
-        time.sleep(SETTLED + (_START if browser else 0.0))
+        time.sleep(SETTLED)
         first = len(watch.delays)
         time.sleep(seconds)
+        viewers = served.viewers if page else 0
         pipeline.stop()
         stream.join()
     median, high = np.quantile(watch.delays[first:], (0.5, 0.99)) * 1000
     lost = pipeline.inbox.dropped[0] + sum(outlet.dropped for outlet in pipeline.outlets)
-    return f"median {median:.3f} ms, 99 % {high:.2f} ms, {len(watch.delays) - first} frames, {lost} lost"
+    return f"median {median:.3f} ms, 99 % {high:.2f} ms, {len(watch.delays) - first} frames, {lost} lost, {viewers} looking"
 
 
 @contextlib.contextmanager
@@ -117,14 +121,30 @@ def _looking(browser: str, url: str) -> Iterator[None]:
             command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
         if pinned:
-            os.sched_setaffinity(0, cores[:-1])
+            _keep_to(cores[:-1])
         try:
             yield
         finally:
             os.killpg(running.pid, signal.SIGTERM)
             running.wait()
             if pinned:
-                os.sched_setaffinity(0, cores)
+                _keep_to(cores)
+
+
+def _wait_for(page: Page) -> None:
+    """Wait until somebody looks, so that what is measured is what it says."""
+    end = time.monotonic() + _START
+    while not page.viewers:
+        if time.monotonic() > end:
+            raise MossarError(f"the browser did not open the dashboard within {_START:.0f} s")
+        time.sleep(0.1)
+
+
+def _keep_to(cores: list[int]) -> None:
+    """Keep all threads of this process to some cores; those to come inherit it."""
+    for thread in Path("/proc/self/task").iterdir():
+        with contextlib.suppress(ProcessLookupError):
+            os.sched_setaffinity(int(thread.name), cores)
 
 
 def main() -> None:

@@ -84,6 +84,11 @@ class Page:
         """Where to look."""
         return f"http://127.0.0.1:{self.port}"
 
+    @property
+    def viewers(self) -> int:
+        """How many windows show the page."""
+        return len(self._server.get_clients())
+
     def start(self, *, open_browser: bool) -> None:
         """Begin to draw.
 
@@ -127,7 +132,7 @@ class Page:
 
     def _draw(self, rounds: int) -> None:
         glimpses = self._show.glimpses()  # also where nobody looks, so that what waits is taken in
-        if not self._server.get_clients():
+        if not self.viewers:
             return
         with self._server.atomic():
             self._scene.draw(glimpses)
