@@ -20,7 +20,9 @@ THETAS = st.sampled_from([0.0, 1 / 64, 1 / 16, 1 / 8, 1 / 4, 1.0])
 
 
 def of_status(events, status):
-    return [(e.frame, e.kind) for e in events if e.__struct_config__.tag == "key_frame" and e.status == status]
+    return [
+        (e.frame, e.kind) for e in events if e.__struct_config__.tag == "key_frame" and e.status == status
+    ]
 
 
 def accepted(core, curve, theta, sizes=(10**6,)):
@@ -69,7 +71,9 @@ def test_ceiling_and_floor_are_those_of_algorithm_1(core, curve, theta):
 
 
 @given(CURVES, THETAS)
-def test_one_minimum_may_be_confirmed_whose_maximum_never_comes_and_is_withdrawn_at_the_end(core, curve, theta):
+def test_one_minimum_may_be_confirmed_whose_maximum_never_comes_and_is_withdrawn_at_the_end(
+    core, curve, theta
+):
     segmenter = core.segmenter_of({}, theta)
     confirmed = sorted(of_status(segmenter.push(core.hand_steps(curve)), "confirmed"))
     taken_back = sorted(set(of_status(segmenter.end_take(), "withdrawn")) & set(confirmed))
