@@ -110,7 +110,7 @@ def _leave(h, w, params, passed, frame, time):
 
 @compiled
 def _shift(h, w, count):
-    """Drop the leftmost key frames and segments from the window's lists; if none is left, the newest stays in place 0."""
+    """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
     if count == h.undecided:
         w.keys[0] = w.keys[count - 1]
     for i in range(h.undecided - count):

@@ -59,6 +59,7 @@ def follow_curve(h, value, scale, frame, time):
     if moving != h.moving:
         happened |= CROSSED if h.candidate < 0 else CROSSED | WITHDRAWN
         h.moving = moving
+        h.awaiting = 0
         _next_run(h, value, scale, frame, time, 0)
         h.testable = 0
         return happened

@@ -14,9 +14,9 @@ from mossar_stream import Segmenter, Settings, segment_recording
 NEXT = {  # status: what may follow it
     None: {"candidate", "confirmed"},
     "candidate": {"withdrawn", "confirmed"},
-    "confirmed": {"merged", "final"},
-    "merged": {"restored", "merged"},
-    "restored": {"merged", "final"},
+    "confirmed": {"merged", "final", "withdrawn"},  # withdrawn at the end of the take only
+    "merged": {"restored", "merged", "withdrawn"},
+    "restored": {"merged", "final", "withdrawn"},
     "withdrawn": set(),
     "final": set(),
 }
@@ -48,6 +48,7 @@ class Witness:
     """Follows the messages of one take and objects to whatever must not happen."""
 
     def __init__(self):
+        self.ended = False
         self.keys, self.segments = {}, {}
         self.revs = defaultdict(int)
         self.finals, self.final_segments, self.standing = [], [], set()
@@ -61,6 +62,8 @@ class Witness:
         before = self.keys.get(event.id)
         assert before is None or not before.decided
         assert event.status in NEXT[before.status if before else None]
+        if event.status == "withdrawn" and before.status != "candidate":
+            assert self.ended
         if event.status == "merged" and before.status == "merged":
             assert event.decided
         if before is None and event.status == "confirmed":
@@ -122,6 +125,7 @@ def witnessed(core, seed, life, levels=(), frames=300):
                 assert event.__struct_config__.tag == "segment" or event.decided_frame <= t
                 witness.see(event)
         witness.closed_segments_follow_the_standing_key_frames(0)
+    witness.ended = True
     for event in segmenter.end_take():
         if event.__struct_config__.tag != "stream":
             witness.see(event)
@@ -243,6 +247,7 @@ def test_nobody_is_overwhelmed_by_many_decisions_at_once(core, seed, pauses):
                 if e.__struct_config__.tag != "stream":
                     witness.see(e)
         time += pause
+    witness.ended = True
     for e in segmenter.end_take():
         if e.__struct_config__.tag != "stream":
             witness.see(e)
