@@ -100,11 +100,11 @@ def program():
 @pytest.fixture(scope="session")
 def node(program):
     """Return a function that runs a script of tests/mossar_adapters/peers with its npm packages."""
+    runtime = program("node", "nodejs npm")
+    if not (PEERS / "node_modules").is_dir():
+        pytest.skip("npm packages are not installed: npm install --prefix tests/mossar_adapters/peers")
 
     def start(script, *arguments):
-        runtime = program("node", "nodejs npm")
-        if not (PEERS / "node_modules").is_dir():
-            pytest.skip("npm packages are not installed: npm install --prefix tests/mossar_adapters/peers")
         return subprocess.Popen(
             [runtime, str(PEERS / script), *map(str, arguments)],
             stdout=subprocess.PIPE,
