@@ -32,7 +32,16 @@ from mossar_stream.errors import SettingsError
 from mossar_stream.graph import add_distances, merge_distances, set_edges
 from mossar_stream.layout import LANES
 from mossar_stream.path_sum import path_sum
-from mossar_stream.pyramid import MOST_BINS, add_moments, bin_size, merge_moments, set_covariances
+from mossar_stream.pyramid import (
+    BIN_RATE,
+    LATEST,
+    MOST_BINS,
+    MOST_LEVELS,
+    add_moments,
+    bin_size,
+    merge_moments,
+    set_covariances,
+)
 from mossar_stream.settings import KernelForm, ResolvedSettings
 from mossar_stream.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
@@ -115,6 +124,37 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
 def slot_size(params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return int(params["size"][0])
+
+
+def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
+    """Tell whether summaries from outside can be worked on: clocks and edges are used as indices.
+
+    Args:
+        params: Of `make_params`.
+        slots: (n, slot).
+    """
+    p = params[0]
+    joints, lanes, rows, most = (int(p[name]) for name in ("joints", "lanes", "rows", "edges"))
+    clocks = slots[:, p["clock_at"] : p["clock_at"] + 3]
+    counts, edges = slots[:, p["edges_at"]], slots[:, p["edges_at"] + 1 : p["edges_at"] + 1 + most]
+    level, first, last = clocks.T
+    with np.errstate(invalid="ignore", over="ignore"):
+        farthest = LATEST * BIN_RATE / 2.0**level + 1.0
+        sound = bool(
+            ((level >= 0) & (level <= MOST_LEVELS) & (abs(first) <= farthest)).all()
+            and ((last >= first) & (last < first + p["bins"]) & (abs(last) <= farthest)).all()
+            and ((counts >= 0) & (counts <= most) & (counts == np.rint(counts))).all()
+            and (clocks == np.rint(clocks)).all()
+        )
+    if not sound:
+        return False
+    legal = [
+        r * lanes + i for r in range(rows) for i in range(joints if 2 * (r + 1) < joints else joints // 2)
+    ]
+    return all(
+        np.isin(own[: int(count)], legal).all() and (np.diff(own[: int(count)]) > 0).all()
+        for own, count in zip(edges, counts, strict=True)
+    )
 
 
 @compiled

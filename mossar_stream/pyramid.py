@@ -26,6 +26,7 @@ from mossar_stream.summary import DURATION
 MOST_BINS = 64
 BIN_RATE = 256.0  # Hz, of the shortest bins
 LATEST = 1e12  # s; clocks are cut off there
+MOST_LEVELS = 48  # of doubling, after which a bin holds everything
 LEVEL, FIRST, LAST = range(3)  # in the clock: log2 of the bins' length, numbers of the first and last one
 NONE = np.int64(0)
 

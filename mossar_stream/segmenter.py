@@ -274,6 +274,7 @@ class Segmenter:
         segmenter._adopt(plan, row)  # noqa: SLF001 - its own class
         segmenter._level = level  # noqa: SLF001
         segmenter._pending = pending  # noqa: SLF001
+        _warm_up(plan)
         return segmenter
 
     def _check(

@@ -11,7 +11,8 @@ A measure is a module with
     strength(params, left, right, both)           at which the key frame between them falls, >= 0
     similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength
 
-all compiled, on summaries as described in `summary.py`, and a numpy record type for its parameters. The type of
+all compiled, on summaries as described in `summary.py`; `are_sound(params, slots)` in plain Python, which looks
+through summaries that come from outside; and a numpy record type for its parameters. The type of
 the record that is passed selects the module when a kernel is compiled, so that using one measure does not
 compile the others. A new measure is one such module and one row in `MEASURES`.
 """
@@ -41,6 +42,11 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
 def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
+
+
+def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
+    """Tell whether summaries from outside can be worked on."""
+    return MEASURES[settings.similarity][0].are_sound(params, slots)  # type: ignore[no-any-return]
 
 
 def _chosen(params: types.Record, name: str) -> Callable[..., object]:

@@ -5,6 +5,7 @@ row follows, and the row itself. No pickle; damaged bytes are refused before the
 """
 
 import hashlib
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -13,9 +14,11 @@ from numpy.typing import NDArray
 from mossar_stream.block import Plan
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
+from mossar_stream.frames import constant_times, performer_name
 from mossar_stream.layout import header
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
+from mossar_stream.soundness import is_sound
 
 MAGIC = b"MOSSAR\x00"
 VERSION = 1
@@ -26,8 +29,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     settings: Settings
     skeleton: Skeleton
     fps: float | None
-    ring: int
-    offline: bool
+    ring: Annotated[int, msgspec.Meta(ge=1)]
     performer: str
     level: LevelName | float
     pending: list[Event]
@@ -55,7 +57,6 @@ def pack_snapshot(
         plan.skeleton,
         plan.fps,
         plan.shape.ring,
-        plan.offline,
         performer,
         level,
         pending,
@@ -71,7 +72,7 @@ def unpack_snapshot(
     """Return plan, performer, level, pending events and row of a snapshot.
 
     Raises:
-        SnapshotError: If the bytes are damaged, truncated, or of a newer version.
+        SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
     """
     if len(blob) < HEAD_BYTES or not blob.startswith(MAGIC):
         raise SnapshotError("these bytes are not a snapshot, or the beginning of one is missing")
@@ -82,7 +83,10 @@ def unpack_snapshot(
         raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
     try:
         content = msgspec.msgpack.decode(body, type=_Content)
-        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, offline=content.offline)
+        plan = Plan(content.skeleton, content.settings, content.fps, content.ring)
+        if content.fps is not None:
+            constant_times(0, content.fps)
+        level = plan.strength(content.settings.replace(level=content.level).level)
     except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
         raise SnapshotError(f"the snapshot cannot be read: {error}") from None
     row = np.frombuffer(content.row, np.uint8).copy()
@@ -90,7 +94,8 @@ def unpack_snapshot(
         raise SnapshotError(
             f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}"
         )
-    level, index = header(row)["level"], 0
-    plan.prepare(row, index)
+    plan.prepare(row, 0)
     header(row)["level"] = level
-    return plan, content.performer, content.level, content.pending, row
+    if not is_sound(row, plan):
+        raise SnapshotError("the snapshot's state contradicts itself")
+    return plan, performer_name(content.performer), content.level, content.pending, row
