@@ -1,0 +1,245 @@
+"""Snapshots: damaged, foreign and hostile ones are refused; what is accepted can be worked on."""
+
+import hashlib
+import subprocess
+import sys
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as examples
+from hypothesis import strategies as st
+
+from mossar_stream import Segmenter, Settings, SnapshotError
+from mossar_stream.layout import HEADER, header, region
+from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
+
+KINDS = {
+    "likelihood": {},
+    "path kernel": {"similarity": "path_kernel", "layers": 2, "edges": 4, "level": "cluster"},
+}
+
+
+@pytest.fixture(scope="module", params=KINDS.values(), ids=KINDS)
+def segmenter(core, request):
+    """A segmenter with a take that is open and key frames that are undecided."""
+    positions, times = core.moving_people(1, frames=200, losses=False)
+    own = Segmenter(core.skeleton(4), Settings(range_floor=0.01, window=0.05, **request.param), fps=60.0)
+    own.push(positions, times)
+    assert own._header["undecided"] > 3
+    return own
+
+
+def sealed(body):
+    return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
+
+
+def forged(blob, **changes):
+    """Return a snapshot with other contents and the right checksum."""
+    content = msgspec.msgpack.decode(blob[HEAD_BYTES:])
+    return sealed(msgspec.msgpack.encode({**content, **changes}))
+
+
+def with_row(segmenter, change):
+    """Return a snapshot whose row was changed, with the right checksum."""
+    row = segmenter._memory[0].copy()
+    change(row)
+    return forged(segmenter.snapshot(), row=row.tobytes())
+
+
+@pytest.mark.parametrize("wrong", [b"", b"x", MAGIC, MAGIC + b"\x01" + bytes(31), b"PK" + bytes(500)])
+def test_what_is_no_snapshot_is_refused(wrong):
+    with pytest.raises(SnapshotError, match="not a snapshot"):
+        Segmenter.restore(wrong)
+
+
+def test_a_truncated_snapshot_is_refused(segmenter):
+    blob = segmenter.snapshot()
+    for size in [*range(0, HEAD_BYTES, 7), HEAD_BYTES, len(blob) // 2, len(blob) - 1]:
+        with pytest.raises(SnapshotError):
+            Segmenter.restore(blob[:size])
+    with pytest.raises(SnapshotError):
+        Segmenter.restore(blob + b"\x00")
+
+
+def test_a_damaged_snapshot_is_refused(segmenter):
+    blob = segmenter.snapshot()
+    for place in np.linspace(0, len(blob) - 1, 200).astype(int):
+        damaged = bytearray(blob)
+        damaged[place] ^= 0x40
+        with pytest.raises(SnapshotError):
+            Segmenter.restore(bytes(damaged))
+
+
+def test_a_newer_snapshot_is_refused_by_its_version(segmenter):
+    blob = bytearray(segmenter.snapshot())
+    blob[len(MAGIC)] = VERSION + 1
+    with pytest.raises(SnapshotError, match=f"version {VERSION + 1}; this program reads version {VERSION}"):
+        Segmenter.restore(bytes(blob))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"row": b""},
+        {"row": bytes(64)},
+        {"ring": 0},
+        {"ring": -5},
+        {"ring": 2**62},
+        {"fps": -1.0},
+        {"fps": float("nan")},
+        {"level": "loud"},
+        {"level": float("nan")},
+        {"level": -1.0},
+        {"settings": {"window": 1e9}},
+        {"settings": {"range": "file"}},
+        {"settings": {"remerge_window": 1024}},
+        {"skeleton": {"names": []}},
+        {"skeleton": {"names": ["a", "b", "c", "d"], "parents": [1, 0, 0, 0]}},
+        {"skeleton": {"names": ["a"] * 4}},
+        {"skeleton": 7},
+        {"pending": [{"type": "key_frame"}]},
+        {"more": 1},
+    ],
+    ids=str,
+)
+def test_contents_that_cannot_be_are_refused_in_spite_of_their_checksum(segmenter, changes):
+    with pytest.raises(SnapshotError) as refused:
+        Segmenter.restore(forged(segmenter.snapshot(), **changes))
+    assert "\n" not in str(refused.value)
+
+
+def test_bytes_that_are_no_map_are_refused():
+    for body in (b"", b"\xc0", b"\x93\x01\x02\x03", b"\xff" * 40, msgspec.msgpack.encode({"row": b"x"})):
+        with pytest.raises(SnapshotError):
+            Segmenter.restore(sealed(body))
+
+
+INDICES = {
+    "head": [-1, 10**6, 2**62],
+    "filled": [-1, 10**6],
+    "trail_head": [-1, 10**6],
+    "trail_filled": [-1, 10**6],
+    "undecided": [-1, 9, 2**40],
+    "ordinal": [-1, 0],
+    "slot_settled": [-1, 10**9],
+    "slot_since": [-1, 99],
+    "slot_run": [-1, 99],
+    "free_count": [-1, 0, 10**9],
+    "closed": [0, 99],
+    "happened": [1, 31],
+    "left_ordinal": [-2, 10**6],
+    "open": [2, -1],
+    "has_before": [2],
+}
+
+
+@pytest.mark.parametrize("name", INDICES)
+def test_an_index_that_points_nowhere_is_refused(segmenter, name):
+    for value in INDICES[name]:
+        with pytest.raises(SnapshotError, match="contradicts itself"):
+            Segmenter.restore(
+                with_row(segmenter, lambda row, value=value: header(row).__setitem__(name, value))
+            )
+
+
+@pytest.mark.parametrize("name", ["order", "free"])
+def test_a_slot_used_twice_or_out_of_range_is_refused(segmenter, name):
+    for value in (-1, 10**9, int(segmenter._header["slot_settled"])):
+
+        def change(row, value=value):
+            region(row, segmenter._plan.shape, name)[0] = value
+
+        with pytest.raises(SnapshotError, match="contradicts itself"):
+            Segmenter.restore(with_row(segmenter, change))
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("before", 10**9), ("before", -7), ("ordinal", 10**9), ("kind", 3), ("standing", 2)]
+)
+def test_a_key_frame_that_cannot_be_is_refused(segmenter, field, value):
+    def change(row):
+        region(row, segmenter._plan.shape, "keys")[field][1] = value
+
+    with pytest.raises(SnapshotError, match="contradicts itself"):
+        Segmenter.restore(with_row(segmenter, change))
+
+
+@examples(max_examples=150)
+@given(
+    st.lists(st.tuples(st.integers(0, 2**30), st.integers(0, 255)), min_size=1, max_size=40),
+    st.integers(0, 2),
+)
+def test_whatever_is_accepted_can_be_worked_on(core, segmenter, hits, where):
+    sizes = [HEADER.itemsize, segmenter._plan.shape.offsets()[0]["memo"], len(segmenter._memory[0])]
+
+    def change(row):
+        for place, value in hits:
+            row[place % sizes[where]] = value
+
+    try:
+        restored = Segmenter.restore(with_row(segmenter, change))
+    except SnapshotError:
+        return
+    positions, times = core.moving_people(2, frames=60, losses=False)
+    # A hostile time may make the velocity ring grow with every frame: that is bounded by the frames pushed.
+    restored.push(positions, times + 3.4)
+    restored.level = 0.0
+    restored.end_take()
+    restored.push(positions, times)
+
+
+def test_the_parts_that_settings_decide_are_not_taken_from_the_row(segmenter):
+    def change(row):
+        for name in (
+            "joints",
+            "lanes",
+            "slot",
+            "slot_count",
+            "ring",
+            "capacity",
+            "trail_size",
+            "memo_size",
+            "at_slots",
+        ):
+            header(row)[name] = 10**9
+
+    restored = Segmenter.restore(with_row(segmenter, change))
+    assert restored.snapshot() == segmenter.snapshot()
+
+
+@pytest.mark.parametrize("level", ["motion", "cluster"])
+@pytest.mark.parametrize("fps", [None, 30.0, 120.0])
+def test_a_snapshot_of_33_joints_takes_at_most_128_kb(core, level, fps):
+    segmenter = Segmenter(core.skeleton(33), Settings(level=level), fps=fps)
+    positions = np.cumsum(np.random.default_rng(0).normal(0, 0.01, (900, 33, 3)), axis=0)
+    segmenter.push(positions, np.arange(900) / (fps or 60.0))
+    assert len(segmenter.snapshot()) <= 128 * 1024
+
+
+def test_pending_events_are_kept(core):
+    positions, times = core.moving_people(3, frames=200, losses=False)
+    own = Segmenter(core.skeleton(4), Settings(range_floor=0.01, window=0.05, remerge_seconds=1e6))
+    own.push(positions, times)
+    own.level = 1e8
+    restored = Segmenter.restore(own.snapshot())
+    events = [s.push(positions[-1], times[-1] + 0.01) for s in (own, restored)]
+    assert core.lines(events[0]) == core.lines(events[1])
+    assert core.key_frames(events[1], "merged")
+
+
+RESTORE = """
+import sys
+from mossar_stream.act import act
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.stream import advance
+Segmenter.restore(sys.stdin.buffer.read())
+print(len(advance.signatures), len(act.signatures))
+"""
+
+
+def test_a_restored_segmenter_is_compiled_before_its_first_frame(core):
+    blob = Segmenter(core.PAIR).snapshot()
+    told = subprocess.run([sys.executable, "-c", RESTORE], input=blob, capture_output=True, check=True)
+    assert told.stdout.split() == [b"1", b"1"]
