@@ -11,15 +11,15 @@ the velocity is known from then on. Where that is too much for the threshold lin
 
 So that a stream need not begin with a false onset, its first moment counts as noise, too.
 
-Recordings with little noise, and performers who never rest, go through unchanged. This is ours; preset `paper` and
-the `fixed` range have it off.
+Recordings with little noise, and performers who never rest, go through unchanged but for that. This is ours; preset
+`paper` and the `fixed` range have it off.
 """
 
 import numpy as np
 
 from mossar_stream.compiled import compiled
 
-MEMORY = 0.2  # s, time constant of the averages
+MEMORY = 0.15  # s, time constant of the averages
 TURNED = -0.1  # correlation of successive displacements below which they are noise
 FIRST = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it

@@ -27,7 +27,10 @@ class Performers:
     """
 
     def __init__(self, settings: Settings | None = None, most: int = MOST_PERFORMERS) -> None:
+        if most < 1:
+            raise ValueError(f"at least one performer must be followed, not {most}")
         self._settings = settings or Settings()
+        self._level = self._settings.level
         self._most = most
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
 
@@ -44,6 +47,11 @@ class Performers:
     def names(self) -> tuple[str, ...]:
         """The performers that are followed."""
         return tuple(self._segmenters)
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of the performers to come; `level` as it is now."""
+        return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
         """Take note of a performer, or of its new skeleton, which ends its take.
@@ -63,7 +71,10 @@ class Performers:
         events = self.remove(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self.remove(next(iter(self._segmenters)), "too many performers")
-        self._segmenters[name] = Segmenter(skeleton, self._settings, name, fps)
+        segmenter = Segmenter(skeleton, self._settings, name, fps)
+        if segmenter.level != self._level:
+            segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
+        self._segmenters[name] = segmenter
         return events
 
     def push(self, frames: Frames) -> list[Event]:
@@ -72,10 +83,11 @@ class Performers:
         Raises:
             FrameError: If the performer was not announced or the shapes do not fit its skeleton.
         """
-        segmenter = self._segmenters.pop(frames.performer, None)
+        name = frames.performer if frames.performer in self._segmenters else performer_name(frames.performer)
+        segmenter = self._segmenters.pop(name, None)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
-        self._segmenters[frames.performer] = segmenter
+        self._segmenters[name] = segmenter
         return segmenter.push(frames)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
@@ -91,7 +103,10 @@ class Performers:
                     f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
                 )
             return self._segmenters[performer].change(**changes)
+        level = self._settings.replace(level=changes.pop("level", self._level)).level
         self._settings = self._settings.replace(**changes)
+        self._level = level
+        changes["level"] = level
         return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
 
     def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
@@ -118,10 +133,10 @@ class Performers:
     @property
     def level(self) -> LevelName | float:
         """The level of all performers; setting it acts at once."""
-        return self._settings.level
+        return self._level
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._settings = self._settings.replace(level=level)
+        self._level = self._settings.replace(level=level).level
         for segmenter in self._segmenters.values():
             segmenter.level = level

@@ -123,7 +123,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
-        if not isinstance(self.level, str) and not 0 <= self.level < 1e9:
+        _check_choices(self)
+        known = self.level in LEVEL_NAMES if isinstance(self.level, str) else 0 <= self.level < 1e9
+        if not known:
             raise SettingsError(f"setting level is {self.level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
         _check_groups(self)
         if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
@@ -211,12 +213,38 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 
 
+CHOICES: dict[str, tuple[str | None, ...]] = {
+    "smoothing": get_args(Smoothing),
+    "range": get_args(RangePolicy),
+    "center": get_args(Center),
+    "similarity": get_args(SimilarityName),
+    "kernel_form": get_args(KernelForm),
+    "location": (*get_args(Location), None),
+}
+WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
+
+
+def _check_choices(settings: Settings) -> None:
+    for name, choices in CHOICES.items():
+        if getattr(settings, name) not in choices:
+            legal = ", ".join(choice for choice in choices if choice)
+            raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
+    for name in WHOLE_NUMBERS:
+        value = getattr(settings, name)
+        if value is not None and not isinstance(value, int):
+            raise SettingsError(f"setting {name} is {value!r}; it must be a whole number")
+
+
 def _check_groups(settings: Settings) -> None:
     groups: list[tuple[str, Features | VarianceFloor | None, float]] = [
         ("features", settings.features, 0.0),
         ("variance_floor", settings.variance_floor, 1e-12),
     ]
     for field, group, low in groups:
+        if group is not None and not isinstance(group, Features | VarianceFloor):
+            raise SettingsError(
+                f"setting {field} is {group!r}; it must be a {field.title().replace('_', '')}"
+            )
         for name in group.__struct_fields__ if group is not None else ():
             value = getattr(group, name)
             if not low <= value <= 1e3:

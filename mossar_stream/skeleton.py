@@ -71,8 +71,10 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             names: Joints to keep.
 
         Raises:
-            FrameError: If a name is unknown or given twice.
+            FrameError: If a name is unknown or given twice, or there is none.
         """
+        if not names:
+            raise FrameError("a skeleton has at least one joint; none was selected")
         kept = [self.index(name) for name in names]
         place = {joint: i for i, joint in enumerate(kept)}
         parents = []

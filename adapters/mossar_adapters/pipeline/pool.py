@@ -6,16 +6,10 @@ from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.performers import Performers
 from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
 
 
 class Pool(Performers):
     """Performers whose settings come as text, and that can be kept and restored."""
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of the performers to come."""
-        return self._settings
 
     def set(self, changes: Mapping[str, object], performer: str | None = None) -> list[Event]:
         """Change settings while running.

@@ -1,0 +1,171 @@
+"""Settings: names, limits, texts, presets and bundles."""
+
+import msgspec
+import pytest
+
+from mossar_stream import Settings, SettingsError
+from mossar_stream.presets import BUNDLES, PRESETS, STRENGTHS, level_strength
+from mossar_stream.settings import LEVEL_NAMES, LIMITS, Features, VarianceFloor
+
+
+def refusal(**changes):
+    with pytest.raises(SettingsError) as refused:
+        Settings.build("default", changes)
+    message = str(refused.value)
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_every_number_has_limits_and_the_message_names_them(name):
+    low, high = LIMITS[name]
+    for value in (high * 1.01 + 1, low - 1, float("nan"), float("inf")):
+        if isinstance(value, float) and name in (
+            "smoothing_window",
+            "edges",
+            "layers",
+            "max_key_frames",
+            "remerge_window",
+        ):
+            continue
+        assert name in refusal(**{name: value})
+        with pytest.raises(SettingsError, match=name):
+            Settings(**{name: value})
+    assert f"between {low:g} and {high:g}" in refusal(**{name: int(high) + 2})
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"speed": 1}, "no setting called 'speed'; there are window, smoothing"),
+        ({"windwo": 1}, "no setting called 'windwo'"),
+        ({"range": "widest"}, "setting range is 'widest'; it must be one of running, file, fixed, decay"),
+        ({"similarity": "magic"}, "setting similarity is 'magic'; it must be one of likelihood, path_kernel"),
+        ({"level": "loud"}, "setting level is 'loud'; it must be posture, motion, cluster"),
+        ({"level": -1}, "level is -1"),
+        ({"level": "nan"}, "level is nan"),
+        ({"window": "wide"}, "setting window is 'wide'"),
+        ({"window": [1]}, "setting window is [1]"),
+        ({"remerge_window": 2.5}, "remerge_window"),
+        ({"remerge_window": "2.5"}, "remerge_window"),
+        ({"tempo": "perhaps"}, "tempo"),
+        ({"features": "speeds:1"}, "speeds"),
+        ({"features": {"positions": -1}}, "features.positions is -1"),
+        ({"features": {"positions": 0}}, "features has no weight above 0"),
+        ({"features.speed": 1}, "speed"),
+        ({"variance_floor.positions": 0}, "variance_floor.positions is 0"),
+        ({"window.width": 1}, "setting window has no part called 'width'"),
+        ({"range": "fixed"}, "range=fixed needs range_max above range_min"),
+        ({"range": "fixed", "range_min": 2, "range_max": 2}, "range=fixed needs range_max above range_min"),
+    ],
+    ids=str,
+)
+def test_what_is_wrong_is_said_in_one_line(changes, said):
+    assert said in refusal(**changes)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"range": "widest"},
+        {"level": "loud"},
+        {"smoothing": None},
+        {"location": "near"},
+        {"features": {"positions": 1.0}},
+        {"remerge_window": 2.5},
+        {"center": "hips"},
+    ],
+    ids=str,
+)
+def test_the_constructor_refuses_what_build_refuses(wrong):
+    with pytest.raises(SettingsError):
+        Settings(**wrong)
+
+
+def test_numbers_may_be_texts_and_words_turn_off_what_is_optional():
+    chosen = Settings.build(
+        "default",
+        {
+            "window": "0.3",
+            "remerge_window": "4",
+            "tempo": "true",
+            "max_key_frames": "none",
+            "level": "0.5",
+            "pre_roll": "auto",
+        },
+    )
+    assert (chosen.window, chosen.remerge_window, chosen.tempo, chosen.level) == (0.3, 4, True, 0.5)
+    assert (chosen.max_key_frames, chosen.pre_roll) == (None, None)
+    assert Settings.build("default", {"location": "none", "smoothing": "none"}).location == "none"
+
+
+def test_groups_are_given_whole_or_by_part():
+    whole = Settings.build("default", {"features": "positions:0.75,log_speed:0.25"})
+    parts = Settings.build("default", {"features.positions": 0.75, "features.log_speed": "0.25"})
+    assert whole.features == parts.features == Features(positions=0.75, log_speed=0.25)
+    floors = Settings.build("default", {"variance_floor.distances": 0.5}).variance_floor
+    assert floors == VarianceFloor(distances=0.5)
+
+
+def test_an_unknown_preset_is_refused_with_the_known_ones():
+    with pytest.raises(SettingsError, match="no preset called 'fast'; there are default, paper, game"):
+        Settings.build("fast")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("level", [*LEVEL_NAMES, 0.0, 0.7])
+def test_every_preset_resolves_at_every_level_with_nothing_left_open(preset, level):
+    resolved = Settings.build(preset, {"level": level}).resolved()
+    optional = {"max_key_frames", "range_max"}
+    assert all(
+        getattr(resolved, name) is not None for name in resolved.__struct_fields__ if name not in optional
+    )
+
+
+def test_the_papers_preset_has_the_papers_values():
+    paper = Settings.build("paper").resolved()
+    assert (paper.window, paper.sig_threshold, paper.smoothing, paper.range_floor) == (1.0, 0.01, "none", 0.0)
+    assert (paper.similarity, paper.kernel_form, paper.edges, paper.layers) == (
+        "path_kernel",
+        "normalised",
+        20,
+        1,
+    )
+    assert (paper.noise_margin, paper.location, paper.pre_roll, paper.tempo) == (0.0, "none", 0.0, False)
+
+
+@pytest.mark.parametrize("name", BUNDLES)
+def test_a_named_level_brings_its_bundle_and_what_is_given_stays(name):
+    resolved = Settings(level=name).resolved()
+    assert {field: getattr(resolved, field) for field in BUNDLES[name]} == BUNDLES[name]
+    kept = Settings(level=name, window=0.4, refine=0.05, tempo=None).resolved()
+    assert (kept.window, kept.refine) == (0.4, 0.05)
+    # The floor of the range follows the window: it is a speed.
+    assert kept.range_floor == pytest.approx(resolved.range_floor * 0.4 / resolved.window)
+
+
+def test_levels_are_strengths_that_rise():
+    for values in STRENGTHS.values():
+        assert values["posture"] == 0.0
+        assert 0 < values["motion"] < values["cluster"]
+    resolved = Settings().resolved()
+    assert level_strength(0.123, resolved, "motion") == 0.123
+
+
+def test_replace_validates_and_leaves_the_original_alone():
+    settings = Settings(window=0.3)
+    assert settings.replace(window=0.5).window == 0.5
+    assert settings.window == 0.3
+    with pytest.raises(SettingsError):
+        settings.replace(window=99)
+    with pytest.raises(SettingsError):
+        settings.replace(widow=1)
+
+
+def test_settings_survive_a_wire():
+    settings = Settings.build("game", {"features.positions": 1, "level": 0.3, "max_key_frames": 7})
+    assert msgspec.json.decode(msgspec.json.encode(settings), type=Settings) == settings
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.json.decode(b'{"window": 99}', type=Settings)
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.json.decode(b'{"windwo": 1}', type=Settings)
