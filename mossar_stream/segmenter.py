@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import END, FOLLOW, LEVEL, act, make_room
+from mossar_stream.act import END, FOLLOW, LEVEL
 from mossar_stream.block import Plan, move_row
+from mossar_stream.desk import Desk
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.layout import header
-from mossar_stream.outbox import decode, make_outbox
+from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
@@ -17,7 +18,7 @@ from mossar_stream.state import CurveState, curve_state
 from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
 FLOAT32 = np.dtype(np.float32)
-ONE_DONE = STOPS + DONE
+ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -57,23 +58,44 @@ class Segmenter:
     ) -> None:
         if fps is not None:
             constant_times(0, fps)
-        self.performer = performer_name(performer)
-        self._adopt(Plan(skeleton, settings or Settings(), fps))
-        self._level: LevelName | float = self._plan.given.level
-        self._pending: list[Event] = []
-        _warm_up(self._plan)
+        plan = Plan(skeleton, settings or Settings(), fps)
+        self._begin(plan, performer_name(performer), plan.given.level)
+        self._adopt(plan, plan.new_rows(1), Desk(plan))
 
-    def _adopt(self, plan: Plan, row: NDArray[np.uint8] | None = None) -> None:
-        """Take a plan, and a row laid out by it."""
-        self._plan = plan
-        self._params = plan.params
-        self._memory = plan.new_rows(1) if row is None else row.reshape(1, -1)
-        self._header = header(self._memory[0])
-        self._room = make_room(plan)
-        self._outbox, self._records = make_outbox(plan.most_events)
+    def _begin(self, plan: Plan, performer: str, level: LevelName | float) -> None:
+        self.performer = performer
+        self._level = level
+        self._pending: list[Event] = []
         self._one_shape = (len(plan.skeleton), 3)
         self._one_time = np.zeros(1)
+
+    def _adopt(self, plan: Plan, memory: NDArray[np.uint8], desk: Desk) -> None:
+        """Take a plan, a row laid out by it, and a desk for it."""
+        self._plan = plan
+        self._desk = desk
+        self._params = plan.params
+        self._memory = memory
+        self._header = header(memory[0])
+        self._names = {int(self._header["row"]): self.performer}
         self._live = bool(self._header["open"])
+
+    @classmethod
+    def at_row(
+        cls, plan: Plan, memory: NDArray[np.uint8], desk: Desk, performer: str, level: LevelName | float
+    ) -> "Segmenter":
+        """Return a segmenter whose state is a row of a pool; for `Performers`.
+
+        Args:
+            plan: Of the row.
+            memory: (1, row) bytes, prepared.
+            desk: Shared with the others of the pool, which must be used one after the other.
+            performer: Name that events carry.
+            level: As it is now.
+        """
+        segmenter = cls.__new__(cls)
+        segmenter._begin(plan, performer, level)  # noqa: SLF001 - its own class
+        segmenter._adopt(plan, memory, desk)  # noqa: SLF001
+        return segmenter
 
     @property
     def skeleton(self) -> Skeleton:
@@ -136,14 +158,13 @@ class Segmenter:
         events: list[Event] = []
         if plan.continues(self._plan):
             self._plan = plan
-            plan.prepare(self._memory[0], 0)
+            plan.prepare(self._memory[0], int(self._header["row"]))
         else:
             events = self.end_take("settings changed")
             kept = {name: self._header[name] for name in ("take", *COUNTERS)}
-            self._adopt(plan)
+            self._adopt(plan, plan.new_rows(1), Desk(plan))
             for name, value in kept.items():
                 self._header[name] = value
-            _warm_up(plan)
         self.level = level
         return events
 
@@ -186,6 +207,11 @@ class Segmenter:
             code = advance(self._memory, 0, self._params, chunk, moments)
             if code == ONE_DONE and not events:
                 return []
+            self._pending = []
+            if code == ONE_HAPPENED:
+                self._act(FOLLOW, events)
+            if code >= STOPS:
+                return events
         elif isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -193,44 +219,35 @@ class Segmenter:
             chunk, moments = self._check(positions, times, confidence, first_frame)
             if first_frame is not None:
                 self._header["next_frame"] = first_frame
-            code = 0 if not len(moments) else self._start(chunk, moments, events)
-        self._pending = []
-        self._go_on(chunk, moments, code, events, first_frame)
+            self._pending = []
+        self._run(chunk, moments, events, first_frame)
         return events
 
-    def _start(self, chunk: NDArray[np.float32], moments: NDArray[np.float64], events: list[Event]) -> int:
-        """Let frames in; if they open a take, say so."""
-        was_open = self._header["open"]
-        code = advance(self._memory, 0, self._params, chunk, moments)
-        if not was_open and self._header["open"]:
-            events.append(self._stream_event("started"))
-            self._live = True
-        return code
-
-    def _go_on(
+    def _run(
         self,
         chunk: NDArray[np.float32],
         moments: NDArray[np.float64],
-        code: int,
         events: list[Event],
         first_frame: int | None,
     ) -> None:
-        """Do what the kernel asks for until the frames are used up."""
-        done, stop = divmod(code, STOPS)
-        while True:
-            if stop == HAPPENED:
-                self._act(FOLLOW, events)
-            elif stop == TAKE_ENDS:
+        """Take frames in, and do what the kernel asks for, until they are used up."""
+        rows, bounds, cursor = np.zeros(1, np.int64), np.array([0, len(moments)]), np.zeros(2, np.int64)
+        stop = OUTBOX_FULL
+        while stop != DONE:
+            was_open = self._header["open"]
+            stop = self._desk.run(self._memory, rows, bounds, cursor, chunk, moments)
+            if not was_open and self._header["open"]:
+                events.append(self._stream_event("started"))
+                self._live = True
+            events += self._desk.empty(self._names)
+            if stop == TAKE_ENDS:
+                done = int(cursor[1])
                 later = moments[done] > self._header["time"]
                 events += self.end_take("gap" if later else "clock stepped back")
                 if first_frame is not None:
                     self._header["next_frame"] = first_frame + done
             elif stop == RING_FULL:
                 self._enlarge()
-            if done == len(moments):
-                return
-            code = self._start(chunk[done:], moments[done:], events)
-            done, stop = done + code // STOPS, code % STOPS
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -269,12 +286,8 @@ class Segmenter:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
         plan, performer, level, pending, row = unpack_snapshot(blob)
-        segmenter = cls.__new__(cls)
-        segmenter.performer = performer
-        segmenter._adopt(plan, row)  # noqa: SLF001 - its own class
-        segmenter._level = level  # noqa: SLF001
-        segmenter._pending = pending  # noqa: SLF001
-        _warm_up(plan)
+        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer, level)
+        segmenter._pending = pending  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -314,11 +327,8 @@ class Segmenter:
 
     def _act(self, reason: int, events: list[Event]) -> None:
         """Let the compiled part do what is due and append its events."""
-        act(self._memory, 0, self._params, self._room, self._outbox, reason)
-        count = int(self._records[0]["row"])
-        if count:
-            self._records[0]["row"] = 0
-            events += decode(self._records[1 : count + 1].tolist(), self.performer, self._plan.skeleton.names)
+        self._desk.act(self._memory, 0, reason)
+        events += self._desk.empty(self._names)
 
     def _stream_event(self, change: str, reason: str = "") -> StreamEvent:
         return StreamEvent(performer=self.performer, event=change, take=self.take, reason=reason)  # type: ignore[arg-type]
@@ -326,16 +336,6 @@ class Segmenter:
     def _enlarge(self) -> None:
         """Double the velocity ring: the source is quicker than its nominal rate."""
         plan = self._plan.larger(ring=2)
-        row = plan.new_rows(1)[0]
-        move_row(self._memory[0], self._plan, row, plan)
-        self._adopt(plan, row)
-
-
-def _warm_up(plan: Plan) -> None:
-    """Compile the kernels for this plan's measure, or load them, by a take of two frames."""
-    memory = plan.new_rows(1)
-    room = make_room(plan)
-    outbox, _ = make_outbox(plan.most_events)
-    frames = np.zeros((2, plan.shape.joints, 3), np.float32)
-    advance(memory, 0, plan.params, frames, np.arange(2) / 100.0)
-    act(memory, 0, plan.params, room, outbox, END)
+        memory = plan.new_rows(1)
+        move_row(self._memory[0], self._plan, memory[0], plan)
+        self._adopt(plan, memory, Desk(plan))
