@@ -289,7 +289,7 @@ def test_held_poses_count_by_the_time_they_stand_for():
     params = make_params(4)
     poses = wander(2, 2, 4)
     held, repeated = np.zeros(path_kernel.slot_size(params)), np.zeros(path_kernel.slot_size(params))
-    pose = np.zeros((4, 8))
+    pose = np.zeros((4, 8), np.float32)
     for frame, count in zip(poses, (3, 1), strict=True):
         pose[:3, :4] = frame.T
         add_pose(params, held, pose, 4, 1.0, count * 0.25)
