@@ -1,5 +1,7 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
+from collections.abc import Mapping
+
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, performer_name
@@ -54,7 +56,7 @@ class Performers:
         return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
-        """Take note of a performer, or of its new skeleton, which ends its take.
+        """Take note of a performer, or of its new skeleton, which ends its take; the next one has the next number.
 
         Args:
             performer: Name.
@@ -71,7 +73,7 @@ class Performers:
         events = self.remove(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self.remove(next(iter(self._segmenters)), "too many performers")
-        segmenter = Segmenter(skeleton, self._settings, name, fps)
+        segmenter = Segmenter(skeleton, self._settings, name, fps, known)
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         self._segmenters[name] = segmenter
@@ -129,6 +131,18 @@ class Performers:
     def remove(self, performer: str, reason: str = "") -> list[Event]:
         """End a performer's take and forget the performer."""
         return self._segmenters.pop(performer).end_take(reason)
+
+    def snapshot(self) -> dict[str, bytes]:
+        """Return what all segmenters know, by performer."""
+        return {name: segmenter.snapshot() for name, segmenter in self._segmenters.items()}
+
+    def restore(self, blobs: Mapping[str, bytes]) -> None:
+        """Go on where the segmenters of a snapshot were, in place of those that are here.
+
+        Raises:
+            SnapshotError: If one of them is damaged; nothing is changed then.
+        """
+        self._segmenters = {name: Segmenter.restore(blob) for name, blob in blobs.items()}
 
     @property
     def level(self) -> LevelName | float:

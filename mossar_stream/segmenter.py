@@ -32,6 +32,7 @@ class Segmenter:
         settings: Defaults to `Settings()`.
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
+        after: Segmenter of the same performer with another skeleton, whose takes and counters go on here.
 
     Raises:
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
@@ -54,6 +55,7 @@ class Segmenter:
         settings: Settings | None = None,
         performer: str = "p1",
         fps: float | None = None,
+        after: "Segmenter | None" = None,
     ) -> None:
         if fps is not None:
             constant_times(0, fps)
@@ -61,6 +63,9 @@ class Segmenter:
         self._adopt(Plan(skeleton, settings or Settings(), fps))
         self._level: LevelName | float = self._plan.given.level
         self._pending: list[Event] = []
+        if after is not None:
+            for name in ("take", *COUNTERS):
+                self._header[name] = after._header[name]  # noqa: SLF001 - its own class
         _warm_up(self._plan)
 
     def _adopt(self, plan: Plan, row: NDArray[np.uint8] | None = None) -> None:

@@ -1,7 +1,7 @@
 """Naming: performers of several sources under names of their own, and how far each source was read."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 from mossar_adapters.pipeline.snapshot import Position
 from mossar_stream.frames import Frames
@@ -21,6 +21,9 @@ class Naming:
         self._names: list[dict[str, str]] = [{} for _ in sources]  # from the source's name to ours
         self._frames: list[dict[str, int]] = [{} for _ in sources]  # taken so far, by the source's name
 
+    def __len__(self) -> int:
+        return sum(map(len, self._names))
+
     def name(self, source: int, performer: str) -> str:
         """Return our name for a performer of a source; the first source with a name keeps it."""
         names = self._names[source]
@@ -31,6 +34,10 @@ class Naming:
                     "%s: performer %s is called %s here", self._sources[source], performer, names[performer]
                 )
         return names[performer]
+
+    def known(self, source: int, performer: str) -> str | None:
+        """Return our name for a performer of a source, None if it was never named."""
+        return self._names[source].get(performer)
 
     def of_source(self, source: int) -> list[str]:
         """Return our names for the performers of a source."""
@@ -44,6 +51,13 @@ class Naming:
         """Count frames, under the source's name for the performer."""
         counts = self._frames[source]
         counts[frames.performer] = counts.get(frames.performer, 0) + len(frames)
+
+    def forget(self, kept: Container[str]) -> None:
+        """Forget the performers whose names are not among those kept."""
+        for names, frames in zip(self._names, self._frames, strict=True):
+            for performer in [own for own, name in names.items() if name not in kept]:
+                del names[performer]
+                frames.pop(performer, None)
 
     def positions(self) -> tuple[Position, ...]:
         """Return how far each source was read."""
