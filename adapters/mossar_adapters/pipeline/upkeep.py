@@ -191,7 +191,8 @@ class Upkeep:
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
-            if pipeline.running[i] and now - feed.heard_at > SILENCE and i not in self._explained:
+            silent = now - feed.heard_at > SILENCE and not pipeline.inbox.waiting(i)
+            if pipeline.running[i] and silent and i not in self._explained:
                 self._explained.add(i)
                 why = explanation(feed.source)
                 _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")
