@@ -13,7 +13,14 @@ from mossar_stream.act import DECIDE, FOLLOW, RANK
 from mossar_stream.block import Plan, move_row
 from mossar_stream.desk import Desk
 from mossar_stream.errors import FrameError
-from mossar_stream.events import KEY_FRAME_KINDS, Event, KeyFrameEvent, KeyFrameKind, SegmentEvent, SegmentState
+from mossar_stream.events import (
+    KEY_FRAME_KINDS,
+    Event,
+    KeyFrameEvent,
+    KeyFrameKind,
+    SegmentEvent,
+    SegmentState,
+)
 from mossar_stream.frames import constant_times
 from mossar_stream.layout import header, region
 from mossar_stream.settings import LevelName, Settings

@@ -24,7 +24,8 @@ FOLLOWS = np.int64(FOLLOW)
 def run(
     memory: NDArray[np.uint8],
     rows: NDArray[np.int64],
-    bounds: NDArray[np.int64],
+    begins: NDArray[np.int64],
+    ends: NDArray[np.int64],
     cursor: NDArray[np.int64],
     params: NDArray[np.void],
     positions: NDArray[np.float32],
@@ -38,10 +39,11 @@ def run(
     Args:
         memory: (P, row) bytes, the pool.
         rows: (m,) rows of the performers whose frames these are.
-        bounds: (m + 1,) where each one's frames begin, and where the last one's end.
-        cursor: (2,) which performer is next, and which frame; moved on.
+        begins: (m,) where each one's frames begin.
+        ends: (m,) where they end.
+        cursor: (2,) which performer is next, and how many of its frames were used; moved on.
         params: One-element record array of the similarity measure.
-        positions: (n, J, 3) float32 m, performer after performer.
+        positions: (n, J, 3) float32 m.
         times: (n,) s.
         room: Room to work in.
         outbox: Bytes of an outbox; the caller empties it.
@@ -52,11 +54,12 @@ def run(
     """
     events = outbox.view(EVENT)
     while cursor[0] < len(rows):
-        row, end = rows[cursor[0]], bounds[cursor[0] + 1]
-        while cursor[1] < end:
+        row, begin, end = rows[cursor[0]], begins[cursor[0]], ends[cursor[0]]
+        while begin + cursor[1] < end:
             if events[0].row + most >= len(events):
                 return OUTBOX_FULL
-            code = _advance(memory, row, params, positions[cursor[1] : end], times[cursor[1] : end])
+            here = begin + cursor[1]
+            code = _advance(memory, row, params, positions[here:end], times[here:end])
             cursor[1] += code // STOPS
             stop = code % STOPS
             if stop == HAPPENED:
@@ -64,4 +67,5 @@ def run(
             elif stop != DONE:
                 return stop
         cursor[0] += 1
+        cursor[1] = 0
     return DONE

@@ -1,5 +1,7 @@
 """Segmenter: frames of one performer in, events out."""
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,7 +21,15 @@ from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, ad
 
 FLOAT32 = np.dtype(np.float32)
 ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
+_ROWS = np.zeros(1, np.int64)
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
+
+
+class Seat(Protocol):
+    """A row of a pool."""
+
+    def vacate(self) -> None:
+        """Give the row back."""
 
 
 class Segmenter:
@@ -59,15 +69,17 @@ class Segmenter:
         if fps is not None:
             constant_times(0, fps)
         plan = Plan(skeleton, settings or Settings(), fps)
-        self._begin(plan, performer_name(performer), plan.given.level)
+        self._begin(plan, performer_name(performer))
         self._adopt(plan, plan.new_rows(1), Desk(plan))
 
-    def _begin(self, plan: Plan, performer: str, level: LevelName | float) -> None:
+    def _begin(self, plan: Plan, performer: str) -> None:
         self.performer = performer
-        self._level = level
+        self.seat: Seat | None = None
+        self._level: LevelName | float = plan.given.level
         self._pending: list[Event] = []
         self._one_shape = (len(plan.skeleton), 3)
         self._one_time = np.zeros(1)
+        self._end, self._cursor = np.zeros(1, np.int64), np.zeros(2, np.int64)
 
     def _adopt(self, plan: Plan, memory: NDArray[np.uint8], desk: Desk) -> None:
         """Take a plan, a row laid out by it, and a desk for it."""
@@ -81,21 +93,51 @@ class Segmenter:
 
     @classmethod
     def at_row(
-        cls, plan: Plan, memory: NDArray[np.uint8], desk: Desk, performer: str, level: LevelName | float
+        cls,
+        plan: Plan,
+        memory: NDArray[np.uint8],
+        desk: Desk,
+        performer: str,
+        seat: "Seat | None" = None,
     ) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool; for `Performers`.
+        """Return a segmenter whose state is a row that there is already.
 
         Args:
             plan: Of the row.
             memory: (1, row) bytes, prepared.
-            desk: Shared with the others of the pool, which must be used one after the other.
+            desk: May be shared with others, if they are used one after the other.
             performer: Name that events carry.
-            level: As it is now.
+            seat: The row's place in a pool.
         """
         segmenter = cls.__new__(cls)
-        segmenter._begin(plan, performer, level)  # noqa: SLF001 - its own class
+        segmenter._begin(plan, performer)  # noqa: SLF001 - its own class
         segmenter._adopt(plan, memory, desk)  # noqa: SLF001
+        segmenter.seat = seat
         return segmenter
+
+    def carry_on(self, other: "Segmenter") -> None:
+        """Number takes and count frames on from another segmenter of the same performer."""
+        self._count_on(other._header)  # noqa: SLF001 - its own class
+
+    def _count_on(self, before: NDArray[np.void]) -> None:
+        for name in ("take", *COUNTERS):
+            self._header[name] = before[name]
+
+    def opened(self) -> StreamEvent:
+        """Return the event that a take has started; for who runs the row of a pool."""
+        self._live = True
+        return self._stream_event("started")
+
+    def take_pending(self) -> list[Event]:
+        """Return the events that wait for the next push."""
+        events, self._pending = self._pending, []
+        return events
+
+    def vacate(self) -> None:
+        """Leave the row of the pool, if the state lies in one."""
+        if self.seat is not None:
+            self.seat.vacate()
+            self.seat = None
 
     @property
     def skeleton(self) -> Skeleton:
@@ -161,10 +203,10 @@ class Segmenter:
             plan.prepare(self._memory[0], int(self._header["row"]))
         else:
             events = self.end_take("settings changed")
-            kept = {name: self._header[name] for name in ("take", *COUNTERS)}
+            before = self._header.copy()
+            self.vacate()
             self._adopt(plan, plan.new_rows(1), Desk(plan))
-            for name, value in kept.items():
-                self._header[name] = value
+            self._count_on(before)
         self.level = level
         return events
 
@@ -231,17 +273,17 @@ class Segmenter:
         first_frame: int | None,
     ) -> None:
         """Take frames in, and do what the kernel asks for, until they are used up."""
-        rows, bounds, cursor = np.zeros(1, np.int64), np.array([0, len(moments)]), np.zeros(2, np.int64)
+        self._end[0] = len(moments)
+        self._cursor[:] = 0
         stop = OUTBOX_FULL
         while stop != DONE:
             was_open = self._header["open"]
-            stop = self._desk.run(self._memory, rows, bounds, cursor, chunk, moments)
+            stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
             if not was_open and self._header["open"]:
-                events.append(self._stream_event("started"))
-                self._live = True
+                events.append(self.opened())
             events += self._desk.empty(self._names)
             if stop == TAKE_ENDS:
-                done = int(cursor[1])
+                done = int(self._cursor[1])
                 later = moments[done] > self._header["time"]
                 events += self.end_take("gap" if later else "clock stepped back")
                 if first_frame is not None:
@@ -258,7 +300,7 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events, self._pending = self._pending, []
+        events = self.take_pending()
         if self._header["open"]:
             ended = self._stream_event("ended", reason)
             self._act(END, events)
@@ -286,8 +328,8 @@ class Segmenter:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
         plan, performer, level, pending, row = unpack_snapshot(blob)
-        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer, level)
-        segmenter._pending = pending  # noqa: SLF001 - its own class
+        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer)
+        segmenter._level, segmenter._pending = level, pending  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -338,4 +380,5 @@ class Segmenter:
         plan = self._plan.larger(ring=2)
         memory = plan.new_rows(1)
         move_row(self._memory[0], self._plan, memory[0], plan)
+        self.vacate()
         self._adopt(plan, memory, Desk(plan))

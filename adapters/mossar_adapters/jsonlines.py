@@ -18,7 +18,7 @@ from mossar_adapters.frame_codec import from_json, to_json
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.map_intake import MapIntake
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.events import Event
 from mossar_stream.events import to_json as event_to_json
@@ -58,7 +58,7 @@ class JsonLinesSource:
         self._started = time.monotonic()
         self._closed = False
 
-    def items(self) -> Iterator[Meta | Frames | None]:
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield metas and chunks of frames until the input ends; None when nothing came for a tenth of a second.
 
         Raises:

@@ -1,13 +1,16 @@
+import logging
 import socket
 
 import numpy as np
 import pytest
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.source import Meta
+from mossar_adapters.live_selection import SelectedSource
+from mossar_adapters.source import Left, Meta
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
-from mossar_stream.errors import MossarError
+from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
 
 
 def frames_of(source):
@@ -43,6 +46,34 @@ def test_joints_and_root_can_be_chosen_on_a_live_source():
     assert items[0].skeleton.names == ("Hips", "Head")
     assert items[0].skeleton.root == 1
     assert items[1].positions.shape[1:] == (2, 3)
+
+
+def test_a_root_that_is_not_among_the_joints_is_refused_and_a_centre_that_is_not_is_told(caplog):
+    with pytest.raises(FrameError, match="the root Hips is not among the joints Head, Neck; add it"):
+        list(
+            open_source(
+                "demo:?seconds=0.2", options=ReadOptions(joints=("Head", "Neck"), root="Hips")
+            ).items()
+        )
+    with caplog.at_level(logging.INFO, "mossar"):
+        list(open_source("demo:?seconds=0.2", options=ReadOptions(joints=("Head", "Neck"))).items())
+    assert "Hips, is not among the joints; Neck is taken for it" in caplog.text
+
+
+def test_a_newcomer_without_the_joints_is_left_out_and_the_others_go_on(caplog):
+    class Two:
+        name, live = "two", True
+
+        def items(self):
+            for name, joints in (("p1", ("hip", "head")), ("p2", ("hip", "tail"))):
+                yield Meta(name, Skeleton(joints, (-1, 0)))
+                yield Frames(np.zeros((1, 2, 3), np.float32), np.zeros(1), performer=name)
+            yield Left("p2", "gone")
+            yield Left("p1", "gone")
+
+    found = list(SelectedSource(Two(), ReadOptions(joints=("hip", "head"))).items())
+    assert [type(item).__name__ for item in found] == ["Meta", "Frames", "Left"]
+    assert "two: p2 is left out: no joint called 'head'" in caplog.text
 
 
 def test_one_performer_of_several_can_be_chosen():

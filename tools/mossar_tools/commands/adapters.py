@@ -87,7 +87,7 @@ def _listened(source: "Source", console: Console) -> int:
     from mossar_adapters.pipeline.counting import counters_of, explanation
     from mossar_adapters.pipeline.feed import Feed
     from mossar_adapters.pipeline.inbox import Inbox
-    from mossar_adapters.source import Meta
+    from mossar_adapters.source import Left, Meta
     from mossar_stream.frames import Frames
 
     inbox = Inbox([source.live])
@@ -106,7 +106,7 @@ def _listened(source: "Source", console: Console) -> int:
         elif isinstance(arrival.item, Frames):
             name = arrival.item.performer
             frames[name] = frames.get(name, 0) + len(arrival.item)
-        else:
+        elif not isinstance(arrival.item, Left):
             error = arrival.item if isinstance(arrival.item, Exception) else None
             break
     inbox.close()

@@ -54,20 +54,20 @@ def run(options: Options, console: Console) -> int:
     if options.plot is not None and Path(options.plot).suffix.lower() not in PICTURES:
         raise UsageError(f"{options.plot}: pictures are {', '.join(PICTURES)}")
     from mossar_stream.recording import segment_recording
-    from mossar_tools.streaming import say_if_cold
+    from mossar_tools.streaming import saying_if_cold
     from mossar_tools.whole import read_whole
 
     whole = read_whole(options)
-    say_if_cold()
     console.status(f"segmenting {len(whole.times)} frames ...")
-    result = segment_recording(
-        whole.positions,
-        whole.fps,
-        whole.skeleton,
-        settings,
-        times=whole.times,
-        curves=options.plot is not None,
-    )
+    with saying_if_cold():
+        result = segment_recording(
+            whole.positions,
+            whole.fps,
+            whole.skeleton,
+            settings,
+            times=whole.times,
+            curves=options.plot is not None,
+        )
     chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
     console.clear()
     if options.json:
