@@ -95,6 +95,13 @@ FORMATS: tuple[Format, ...] = (
         folder=True,
     ),
     Format(
+        "OSC log",
+        (".osc", ".oscdump", ".log", ".txt"),
+        sniff.text(sniff.osc_log),
+        f"{_HERE}.osc_log",
+        "messages that oscdump wrote down",
+    ),
+    Format(
         "CSV",
         (".csv", ".tsv", ".txt"),
         sniff.text(sniff.any_text),

@@ -20,6 +20,7 @@ EXPECTED = {  # rate, frames, joints, height in metres of the recordings that co
     "openpose": (30, 1, 4, 1.7),
     "c3d": (60, 30, 4, 1.7),
     "xdf": (60, 30, 4, 1.7),
+    "osc": (60, 30, 4, 1.7),
 }
 
 
@@ -151,11 +152,11 @@ def whole_frames(path):
 
 
 @pytest.mark.parametrize(
-    "kind", ["bvh", "trc", "motive", "qtm", "ntu", "c3d", "xdf", "msk", "jsonl", "mediapipe", "amc"]
+    "kind", ["bvh", "trc", "motive", "qtm", "ntu", "c3d", "xdf", "msk", "jsonl", "mediapipe", "amc", "osc"]
 )
 def test_that_a_file_is_cut_off_is_noted(sample, kind):
     path = sample(kind)
-    path.write_bytes(path.read_bytes()[: len(path.read_bytes()) * 8 // 10])
+    path.write_bytes(path.read_bytes()[: len(path.read_bytes()) * 8 // 10 - 3])
     recording = open_recording(path)
     assert 10 <= len(positions_of(recording)) < EXPECTED[kind][1]
     assert any("cut off" in note for note in recording.notes)
@@ -164,10 +165,10 @@ def test_that_a_file_is_cut_off_is_noted(sample, kind):
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
 @pytest.mark.parametrize("ends", ["\r\n", "\r", "\n"])
 def test_encodings_and_line_ends_do_not_matter(sample, encoding, ends):
-    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu"):
+    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu", "motive", "osc"):
         path = sample(kind)
         expected = positions_of(open_recording(path))
-        text = path.read_bytes().decode("utf-8").replace("\n", ends)
+        text = path.read_bytes().decode("utf-8-sig").replace("\n", ends)
         path.write_bytes(text.encode(encoding))
         np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
 
