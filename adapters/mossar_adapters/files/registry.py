@@ -167,6 +167,8 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
         raise FileError(path, "this is a folder without recordings of single frames (.json)")
     if candidates:
         raise FileError(path, f"this does not look like {' or '.join(form.name for form in candidates)}")
+    if path.suffix.lower() == ".asf":
+        raise FileError(path, "this is a skeleton without motion; open the .amc that goes with it")
     known = sorted({extension for form in formats for extension in form.extensions})
     raise FileError(path, f"the extension {path.suffix!r} is not known; known are {' '.join(known)}")
 

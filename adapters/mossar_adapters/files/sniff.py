@@ -69,7 +69,7 @@ def trc(head: str) -> bool:
 
 def motive(head: str) -> bool:
     """Return whether this is Motive's CSV."""
-    return head.lstrip('"').lower().startswith("format version")
+    return head.lstrip().lstrip('"').lower().startswith("format version")
 
 
 def qtm(head: str) -> bool:

@@ -162,7 +162,7 @@ def test_that_a_file_is_cut_off_is_noted(sample, kind):
     assert any("cut off" in note for note in recording.notes)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
 @pytest.mark.parametrize("ends", ["\r\n", "\r", "\n"])
 def test_encodings_and_line_ends_do_not_matter(sample, encoding, ends):
     for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu", "motive", "osc"):
@@ -171,6 +171,21 @@ def test_encodings_and_line_ends_do_not_matter(sample, encoding, ends):
         text = path.read_bytes().decode("utf-8-sig").replace("\n", ends)
         path.write_bytes(text.encode(encoding))
         np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
+
+
+@pytest.mark.parametrize("padding", [b"\0" * 100, b"\x1a"])
+def test_what_a_crash_or_an_old_program_leaves_behind_the_text_is_no_frame(sample, padding):
+    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu", "motive", "osc"):
+        path = sample(kind)
+        expected = positions_of(open_recording(path))
+        path.write_bytes(path.read_bytes() + padding)
+        np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
+
+
+def test_a_skeleton_without_its_motion_is_refused_with_a_hint(tmp_path):
+    (tmp_path / "86.asf").write_text(":version 1.10\n")
+    with pytest.raises(FileError, match="a skeleton without motion; open the .amc"):
+        open_recording(tmp_path / "86.asf")
 
 
 def test_a_new_format_is_one_function_and_one_row(tmp_path, monkeypatch):
