@@ -32,12 +32,13 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.files import FileError
     from mossar_adapters.recorder import Recorder
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import source_of
+    from mossar_tools.opening import apart, source_of
     from mossar_tools.signals import stopping
 
     url = options.sources[0]
     if Path(options.file).suffix.lower() not in {".msk", ".jsonl"}:
         raise UsageError(f"{options.file}: recordings are written as .msk, or .jsonl to be read elsewhere")
+    apart(url, options.file)
     source = source_of(url, options)
     try:
         sink = open_frame_sink(options.file, force=options.force)
@@ -49,7 +50,10 @@ def run(options: Options, console: Console) -> int:
         for frames, seconds in recorder.run():
             console.status(f"{url} · {frames} frames, {seconds:.1f} s")
     console.clear()
-    LOGGER.info("%s: %d frames", options.file, recorder.frames)
+    if recorder.frames:
+        LOGGER.info("%s: %d frames", options.file, recorder.frames)
+    else:
+        LOGGER.warning("no frame came; %s was not written", options.file)
     if recorder.error is not None:
         LOGGER.error("%s", recorder.error)
         return stop.status or (WRONG_USAGE if isinstance(recorder.error, FileError) else FAILED)

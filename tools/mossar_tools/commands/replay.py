@@ -46,7 +46,7 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.live import OutputClosedError
     from mossar_adapters.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import source_of
+    from mossar_tools.opening import apart, source_of
 
     if not options.to:
         raise UsageError("where to? Name a sink, as in --to osc://127.0.0.1:39539?profile=vmc")
@@ -58,6 +58,7 @@ def run(options: Options, console: Console) -> int:
         opened.callback(source.close)
         sinks: list[FrameSink] = []
         for url in options.to:
+            apart(options.file, url)
             sinks.append(open_frame_sink(url, force=options.force))
             opened.callback(sinks[-1].close)
         motion = _motion(options) if scheme == "file" else None
