@@ -205,6 +205,28 @@ def test_pages_come_go_and_sleep_while_nothing_grows_or_stalls(opened):
     assert not stream.is_alive()
 
 
+def test_pages_of_other_sites_are_turned_away():
+    page = Page(LiveShow(Settings()), 0)
+    try:
+        for origin in ("http://evil.example", "null", f"http://127.0.0.1.evil.example:{page.port}"):
+            assert answer(page.port, origin).startswith(b"HTTP/1.1 403"), origin
+        for origin in (page.url, f"http://localhost:{page.port}"):
+            assert answer(page.port, origin).startswith(b"HTTP/1.1 101"), origin
+    finally:
+        page.close()
+
+
+def answer(port, origin):
+    """Return what a WebSocket gets that says it comes from there."""
+    with socket.create_connection(("127.0.0.1", port), 10) as asking:
+        asking.sendall(
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: {origin}\r\nUpgrade: websocket\r\n"
+            "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            "Sec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
+        return asking.recv(1024)
+
+
 def test_a_port_in_use_is_said_and_the_next_one_taken(process, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
