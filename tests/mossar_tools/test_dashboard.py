@@ -258,6 +258,21 @@ def test_pages_of_other_sites_are_turned_away():
         page.close()
 
 
+@pytest.mark.parametrize("rubbish", ["text", b"rubbish", b"\x81\xa4type\xa4None", b"\xc0"])
+def test_a_visitor_who_sends_rubbish_is_hung_up_on_without_a_word(rubbish, capfd, caplog):
+    page = Page(LiveShow(Settings()), 0)
+    try:
+        with visitor(page) as sender, visitor(page) as other:
+            sender.send(rubbish)
+            with pytest.raises(Exception, match="1011"):
+                [sender.recv(timeout=20) for _ in range(100)]
+            assert other.recv(timeout=20)
+    finally:
+        page.close()
+    assert capfd.readouterr() == ("", "")
+    assert caplog.records == []
+
+
 def answer(port, origin):
     """Return what a WebSocket gets that says it comes from there."""
     with socket.create_connection(("127.0.0.1", port), 10) as asking:

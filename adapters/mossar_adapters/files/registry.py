@@ -177,6 +177,8 @@ def _head(path: Path) -> bytes:
     try:
         if path.is_dir():
             return b""
+        if path.exists() and not path.is_file():
+            raise FileError(path, "this is no file but a pipe or a device; mossar run - reads JSON lines")
         with path.open("rb") as file:
             head = file.read(HEAD_SIZE)
     except OSError as error:

@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 
@@ -120,6 +122,13 @@ def test_missing_files_folders_and_unknown_extensions_are_named(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"x")
     with pytest.raises(FileError, match=r"'\.mp4' is not known; known are \.amc"):
         open_recording(tmp_path / "a.mp4")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.bvh")
+    with pytest.raises(FileError, match="a pipe or a device"):
+        open_recording(tmp_path / "a.bvh")
 
 
 def test_a_missing_extra_is_named(sample):

@@ -4,6 +4,7 @@ A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it
 page. viser has no option to look at it, so the function that it serves with is wrapped while it starts.
 """
 
+import logging
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -33,13 +34,20 @@ def _guarded() -> Iterator[None]:
     serve = websockets.asyncio.server.serve
 
     def asking(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
-        return serve(*arguments, process_request=_guard(process_request), **options)
+        return serve(*arguments, process_request=_guard(process_request), logger=_quiet(), **options)
 
     websockets.asyncio.server.serve = asking  # type: ignore[assignment, misc]
     try:
         yield
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
+
+
+def _quiet() -> logging.Logger:
+    """Return a logger that keeps to itself what visitors do wrong; they are told, and hung up on."""
+    logger = logging.getLogger("mossar.visitors")
+    logger.setLevel(logging.CRITICAL)
+    return logger
 
 
 def _guard(then: _Asked | None) -> _Asked:
