@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed
@@ -47,14 +48,18 @@ def run(options: Options, console: Console) -> int:
         raise
     recorder = Recorder(source, sink, options.seconds)
     with stopping(recorder.stop) as stop:
-        for frames, seconds in recorder.run():
-            console.status(f"{url} · {frames} frames, {seconds:.1f} s")
+        try:
+            for frames, seconds in recorder.run():
+                console.status(f"{url} · {frames} frames, {seconds:.1f} s")
+            failure = recorder.error
+        except MossarError as error:  # of the file that is written
+            failure = error
     console.clear()
     if recorder.frames:
         LOGGER.info("%s: %d frames", options.file, recorder.frames)
     else:
         LOGGER.warning("no frame came; %s was not written", options.file)
-    if recorder.error is not None:
-        LOGGER.error("%s", recorder.error)
-        return stop.status or (WRONG_USAGE if isinstance(recorder.error, FileError) else FAILED)
+    if failure is not None:
+        LOGGER.error("%s", failure)
+        return stop.status or (WRONG_USAGE if isinstance(failure, FileError) else FAILED)
     return stop.status or DONE
