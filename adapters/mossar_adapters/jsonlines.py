@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
@@ -228,6 +229,7 @@ class _Output:
         replace: bool = True,
         position: int | None = None,
     ) -> None:
+        self._name = "standard output" if address.scheme == "-" else address.path
         self._owned = stream is None and address.scheme != "-"
         if stream is None:
             stream = (
@@ -251,15 +253,24 @@ class _Output:
             raise OutputClosedError("standard output was closed") from None
         except OSError as error:
             self._closed = True
-            raise MossarError(f"the output cannot be written: {error.strerror or error}") from None
+            with suppress(MossarError):
+                self.close()
+            raise self._refusal(error) from None
 
     def position(self) -> int | None:
         return self._stream.tell() if self._owned else None
 
     def close(self) -> None:
         self._closed = True
-        if self._owned:
+        if not self._owned:
+            return
+        try:
             self._stream.close()
+        except OSError as error:
+            raise self._refusal(error) from None
+
+    def _refusal(self, error: OSError) -> MossarError:
+        return MossarError(f"{self._name}: cannot be written: {error.strerror or error}")
 
 
 def opened_file(path: str, *, replace: bool, position: int | None = None) -> IO[bytes]:

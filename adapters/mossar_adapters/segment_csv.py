@@ -29,6 +29,7 @@ class SegmentCsvSink:
         self.name = address.url
         self.dropped = 0
         self._file = opened_file(address.path, replace=True, position=position)
+        self._failed = False
         self._strengths: dict[str, float] = {}  # by id of the key frame
         if position is None:
             self._write([COLUMNS])
@@ -53,7 +54,11 @@ class SegmentCsvSink:
 
     def close(self) -> None:
         """Close the file. May be called twice."""
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            if not self._failed:
+                raise self._refusal(error) from None
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
@@ -81,4 +86,8 @@ class SegmentCsvSink:
             self._file.write(text.getvalue().encode())
             self._file.flush()
         except OSError as error:
-            raise MossarError(f"{self.name}: cannot be written: {error.strerror or error}") from None
+            raise self._refusal(error) from None
+
+    def _refusal(self, error: OSError) -> MossarError:
+        self._failed = True
+        return MossarError(f"{self.name}: cannot be written: {error.strerror or error}")

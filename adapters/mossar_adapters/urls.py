@@ -196,13 +196,14 @@ def _file_sink(address: Address, wish: Wish) -> Sink:
 
 def _file_frame_sink(address: Address, wish: Wish) -> FrameSink:
     from mossar_adapters.jsonlines import JsonLinesFrameSink
+    from mossar_adapters.late_sink import LateSink
     from mossar_adapters.msk_sink import MskFrameSink
 
     match PurePath(address.path).suffix.lower():
         case ".msk":
-            return MskFrameSink(address, force=wish.force)
+            return LateSink(address, lambda: MskFrameSink(address, force=wish.force), force=wish.force)
         case ".jsonl" | ".ndjson":
-            return JsonLinesFrameSink(address, force=wish.force)
+            return LateSink(address, lambda: JsonLinesFrameSink(address, force=wish.force), force=wish.force)
         case suffix:
             raise address.error(f"frames go to .msk or .jsonl, not to {suffix or 'a file without ending'}")
 

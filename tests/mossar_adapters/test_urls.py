@@ -142,9 +142,41 @@ def test_a_port_in_use_is_named(scheme):
             open_source(f"{scheme}://127.0.0.1:{port}")
 
 
-def test_a_recording_is_not_replaced_unless_forced(tmp_path):
-    path = tmp_path / "take.msk"
-    open_frame_sink(str(path)).close()
+ONE = Frames(np.ones((1, 2, 3), np.float32), np.zeros(1), None, "p1")
+
+
+@pytest.mark.parametrize("name", ["take.msk", "take.jsonl"])
+def test_a_recording_is_not_replaced_unless_forced_and_frames_come(tmp_path, name):
+    path = tmp_path / name
+    written(str(path))
+    before = path.read_bytes()
     with pytest.raises(MossarError, match="--force"):
         open_frame_sink(str(path))
-    open_frame_sink(str(path), force=True).close()
+    sink = open_frame_sink(str(path), force=True)
+    sink.announce(Meta("p2", Skeleton(("a", "b"))))
+    sink.close()
+    assert path.read_bytes() == before
+    written(str(path), force=True)
+
+
+def written(path, **how):
+    sink = open_frame_sink(path, **how)
+    sink.announce(Meta("p1", Skeleton(("hip", "head"))))
+    sink.send_frames(ONE)
+    sink.close()
+    sink.close()
+    assert open_source(path).recording.skeleton.names == ("hip", "head")
+
+
+@pytest.mark.parametrize("place", ["none/take.msk", "folder.msk"])
+def test_a_recording_that_cannot_be_written_is_refused_before_frames_come(tmp_path, place):
+    (tmp_path / "folder.msk").mkdir()
+    with pytest.raises(MossarError, match="cannot be written: "):
+        open_frame_sink(str(tmp_path / place), force=True)
+
+
+def test_a_recording_to_which_nothing_comes_leaves_no_file(tmp_path):
+    sink = open_frame_sink(str(tmp_path / "take.msk"))
+    sink.announce(Meta("p1", Skeleton(("hip", "head"))))
+    sink.close()
+    assert list(tmp_path.iterdir()) == []

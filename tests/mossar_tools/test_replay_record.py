@@ -35,6 +35,36 @@ def test_record_writes_what_comes_and_refuses_to_replace(mossar, tmp_path):
     assert mossar(*record, "--force")[0] == 0
 
 
+def test_a_source_that_cannot_be_opened_leaves_no_recording_and_replaces_none(mossar, tmp_path):
+    status, _, err = mossar("record", "oak:", tmp_path / "take.msk")
+    assert status == 1
+    assert ("No OAK camera found" in err) or ("mossar-stream[oak]" in err)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["record", "replay", "run"])
+def test_a_recording_is_never_written_over_itself(mossar, swing, tmp_path, command):
+    path = tmp_path / "take.msk"
+    mossar("record", swing, path)
+    before = path.read_bytes()
+    again = (path,) if command == "record" else ("--to", path)
+    status, _, err = mossar(command, path, *again, "--force")
+    assert (status, path.read_bytes()) == (2, before)
+    assert "write another file" in err
+
+
+@pytest.mark.parametrize("name", ["take.msk", "take.jsonl"])
+@pytest.mark.parametrize("command", ["record", "replay"])
+def test_a_full_disk_is_one_line_and_what_was_written_reads(mossar, small_disk, tmp_path, command, name):
+    path = tmp_path / name
+    where = (path,) if command == "record" else ("--to", path)
+    with small_disk(30_000):
+        status, _, err = mossar(command, "demo:?seconds=20", *where, "--speed", "max", "--quiet")
+    assert (status, err.count("\n")) == (1, 1)
+    assert f"{name}: cannot be written: File too large" in err
+    assert open_recording(path).frame_count > 10
+
+
 def test_a_recording_gives_the_events_of_its_source(events, mossar, swing, tmp_path):
     path = tmp_path / "take.msk"
     mossar("record", swing, path)

@@ -2,7 +2,8 @@
 
 import logging
 from collections.abc import Mapping
-from pathlib import PurePath
+from contextlib import suppress
+from pathlib import Path, PurePath
 
 import msgspec
 
@@ -62,6 +63,20 @@ def sink_of(
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
         return open_frame_sink(url, force=options.force)
     return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
+
+
+def apart(source: str, sink: str) -> None:
+    """Check that a sink is not the file that is read.
+
+    Raises:
+        UsageError: If it is: it would be emptied before it is read.
+    """
+    read, written = parse_url(source), parse_url(sink)
+    if read.scheme != "file" or written.scheme != "file":
+        return
+    with suppress(OSError):  # one of them is not there
+        if Path(read.path).samefile(written.path):
+            raise UsageError(f"{written.path}: this is the recording that is read; write another file")
 
 
 def _tell(name: str, notes: tuple[str, ...]) -> None:

@@ -15,7 +15,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
-from mossar_tools.opening import sink_of, source_of
+from mossar_tools.opening import apart, sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
@@ -134,6 +134,8 @@ def _opened_sinks(
         raise UsageError("a sink is named twice")
     sinks = []
     for url in wanted:
+        for source in options.sources:
+            apart(source, url)
         sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
         opened.callback(sinks[-1].close)
     return sinks

@@ -53,15 +53,26 @@ def run(options: Options, console: Console) -> int:
         for address in further:
             console.line(f"  {address},")
         console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
+        for line in _devices(scheme):
+            console.line(f"{'':36}{line}")
     console.line("")
     console.line(console.colour("recordings", "1"))
     for row in FORMATS:
-        console.line(f"  {row.name:<12}{' '.join(row.extensions):<22}{row.description}{_missing(row)}")
+        console.line(f"  {row.name:<12}{' '.join(row.extensions):<28}{row.description}{_missing(row)}")
     return DONE
 
 
 def _missing(row: "Scheme | Format") -> str:
     return "" if row.available() else f"  - missing: pip install 'mossar-stream[{row.extra}]'"
+
+
+def _devices(scheme: "Scheme") -> list[str]:
+    """Return what is there of a scheme's hardware."""
+    if "oak" not in scheme.names or not scheme.available():
+        return []
+    from mossar_adapters.oak_check import summary
+
+    return summary()
 
 
 def _check(url: str, options: Options, console: Console) -> int:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mossar_adapters.address import parse_url
+from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console
-from mossar_tools.errors import DONE, UsageError
+from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed
 
 if TYPE_CHECKING:
@@ -43,10 +44,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    from mossar_adapters.files import FileError
     from mossar_adapters.live import OutputClosedError
     from mossar_adapters.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import source_of
+    from mossar_tools.opening import apart, source_of
 
     if not options.to:
         raise UsageError("where to? Name a sink, as in --to osc://127.0.0.1:39539?profile=vmc")
@@ -58,14 +60,22 @@ def run(options: Options, console: Console) -> int:
         opened.callback(source.close)
         sinks: list[FrameSink] = []
         for url in options.to:
+            apart(options.file, url)
             sinks.append(open_frame_sink(url, force=options.force))
             opened.callback(sinks[-1].close)
         motion = _motion(options) if scheme == "file" else None
         try:
             for seconds in Replay(source, sinks, motion).run():
                 console.status(f"{source.name} · {seconds:.1f} s sent")
+            for sink in sinks:
+                sink.close()
         except OutputClosedError:
             raise BrokenPipeError from None
+        except FileError:  # the recording is damaged
+            raise
+        except MossarError as error:  # a sink failed
+            LOGGER.error("%s", error)
+            return FAILED
     for sink in sinks:
         if dropped := getattr(sink, "dropped", 0):
             LOGGER.warning("%s: %d messages were not taken by the system", sink.name, dropped)
