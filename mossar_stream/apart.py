@@ -79,7 +79,7 @@ def publish(name: str, *arguments: Any) -> None:
         *arguments: Values like those it is called with, if it was not made for one signature.
     """
     kernel, signature = _kernels[name]
-    types = tuple(numba.typeof(argument) for argument in arguments) or signature.args
+    types = tuple(map(numba.typeof, arguments)) or signature.args
     full = _full_name(name, types)
     if full in _published:
         return

@@ -42,7 +42,7 @@ EVENT = np.dtype(
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
 FIELDS = EVENT.itemsize // 8
-NUMBERS = slice(EVENT.names.index("time"), EVENT.names.index("joint0"))
+NUMBERS = slice(11, 15)  # the floating-point fields
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)

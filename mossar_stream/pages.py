@@ -90,8 +90,8 @@ class Page:
         while stop != DONE:
             closed = np.flatnonzero(self._headers["open"][rows] == 0)
             stop = self._desk.run(self._memory, rows, begins, ends, cursor, positions, times)
-            for k in closed[self._headers["open"][rows[closed]] == 1].tolist():
-                events.append(segmenters[k].opened())
+            opened = closed[self._headers["open"][rows[closed]] == 1]
+            events += [segmenters[k].opened() for k in opened.tolist()]
             events += self._desk.empty(self._names)
             if stop in (TAKE_ENDS, RING_FULL):
                 # The performer's own segmenter knows what to do; the others go on after it.

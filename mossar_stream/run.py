@@ -65,7 +65,7 @@ def run(
             if stop == HAPPENED:
                 _act(memory, row, params, room, outbox, FOLLOWS)
             elif stop != DONE:
-                return stop
+                return stop  # type: ignore[no-any-return]
         cursor[0] += 1
         cursor[1] = 0
     return DONE

@@ -15,6 +15,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
 _NAMES = 4096  # performers that are remembered
+_TOLD = 8  # performers that are told of
 
 _log = logging.getLogger("mossar.source")
 
@@ -31,6 +32,7 @@ class SelectedSource:
         self._source = source
         self._options = options
         self._columns: dict[str, NDArray[np.intp]] = {}
+        self._others: set[str] = set()  # performers who are not wanted, as far as they were told of
         self._fits: dict[str, bool] = {}  # whether each performer has what is wanted
         self.name, self.live = source.name, source.live
 
@@ -47,7 +49,9 @@ class SelectedSource:
         for item in self._source.items():
             if item is None:
                 yield None
-            elif self._options.performer in {None, item.performer}:
+            elif self._options.performer not in {None, item.performer}:
+                self._tell_of(item)
+            else:
                 wanted = self._of_interest(item)
                 if wanted is not None:
                     yield wanted
@@ -62,6 +66,13 @@ class SelectedSource:
         if not self._fits.get(item.performer):
             return None
         return self._frames(item) if isinstance(item, Frames) else item
+
+    def _tell_of(self, item: Meta | Frames | Left) -> None:
+        if isinstance(item, Meta) and len(self._others) < _TOLD and item.performer not in self._others:
+            self._others.add(item.performer)
+            _log.info(
+                "%s: %s is left out, only %s is wanted", self.name, item.performer, self._options.performer
+            )
 
     def _announced(self, meta: Meta) -> Meta | None:
         try:

@@ -1,6 +1,7 @@
 import json
 import socket
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,3 +133,30 @@ def test_checking_a_silent_port_explains_itself(mossar, monkeypatch):
 def test_json_logs_of_replay_are_json(mossar, tmp_path, swing):
     _, _, err = mossar("record", swing, tmp_path / "a.msk", "--log-json")
     assert all(json.loads(line)["level"] == "info" for line in err.splitlines())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+@pytest.mark.parametrize("name", ["full.msk", "full.jsonl"])
+def test_a_full_disk_is_one_line_and_status_1(mossar, tmp_path, name):
+    path = tmp_path / name
+    path.symlink_to("/dev/full")
+    for command in (["record", "demo:?seconds=1", path], ["replay", "demo:?seconds=1", "--to", path]):
+        status, _, err = mossar(*command, "--force", "--speed", "max")
+        assert (status, err.count("\n")) == (1, 1)
+        assert f"{name}: cannot be written: No space left on device" in err
+
+
+def test_a_recording_is_not_written_over_while_it_is_read(mossar, tmp_path):
+    path = tmp_path / "take.msk"
+    mossar("record", "demo:?seconds=1", path, "--speed", "max")
+    whole = path.read_bytes()
+    again = tmp_path / "." / "take.msk"
+    for command in (
+        ["record", path, again],
+        ["replay", path, "--to", again],
+        ["run", path, "--to", f"file:{path}"],
+    ):
+        status, _, err = mossar(*command, "--force")
+        assert status == 2
+        assert "nothing can be both" in err
+    assert path.read_bytes() == whole

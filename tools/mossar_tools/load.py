@@ -6,6 +6,7 @@ time from sending a frame until it has received the event that this frame caused
 """
 
 import argparse
+import contextlib
 import socket
 import time
 from collections.abc import Callable, Iterator
@@ -63,9 +64,16 @@ def load(transport: str, frames: int, fps: float, joints: int) -> str:
         joints: Of each frame.
     """
     port = free_port(socket.SOCK_DGRAM if transport == "osc" else socket.SOCK_STREAM)
-    send = _single_joints(port, joints) if transport == "osc" else _frame_maps(port, joints, fps)
     url = f"osc://127.0.0.1:{port}?profile=generic&pattern=/pose/{{joint}}&unit=m"
-    with OutsideRun(url if transport == "osc" else f"zmq+bind://127.0.0.1:{port}", "-") as run:
+    with contextlib.ExitStack() as opened:
+        send = (
+            _single_joints(port, joints, opened)
+            if transport == "osc"
+            else _frame_maps(port, joints, fps, opened)
+        )
+        run = opened.enter_context(
+            OutsideRun(url if transport == "osc" else f"zmq+bind://127.0.0.1:{port}", "-")
+        )
         late = 0.0
         started = time.monotonic()
         for k in range(frames):
@@ -85,8 +93,8 @@ def load(transport: str, frames: int, fps: float, joints: int) -> str:
     )
 
 
-def _single_joints(port: int, joints: int) -> Callable[[int], None]:
-    wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+def _single_joints(port: int, joints: int, opened: contextlib.ExitStack) -> Callable[[int], None]:
+    wire = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
 
     def send(number: int) -> None:
         for joint in range(joints):
@@ -96,8 +104,9 @@ def _single_joints(port: int, joints: int) -> Callable[[int], None]:
     return send
 
 
-def _frame_maps(port: int, joints: int, fps: float) -> Callable[[int], None]:
+def _frame_maps(port: int, joints: int, fps: float, opened: contextlib.ExitStack) -> Callable[[int], None]:
     sink = ZmqFrameSink(parse_url(f"zmq://127.0.0.1:{port}?wait=120"))
+    opened.callback(sink.close)
     sink.announce(Meta("p1", Skeleton(tuple(f"joint{i}" for i in range(joints)))))
     positions = np.zeros((1, joints, 3), np.float32)
 
@@ -118,12 +127,13 @@ def delay(transport: str, seconds: float) -> str:
     osc = transport == "osc"
     kind = socket.SOCK_DGRAM if osc else socket.SOCK_STREAM
     into, out = (f"{'osc' if osc else 'zmq+bind'}://127.0.0.1:{free_port(kind)}" for _ in range(2))
-    client: _Client = _OscClient(out) if osc else _ZmqClient(out)
-    with OutsideRun(into, out, "--emit", "key_frame") as run:
+    with contextlib.ExitStack() as opened:
+        client: _Client = _OscClient(out, opened) if osc else _ZmqClient(out, opened)
+        run = opened.enter_context(OutsideRun(into, out, "--emit", "key_frame"))
         sink = open_frame_sink(into if osc else into.replace("+bind", "") + "?wait=120")
+        opened.callback(sink.close)
         delays = np.array(list(_timed(sink, client, DemoSource(seconds=seconds, speed="max")))) * 1000
         stats = run.settled_stats()["p1"]
-        sink.close()
     median, high = np.quantile(delays, (0.5, 0.99))
     return (
         f"{transport}: {stats['frames']} frames at 60 per second, {len(delays)} key-frame messages; from sending a frame "
@@ -140,8 +150,8 @@ class _Client(Protocol):
 
 
 class _OscClient:
-    def __init__(self, url: str) -> None:
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    def __init__(self, url: str, opened: contextlib.ExitStack) -> None:
+        self._socket = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         self._socket.bind(("127.0.0.1", parse_url(url).required_port()))
 
     def receive(self, seconds: float) -> list[float]:
@@ -155,8 +165,9 @@ class _OscClient:
 
 
 class _ZmqClient:
-    def __init__(self, url: str) -> None:
-        self._socket: zmq.Socket[bytes] = zmq.Context.instance().socket(zmq.SUB)
+    def __init__(self, url: str, opened: contextlib.ExitStack) -> None:
+        self._socket: zmq.Socket[bytes] = opened.enter_context(zmq.Context.instance().socket(zmq.SUB))
+        self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.SUBSCRIBE, b"mossar.key_frame.")
         self._socket.connect(url.replace("zmq+bind", "tcp"))
 

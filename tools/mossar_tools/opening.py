@@ -1,8 +1,7 @@
 """Opening: what a source or sink on the command line stands for."""
 
 import logging
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 
 import msgspec
@@ -65,18 +64,23 @@ def sink_of(
     return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
 
 
-def apart(source: str, sink: str) -> None:
-    """Check that a sink is not the file that is read.
+def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
+    """Refuse to write a file that is read, or twice at once.
 
     Raises:
-        UsageError: If it is: it would be emptied before it is read.
+        UsageError: If a sink is named twice, or is one of the sources.
     """
-    read, written = parse_url(source), parse_url(sink)
-    if read.scheme != "file" or written.scheme != "file":
-        return
-    with suppress(OSError):  # one of them is not there
-        if Path(read.path).samefile(written.path):
-            raise UsageError(f"{written.path}: this is the recording that is read; write another file")
+    taken = {_place(url) for url in sources if parse_url(url).scheme != "-"}
+    for url in sinks:
+        place = _place(url)
+        if place in taken:
+            raise UsageError(f"{url}: it is a source here, or another sink; nothing can be both")
+        taken.add(place)
+
+
+def _place(url: str) -> str:
+    address = parse_url(url)
+    return str(Path(address.path).resolve()) if address.scheme == "file" else url
 
 
 def _tell(name: str, notes: tuple[str, ...]) -> None:

@@ -15,7 +15,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
-from mossar_tools.opening import apart, sink_of, source_of
+from mossar_tools.opening import check_apart, sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
@@ -130,12 +130,9 @@ def _opened_sinks(
     options: Options, console: Console, snapshot: Snapshot | None, opened: contextlib.ExitStack
 ) -> list[Sink | FrameSink]:
     wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
-    if len(set(wanted)) < len(wanted):
-        raise UsageError("a sink is named twice")
+    check_apart(options.sources, wanted)
     sinks = []
     for url in wanted:
-        for source in options.sources:
-            apart(source, url)
         sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
         opened.callback(sinks[-1].close)
     return sinks

@@ -19,10 +19,11 @@ from typing import Self
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.output import OutputError, OutputFile
 from mossar_adapters.frame_codec import from_msgpack, to_msgpack
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.errors import FrameError, MossarError
+from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
 MAGIC = b"MSK1"
@@ -73,6 +74,7 @@ class MskWriter:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If the disk is full.
 
     Example:
         >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
@@ -81,54 +83,40 @@ class MskWriter:
     """
 
     def __init__(self, path: Path | str, *, force: bool = False) -> None:
-        try:
-            self._file = Path(path).open("wb" if force else "xb")  # noqa: SIM115 - closed by `close`
-        except FileExistsError:
-            raise FileError(path, "there is a file already; --force replaces it") from None
-        except OSError as error:
-            raise FileError(path, f"cannot be written: {error.strerror or error}") from None
-        self._path = path
-        self._failed = False
+        self._file = OutputFile(path, replace=force)
         self._counts: dict[str, int] = {}  # frames written of each performer
         self._flushed = time.monotonic()  # s
-        self._file.write(MAGIC)
-        self._file.flush()
+        try:
+            self._file.write(MAGIC)
+            self._file.flush()
+        except OutputError:
+            self._file.close()
+            raise
 
     def write(self, item: Meta | Frames) -> None:
         """Append a meta or a chunk of frames.
 
         Raises:
-            MossarError: If the disk is full, for instance.
+            OutputError: If the disk is full or gone.
         """
-        try:
-            if isinstance(item, Meta):
-                self._append(map_of_meta(item))
-            else:
-                count = self._counts.get(item.performer, 0)
-                for found in maps_of_frames(item, count):
-                    self._append(found)
-                self._counts[item.performer] = count + len(item)
-            if time.monotonic() - self._flushed >= FLUSH_SECONDS:
-                self._file.flush()
-                self._flushed = time.monotonic()
-        except OSError as error:
-            raise self._refusal(error) from None
+        if isinstance(item, Meta):
+            self._append(map_of_meta(item))
+        else:
+            count = self._counts.get(item.performer, 0)
+            for found in maps_of_frames(item, count):
+                self._append(found)
+            self._counts[item.performer] = count + len(item)
+        if time.monotonic() - self._flushed >= FLUSH_SECONDS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._file.flush()
+        self._flushed = time.monotonic()
 
     def close(self) -> None:
-        """Write what is left; may be called twice.
-
-        Raises:
-            MossarError: If that is impossible, and `write` has not said so.
-        """
-        try:
-            self._file.close()
-        except OSError as error:
-            if not self._failed:
-                raise self._refusal(error) from None
-
-    def _refusal(self, error: OSError) -> MossarError:
-        self._failed = True
-        return MossarError(f"{self._path}: cannot be written: {error.strerror or error}")
+        """Write what is left; may be called twice."""
+        self._file.close()
 
     def _append(self, record: MetaMap | FrameMap) -> None:
         data = to_msgpack(record)

@@ -21,7 +21,7 @@ from mossar_adapters.live import Counters
 from mossar_adapters.osc.intake import Intake, Message
 from mossar_adapters.osc.profiles import Routes
 from mossar_adapters.senders import Senders
-from mossar_adapters.source import Meta, Recording
+from mossar_adapters.source import Left, Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -119,11 +119,11 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
     for item in _items(path, options, log):
         if isinstance(item, Meta):
             metas[item.performer] = item
-        else:
+        elif isinstance(item, Frames):  # a recording need not say who left
             yield metas[item.performer], item
 
 
-def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames]:
+def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Left]:
     batch = Batch()
     address = Address(str(path), "file", path=str(path))
     routes = Routes("auto", Intake(address, options, batch, Senders(), log.counters))
