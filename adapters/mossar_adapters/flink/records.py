@@ -6,6 +6,7 @@ performer, and now and then for those who forgot it, comes its meta map. Meta an
 JSON lines, so that what other programs send can be put into a topic as it is.
 """
 
+import math
 from collections.abc import Iterator
 
 import msgspec
@@ -167,13 +168,12 @@ def _frame(found: FrameMap) -> Frames:
 
 
 def _floats(data: bytes, shape: tuple[int, ...], name: str) -> NDArray[np.float32]:
-    if len(data) != 4 * int(np.prod(shape)):
+    if len(data) != 4 * math.prod(shape):
         raise FrameError(f"{name} has {len(data)} bytes, which is not {list(shape)} of float32")
     return np.frombuffer(data, "<f4").reshape(shape).astype(np.float32)
 
 
 def _times(times: list[float]) -> NDArray[np.float64]:
-    moments = np.array(times, np.float64)
-    if not (np.abs(moments) < 1e15).all():
+    if not all(abs(time) < 1e15 for time in times):
         raise FrameError("t holds what is no time")
-    return moments
+    return np.array(times, np.float64)
