@@ -7,7 +7,6 @@ from a record handed to the engine until its events are out, at the pace of real
 import argparse
 import contextlib
 import socket
-import sys
 import tempfile
 import threading
 import time
@@ -172,6 +171,7 @@ def _send(
 ) -> None:
     """Send records, the performers' evenly spread over the time of a record."""
     wire, _ = server.accept()
+    wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     period = size / FPS
     began = time.monotonic()
     with wire:
@@ -200,4 +200,4 @@ def _received(
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

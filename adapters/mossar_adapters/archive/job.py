@@ -89,7 +89,9 @@ def run(
     _begin(place, order, resume=resume)
     done = done_paths(place)
     broken = done_paths(place, ["errors"])
-    progress = Progress(len(recordings), len(done - broken), len(broken), passed_over=len(files) - len(recordings))
+    progress = Progress(
+        len(recordings), len(done - broken), len(broken), passed_over=len(files) - len(recordings)
+    )
     tell(progress)
     pending = [path for path in recordings if path not in done]
     if pending:
@@ -172,7 +174,8 @@ def _spread(
     if lost:
         rows = no_rows()
         rows["errors"] = [
-            {"path": path, "error": f"{path}: whoever reads it dies, perhaps for want of memory"} for path in lost
+            {"path": path, "error": f"{path}: whoever reads it dies, perhaps for want of memory"}
+            for path in lost
         ]
         write_part(Place(target), part_name(["lost", *lost]), rows)
         progress.broken += len(lost)
@@ -226,7 +229,9 @@ def _begin(place: Place, order: Order, *, resume: bool) -> None:
                 "results of two kinds are not mixed: name another folder"
             )
     elif there:
-        raise MossarError(f"{place.url}: holds other things than a job of mossar archive; name another folder")
+        raise MossarError(
+            f"{place.url}: holds other things than a job of mossar archive; name another folder"
+        )
     else:
         with place.write(JOB_FILE) as stream:
             stream.write(msgspec.json.encode(order))

@@ -158,6 +158,6 @@ def _kafka_sink(topic: wanted.KafkaTarget, name: str) -> KafkaSink:
 
 def _no_connector() -> MossarError:
     return MossarError(
-        'the Kafka connector is missing: put flink-sql-connector-kafka-VERSION.jar in Flink\'s lib folder, or name '
+        "the Kafka connector is missing: put flink-sql-connector-kafka-VERSION.jar in Flink's lib folder, or name "
         'it as "pipeline.jars" = "file:///..." under [flink]'
     )

@@ -6,11 +6,15 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
 from mossar_adapters.extras import needed
 from mossar_adapters.flink.job import Job
 from mossar_stream.errors import MossarError
+
+if TYPE_CHECKING:
+    from pyflink.datastream import DataStream, StreamExecutionEnvironment
 
 MAX_PARALLELISM = 1024  # cannot be changed once there are checkpoints
 JAVA_NEEDED = 11
@@ -73,14 +77,16 @@ def options(job: Job, *, on_cluster: bool = False) -> dict[str, str]:
         "python.execution-mode": "thread",
         "parallelism.default": str(job.parallelism),
         "pipeline.max-parallelism": str(MAX_PARALLELISM),
-        "execution.buffer-timeout.interval": "5 ms",
+        "execution.buffer-timeout.interval": "1 ms",
         "execution.checkpointing.dir": job.checkpoints.folder,
         "execution.checkpointing.interval": f"{round(job.checkpoints.seconds * 1000)} ms",
         "execution.checkpointing.externalized-checkpoint-retention": "RETAIN_ON_CANCELLATION",
-        "restart-strategy.type": "exponential-delay",
-        "restart-strategy.exponential-delay.attempts-before-reset-backoff": "10",
     }
     if not on_cluster:
+        # Whoever waits in front of a terminal is told soon; a cluster has its own way.
+        chosen["restart-strategy.type"] = "fixed-delay"
+        chosen["restart-strategy.fixed-delay.attempts"] = "3"
+        chosen["restart-strategy.fixed-delay.delay"] = "1 s"
         chosen["python.executable"] = sys.executable
         # The embedded interpreter does not know of virtual environments.
         chosen["python.pythonpath"] = os.pathsep.join(path for path in sys.path if path)
@@ -129,4 +135,5 @@ def check_java() -> None:
 def _cause(short: str, long: str) -> str:
     """Return the innermost cause in a Java stack trace, as one line."""
     causes = re.findall(r"^Caused by: (.+)$", long, re.MULTILINE)
-    return " ".join((causes[-1] if causes else short).split())[:400]
+    text = " ".join((causes[-1] if causes else short).split())
+    return re.sub(r"^pemja\.core\.PythonException: <class '[^']*'>: ", "", text)[:400]

@@ -32,14 +32,14 @@
 Paths are relative to the file's folder; addresses such as s3://bucket/events stay as they are.
 """
 
-import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 
 from mossar_adapters.address import parse_url
+from mossar_adapters.urls import SCHEMES
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings import Settings
 
@@ -150,6 +150,17 @@ class Job(_Part, frozen=True):
     flink: dict[str, str | bool | int | float] = {}
 
 
+_TABLES: dict[str, type[_Part]] = {
+    "source": Source,
+    "source.kafka": KafkaSource,
+    "to": Target,
+    "to.kafka": KafkaTarget,
+    "segmenter": Segmenting,
+    "takes": Takes,
+    "checkpoints": Checkpoints,
+}
+
+
 def read_job(path: Path) -> Job:
     """Return the job in a file, with absolute places.
 
@@ -193,10 +204,19 @@ def _check(job: Job) -> None:
     job.segmenter.build()
     if job.takes.idle >= job.takes.forget:
         raise SettingsError("takes.forget must be longer than takes.idle")
-    if job.to.live is not None and parse_url(job.to.live).scheme == "file":
+    if job.to.live is not None:
+        _check_live(job.to.live)
+
+
+def _check_live(url: str) -> None:
+    scheme = parse_url(url).scheme
+    if scheme == "file":
         raise SettingsError(
-            f'to.live = "{job.to.live}": a file would be begun anew after a failure; use files = "FOLDER"'
+            f'to.live = "{url}": a file would be begun anew after a failure; use files = "FOLDER"'
         )
+    known = [name for row in SCHEMES if row.sink is not None for name in row.names if name != "file"]
+    if scheme not in known:
+        raise SettingsError(f'to.live = "{url}": there is no sink {scheme}:; there are {" ".join(known)}')
 
 
 def _check_one(name: str, table: Source | Target) -> None:
@@ -207,13 +227,20 @@ def _check_one(name: str, table: Source | Target) -> None:
 
 
 def _explained(message: str) -> str:
-    """Turn msgspec's message into one that begins with the place in the file."""
+    """Turn msgspec's message into one that begins with the place in the file and names what is legal."""
     text, _, place = message.partition(" - at `")
     keys = place.rstrip("`").removeprefix("$").removeprefix(".")
-    text = re.sub(r"Object (contains unknown|missing required) field", r"\1 key", text).replace(
-        "contains unknown", "there is no such"
-    )
-    text = text[0].lower() + text[1:]
+    if text.startswith("Object contains unknown field"):
+        there = ", ".join(_TABLES.get(keys, Job).__struct_fields__)
+        text = f"there is no key {text.rpartition(' ')[2]}; there are {there}"
+    elif text.startswith("Object missing required field"):
+        text = f"there must be a key {text.rpartition(' ')[2]}"
+    elif text.startswith("Invalid enum value"):
+        table, _, field = keys.rpartition(".")
+        legal = ", ".join(get_args(_TABLES[table].__annotations__[field]))
+        text = f"there is no {text.rpartition(' ')[2]}; there are {legal}"
+    else:
+        text = text[0].lower() + text[1:]
     return f"{keys}: {text}" if keys else text
 
 

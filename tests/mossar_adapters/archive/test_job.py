@@ -8,14 +8,12 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
+from mossar_adapters.archive.segmenting import segment_file
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import MskWriter, ReadOptions
-from mossar_adapters.archive.segmenting import segment_file
 from mossar_stream import Settings
-from mossar_stream.frames import Frames
 
 pytest.importorskip("ray", reason="the extra archive is not installed (its own environment, see .ci/run)")
 
@@ -171,9 +169,7 @@ def test_what_is_read_by_url_comes_with_its_skeletons_and_is_named_as_in_the_buc
     (archive.source / "bad.bvh").write_text("bad")
     archive.run(source=archive.source.as_uri())
     assert archive.paths("recordings") == ["86_01.amc"]
-    assert archive.table("errors") == [
-        {"path": "bad.bvh", "error": "bad.bvh: this does not look like BVH"}
-    ]
+    assert archive.table("errors") == [{"path": "bad.bvh", "error": "bad.bvh: this does not look like BVH"}]
     assert archive.table("recordings")[0]["frames"] == 4579
 
 

@@ -1,17 +1,21 @@
 """What the tests of the Flink job share: performers, their records, and what a direct run says of them."""
 
+import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+import zmq
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import ReadOptions, open_recording
@@ -23,6 +27,12 @@ from mossar_stream.frames import Frames
 
 ROOT = Path(__file__).parents[3]
 LABELLED = ROOT.parent / "shared" / "data" / "labelled"
+
+
+def environment():
+    """Return the environment of a program that imports the project from here."""
+    places = os.pathsep.join(str(ROOT / part) for part in ("", "adapters", "tools"))
+    return {**os.environ, "PYTHONPATH": places}
 
 
 def joined(name, chunks):
@@ -109,18 +119,23 @@ class Work:
         self._started = []
         (folder / "records.jsonl").write_bytes(lines)
 
-    def start(self, parallelism=1):
+    def write(self, parallelism=1, source='files = "records.jsonl"', to=None):
         self.job.write_text(
-            f'parallelism = {parallelism}\n[source]\nfiles = "records.jsonl"\n[to]\n{self.to}\n'
+            f"parallelism = {parallelism}\n[source]\n{source}\n[to]\n{to or self.to}\n"
             "[takes]\nidle = 60\n[checkpoints]\nseconds = 0.5\n"
         )
-        places = os.pathsep.join(str(ROOT / part) for part in ("", "adapters", "tools"))
+
+    def start(self, parallelism=1):
+        self.write(parallelism)
+        return self.launch()
+
+    def launch(self):
         with self.out.open("ab") as out:
             process = subprocess.Popen(
                 [sys.executable, "-m", "mossar_tools", "flink", str(self.job)],
                 stdout=out,
                 stderr=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": places},
+                env=environment(),
                 start_new_session=True,
             )
         self._started.append(process)
@@ -185,6 +200,43 @@ def crowd():
     """200 built-in performers and the labelled recordings: their records, and what a direct run says."""
     people = generated(200, 15) + labelled()
     return interleaved(people), direct(people)
+
+
+@pytest.fixture
+def heard_live(tmp_path):
+    """Run a job in this process between a socket and a subscriber, as long as the block lasts."""
+
+    @contextlib.contextmanager
+    def run(idle, forget):
+        with contextlib.ExitStack() as opened:
+            server = opened.enter_context(socket.create_server(("127.0.0.1", 0)))
+            receiver = opened.enter_context(opened.enter_context(zmq.Context()).socket(zmq.SUB))
+            receiver.setsockopt(zmq.SUBSCRIBE, b"mossar.stream.")
+            port = receiver.bind_to_random_port("tcp://127.0.0.1")
+            given = [server.getsockname()[1], port, idle, forget, tmp_path]
+            program = [sys.executable, str(Path(__file__).with_name("live_job.py")), *map(str, given)]
+            job = opened.enter_context(subprocess.Popen(program, env=environment()))
+            opened.callback(job.kill)
+            server.settimeout(60)
+            wire, _ = server.accept()
+            with wire:
+                yield partial(_send, wire), partial(_hear, receiver)
+            assert job.wait(60) == 0
+
+    return run
+
+
+def _send(wire, lines):
+    wire.sendall(b"".join(line + b"\n" for line in lines))
+
+
+def _hear(receiver, until):
+    """Return events up to one of a kind."""
+    found = []
+    while not found or found[-1]["event"] != until:
+        assert receiver.poll(20_000), f"only {found} came"
+        found.append(json.loads(receiver.recv_multipart()[1]))
+    return found
 
 
 class Flink:

@@ -43,9 +43,7 @@ def run(options: Options, console: Console) -> int:
         )
 
     began = time.monotonic()
-    found = run(
-        options.file, options.target, settings, options.reading(), resume=options.resume, tell=tell
-    )
+    found = run(options.file, options.target, settings, options.reading(), resume=options.resume, tell=tell)
     console.clear()
     passed_over = f"; {found.passed_over} other files passed over" if found.passed_over else ""
     LOGGER.info(
