@@ -28,7 +28,7 @@ SMALLEST_PART, LARGEST_PART = 8, 256  # recordings
 PARTS = 1000  # wished for, where there are that many recordings
 STORE_BYTES = 256 << 20  # for what goes between workers here: names and counts
 RETRIES = 2  # of a part whose worker died
-JOB_FILE = "job.json"
+ORDER_FILE = "_order"  # no extension of a recording, and passed over by readers of Parquet
 
 
 class Progress(msgspec.Struct):
@@ -220,12 +220,12 @@ def _begin(place: Place, order: Order, *, resume: bool) -> None:
     there = place.paths()
     if there and not resume:
         raise MossarError(f"{place.url}: there is something in it; --resume goes on, or name another folder")
-    if JOB_FILE in there:
-        with place.read(JOB_FILE) as stream:
+    if ORDER_FILE in there:
+        with place.read(ORDER_FILE) as stream:
             before = stream.read()
         if before != msgspec.json.encode(order):
             raise MossarError(
-                f"{place.url}: was begun with another version, source or settings (see {JOB_FILE} in it); "
+                f"{place.url}: was begun with another version, source or settings (see {ORDER_FILE} in it); "
                 "results of two kinds are not mixed: name another folder"
             )
     elif there:
@@ -233,6 +233,6 @@ def _begin(place: Place, order: Order, *, resume: bool) -> None:
             f"{place.url}: holds other things than a job of mossar archive; name another folder"
         )
     else:
-        with place.write(JOB_FILE) as stream:
+        with place.write(ORDER_FILE) as stream:
             stream.write(msgspec.json.encode(order))
     delete_unfinished(place)
