@@ -44,14 +44,17 @@ def run(options: Options, console: Console) -> int:
 
     began = time.monotonic()
     found = run(options.file, options.target, settings, options.reading(), resume=options.resume, tell=tell)
+    seconds = time.monotonic() - began
     console.clear()
     passed_over = f"; {found.passed_over} other files passed over" if found.passed_over else ""
     LOGGER.info(
-        "%s: %d of %d recordings segmented, %d broken (table errors)%s",
+        "%s: %d of %d recordings segmented, %d broken (table errors)%s; %d frames in %.0f s",
         options.target,
         found.done,
         found.recordings,
         found.broken,
         passed_over,
+        found.frames,
+        seconds,
     )
     return DONE

@@ -9,8 +9,8 @@ from mossar_tools.options import Options, add_messages
 
 DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
 performer; events to a topic, files, or at once to a sink. What to do stands in a TOML file; the README explains it."""
-EXAMPLES = """  mossar flink job.toml                                    on this machine
-  flink run -py "$(python -c 'import mossar_tools.__main__ as m; print(m.__file__)')" flink job.toml    on a cluster
+EXAMPLES = """  mossar flink job.toml                                          on this machine
+  flink run -py .../mossar_tools/__main__.py flink job.toml      on a cluster
 """
 
 
