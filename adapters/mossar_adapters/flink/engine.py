@@ -20,6 +20,10 @@ MAX_PARALLELISM = 1024  # cannot be changed once there are checkpoints
 JAVA_NEEDED = 11
 
 
+class JobFailedError(MossarError):
+    """The job ended otherwise than by coming to the end of its source."""
+
+
 def run(job: Job) -> None:
     """Run a job until its source ends.
 
@@ -27,7 +31,8 @@ def run(job: Job) -> None:
         job: What to do.
 
     Raises:
-        MossarError: If Flink or Java is missing, or the job fails.
+        MossarError: If Flink, Java or the Kafka connector is missing.
+        JobFailedError: If the job fails.
     """
     needed("pyflink", "flink", "mossar flink")
     on_cluster = "PYFLINK_GATEWAY_PORT" in os.environ  # set by `flink run`
@@ -45,7 +50,8 @@ def run(job: Job) -> None:
     try:
         env.execute(job.name)
     except Py4JJavaError as error:
-        raise MossarError(f"the Flink job failed: {_cause(str(error.java_exception), str(error))}") from None
+        cause = _cause(str(error.java_exception), str(error))
+        raise JobFailedError(f"the Flink job failed: {cause}") from None
 
 
 def build(env: "StreamExecutionEnvironment", job: Job, records: "DataStream | None" = None) -> None:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from mossar_tools.console import LOGGER, Console
-from mossar_tools.errors import DONE
+from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_messages
 
 DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
@@ -23,11 +23,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     del console
-    from mossar_adapters.flink.engine import latest_checkpoint, run
+    from mossar_adapters.flink.engine import JobFailedError, latest_checkpoint, run
     from mossar_adapters.flink.job import read_job
 
     job = read_job(Path(options.file))
     if job.checkpoints.resume and (latest := latest_checkpoint(job.checkpoints.folder)) is not None:
         LOGGER.info("going on from the checkpoint in %s", latest)
-    run(job)
+    try:
+        run(job)
+    except JobFailedError as error:
+        LOGGER.error("%s", error)
+        return FAILED
     return DONE
