@@ -5,7 +5,6 @@ from a record handed to the engine until its events are out, at the pace of real
 """
 
 import argparse
-import contextlib
 import socket
 import tempfile
 import threading
@@ -161,7 +160,9 @@ def _delays(folder: Path, lines: list[list[bytes]], size: int) -> list[float]:
         sender.start()
         running = threading.Thread(target=env.execute, args=(job.name,), daemon=True)
         running.start()
-        delays = list(_received(receiver, sent, size, running))
+        # What the end of the stream decides waits for the job to end.
+        counted = range(round(WARM * FPS / size), len(lines[0]) - 2)
+        delays = list(_received(receiver, sent, size, counted, running))
         receiver.close()
     return delays
 
@@ -184,8 +185,9 @@ def _send(
 
 
 def _received(
-    receiver: Any, sent: dict[tuple[str, int], float], size: int, running: threading.Thread
+    receiver: Any, sent: dict[tuple[str, int], float], size: int, counted: range, running: threading.Thread
 ) -> Iterator[float]:
+    """Yield the delays of key frame events that these records caused, s, until the job is over."""
     until = float("inf")
     while time.monotonic() < until:
         if not running.is_alive() and until == float("inf"):
@@ -194,9 +196,8 @@ def _received(
             continue
         _, data = receiver.recv_multipart()
         now, event = time.monotonic(), msgspec.msgpack.decode(data)
-        if event["type"] == "key_frame" and running.is_alive() and event["decided_frame"] >= WARM * FPS:
-            with contextlib.suppress(KeyError):
-                yield now - sent[event["performer"], event["decided_frame"] // size]
+        if event["type"] == "key_frame" and (record := event["decided_frame"] // size) in counted:
+            yield now - sent[event["performer"], record]
 
 
 if __name__ == "__main__":
