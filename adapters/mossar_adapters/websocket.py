@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 OPTIONS = {"origin": "pages that may connect, as https://game.example; several separated by commas"}
 QUEUE = 1000  # messages waiting for one client
 MAX_CLIENTS = 64
+_METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
 _CLOSE = 1.0  # s that closing may take
 _DRAIN = 0.25  # s that clients have to take the last messages
@@ -138,6 +139,9 @@ class WebSocketSink:
             self._clients.discard(client)
 
     def _keep(self, performer: str, text: str) -> None:
+        self._metas.pop(performer, None)
+        if len(self._metas) == _METAS:
+            del self._metas[next(iter(self._metas))]
         self._metas[performer] = text
         self._spread([text])
 

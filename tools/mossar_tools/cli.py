@@ -65,8 +65,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         terminal.clear()
         return TERMINATED
     except MossarError as error:
+        from mossar_adapters.files.output import OutputError
+
         LOGGER.error("%s", error)
-        return WRONG_USAGE
+        return FAILED if isinstance(error, OutputError) else WRONG_USAGE
     except Exception as error:  # noqa: BLE001 - the last resort: one line, and the traceback on request
         _report_defect(error)
         return FAILED

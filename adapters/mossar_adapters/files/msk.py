@@ -19,6 +19,7 @@ from typing import Self
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.output import OutputError, OutputFile
 from mossar_adapters.frame_codec import from_msgpack, to_msgpack
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
@@ -73,6 +74,7 @@ class MskWriter:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If the disk is full.
 
     Example:
         >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
@@ -81,19 +83,22 @@ class MskWriter:
     """
 
     def __init__(self, path: Path | str, *, force: bool = False) -> None:
-        try:
-            self._file = Path(path).open("wb" if force else "xb")  # noqa: SIM115 - closed by `close`
-        except FileExistsError:
-            raise FileError(path, "there is a file already; --force replaces it") from None
-        except OSError as error:
-            raise FileError(path, f"cannot be written: {error.strerror or error}") from None
+        self._file = OutputFile(path, replace=force)
         self._counts: dict[str, int] = {}  # frames written of each performer
         self._flushed = time.monotonic()  # s
-        self._file.write(MAGIC)
-        self._file.flush()
+        try:
+            self._file.write(MAGIC)
+            self._file.flush()
+        except OutputError:
+            self._file.close()
+            raise
 
     def write(self, item: Meta | Frames) -> None:
-        """Append a meta or a chunk of frames."""
+        """Append a meta or a chunk of frames.
+
+        Raises:
+            OutputError: If the disk is full or gone.
+        """
         if isinstance(item, Meta):
             self._append(map_of_meta(item))
         else:

@@ -268,6 +268,15 @@ def xdf():
     return b"XDF:" + b"".join(parts)
 
 
+def osc():
+    lines = []
+    for i, frame in enumerate(walk() / [2.56, 1.92, 1.28]):
+        stamp = f"eeab8b1e.{i * 2**32 // 60:08x}"
+        for joint, (x, y, z) in zip(JOINTS, frame, strict=True):
+            lines.append(f'{stamp} /joint sifff "{joint}" 1 {x:.6f} {y:.6f} {z:.6f}\n')
+    return "".join(lines).encode()
+
+
 WRITERS = {
     "bvh": ("a.bvh", bvh),
     "amc": ("a.amc", amc),
@@ -284,6 +293,7 @@ WRITERS = {
     "openpose": ("openpose.json", openpose),
     "c3d": ("a.c3d", c3d),
     "xdf": ("a.xdf", xdf),
+    "osc": ("a.osc", osc),
 }
 
 
