@@ -111,7 +111,11 @@ class Following:
             line.heard = now
             return line, []
         new = self._begin(performer, meta, now)
-        return new, [] if line is None else line.segmenter.end_take("another skeleton")
+        if line is None:
+            return new, []
+        events = line.segmenter.end_take("another skeleton")
+        new.segmenter.carry_on(line.segmenter)
+        return new, events
 
     def _begin(self, performer: str, meta: Meta, now: float) -> Line:
         try:
