@@ -73,10 +73,8 @@ class OscSource:
                 heard = self._socket.wait(TICK if self._pending() else POLL)
                 if heard:
                     for datagram in self._socket.drain():
-                        self._take(datagram)
-                if not self._socket.wait(0):
-                    self._idle()
-                found = self._batch.take()
+                        self.take(datagram)
+                found = self.collected()
                 yield from found
                 if found:
                     quiet = self._socket.now
@@ -85,6 +83,29 @@ class OscSource:
                     yield None
         finally:
             self._socket.close()
+
+    def take(self, datagram: Datagram) -> None:
+        """Use a datagram; `items` does so with those of the socket."""
+        counters = self.counters
+        counters.received += 1
+        counters.kernel_drops = self._socket.kernel_drops
+        if not self._allow.welcome(datagram.host):
+            counters.ignored += 1
+            return
+        if datagram.host in self._hosts or len(self._hosts) < 64:
+            self._hosts[datagram.host] = self._hosts.get(datagram.host, 0) + 1
+        sender = self._senders.suffix(datagram.host, datagram.port)
+        try:
+            for address, arguments in messages(datagram.data):
+                self._message(Message(address, arguments, sender, datagram.arrival))
+        except FrameError as error:
+            counters.reject(str(error))
+
+    def collected(self) -> list[Meta | Frames]:
+        """Return what has come together since the last call, frames that nothing more comes for included."""
+        if not self._socket.wait(0):
+            self._idle()
+        return self._batch.take()
 
     def explain(self) -> str:
         """Return one line that says what is bound, what came, and what to try."""
@@ -112,22 +133,6 @@ class OscSource:
 
     def _pending(self) -> bool:
         return any(profile.pending() for profile in self._routes.profiles)
-
-    def _take(self, datagram: Datagram) -> None:
-        counters = self.counters
-        counters.received += 1
-        counters.kernel_drops = self._socket.kernel_drops
-        if not self._allow.welcome(datagram.host):
-            counters.ignored += 1
-            return
-        if datagram.host in self._hosts or len(self._hosts) < 64:
-            self._hosts[datagram.host] = self._hosts.get(datagram.host, 0) + 1
-        sender = self._senders.suffix(datagram.host, datagram.port)
-        try:
-            for address, arguments in messages(datagram.data):
-                self._message(Message(address, arguments, sender, datagram.arrival))
-        except FrameError as error:
-            counters.reject(str(error))
 
     def _message(self, message: Message) -> None:
         self.counters.see(message.address)
