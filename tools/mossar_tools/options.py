@@ -38,6 +38,7 @@ class Options(msgspec.Struct, frozen=True):
     fps: float | None = None
     control: tuple[str, ...] = ()
     snapshot: str | None = None
+    snapshot_every: float = 5.0
     emit: tuple[str, ...] = ()
     stats: float | None = None
     speed: float | Literal["max"] | None = None
@@ -165,6 +166,9 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
+    )
+    group.add_argument(
+        "--snapshot-every", metavar="SECONDS", type=positive, help="how often the state is kept (default: 5)"
     )
     group.add_argument("--force", action="store_true", help="replace a recording that is there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")

@@ -51,7 +51,11 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             views=[view, show] if show else [view],
             emit=options.emit,
             seconds=options.seconds,
-            upkeep=Upkeep(stats=options.stats, snapshot=Path(options.snapshot) if options.snapshot else None),
+            upkeep=Upkeep(
+                stats=options.stats,
+                snapshot=Path(options.snapshot) if options.snapshot else None,
+                period=options.snapshot_every,
+            ),
             resume=snapshot,
             tick=lambda: _tick(pipeline, view, show),
         )

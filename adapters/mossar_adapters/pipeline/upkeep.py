@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
 SILENCE = 3.0  # s without a frame after which a source explains itself
-SNAPSHOT_PERIOD = 5.0  # s
 _LOOK = 0.02  # s between two looks
 
 _log = logging.getLogger("mossar.pipeline")
@@ -34,7 +33,7 @@ class Upkeep:
     """
 
     def __init__(
-        self, *, stats: float | None = None, snapshot: Path | None = None, period: float = SNAPSHOT_PERIOD
+        self, *, stats: float | None = None, snapshot: Path | None = None, period: float = 5.0
     ) -> None:
         self._stats = stats
         self._path = snapshot

@@ -303,7 +303,9 @@ def xdf(frames: int = FRAMES) -> bytes:
     ]
     stream = struct.pack("<I", 1)
     parts = [chunk(1, b"<info><version>1.0</version></info>"), chunk(2, stream + header.encode())]
-    parts += [chunk(3, stream + varlen(10) + b"".join(samples[i : i + 10])) for i in range(0, frames, 10)]
+    for i in range(0, frames, 10):
+        some = samples[i : i + 10]
+        parts.append(chunk(3, stream + varlen(len(some)) + b"".join(some)))
     return b"XDF:" + b"".join(parts)
 
 
