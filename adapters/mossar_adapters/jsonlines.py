@@ -1,5 +1,6 @@
 """JSON lines: frames in on standard input, events or frames out on standard output or into a file."""
 
+import contextlib
 import io
 import os
 import queue
@@ -12,7 +13,8 @@ from typing import IO
 
 from mossar_adapters.address import Address
 from mossar_adapters.batch import Batch
-from mossar_adapters.files.errors import FileError
+from mossar_adapters.errors import OutputError
+from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.frame_codec import from_json, to_json
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
@@ -251,7 +253,7 @@ class _Output:
             raise OutputClosedError("standard output was closed") from None
         except OSError as error:
             self._closed = True
-            raise MossarError(f"the output cannot be written: {error.strerror or error}") from None
+            raise OutputError(f"the output cannot be written: {error.strerror or error}") from None
 
     def position(self) -> int | None:
         return self._stream.tell() if self._owned else None
@@ -259,7 +261,8 @@ class _Output:
     def close(self) -> None:
         self._closed = True
         if self._owned:
-            self._stream.close()
+            with contextlib.suppress(OSError):  # said when it was written
+                self._stream.close()
 
 
 def opened_file(path: str, *, replace: bool, position: int | None = None) -> IO[bytes]:
@@ -282,7 +285,7 @@ def opened_file(path: str, *, replace: bool, position: int | None = None) -> IO[
         raise FileError(path, "there is a file already; --force replaces it") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise FileError(path, f"cannot be written: {reason}") from None
+        raise UnwritableError(path, f"cannot be written: {reason}") from None
     return file
 
 

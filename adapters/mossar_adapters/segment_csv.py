@@ -1,13 +1,14 @@
 """Segments as a table that spreadsheets and ELAN open: one row for each segment that is final."""
 
+import contextlib
 import csv
 import io
 from collections.abc import Sequence
 
 from mossar_adapters.address import Address
+from mossar_adapters.errors import OutputError
 from mossar_adapters.jsonlines import opened_file
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent
 
 COLUMNS = ("start", "end", "duration", "state", "strength", "performer", "take")
@@ -53,7 +54,8 @@ class SegmentCsvSink:
 
     def close(self) -> None:
         """Close the file. May be called twice."""
-        self._file.close()
+        with contextlib.suppress(OSError):  # said when it was written
+            self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
@@ -81,4 +83,4 @@ class SegmentCsvSink:
             self._file.write(text.getvalue().encode())
             self._file.flush()
         except OSError as error:
-            raise MossarError(f"{self.name}: cannot be written: {error.strerror or error}") from None
+            raise OutputError(f"{self.name}: cannot be written: {error.strerror or error}") from None

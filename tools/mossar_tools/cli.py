@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import Final, NoReturn
 
 import mossar_stream
+from mossar_adapters.errors import OutputError
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
@@ -62,6 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Terminated:
         terminal.clear()
         return TERMINATED
+    except OutputError as error:
+        LOGGER.error("%s", error)
+        return FAILED
     except MossarError as error:
         LOGGER.error("%s", error)
         return WRONG_USAGE

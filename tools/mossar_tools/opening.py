@@ -60,7 +60,7 @@ def sink_of(
         MossarError: If it cannot be opened.
     """
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force)
+        return open_frame_sink(url, force=options.force, position=positions.get(url))
     return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
 
 

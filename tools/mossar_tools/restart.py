@@ -24,7 +24,7 @@ from mossar_adapters.pipeline import read_snapshot
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
 
-SPEED = 12.0  # times real time, of the runs that are killed
+SPEED = 5.0  # times real time, of the runs that are killed
 EVERY = 0.3  # s between two snapshots
 _CLOCK = ("stalled", "resumed")  # say how the machine was, not what was moved
 
@@ -55,7 +55,7 @@ def main() -> int:
     )
     parser.add_argument("--times", metavar="N", type=int, default=50)
     parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the moments")
-    parser.add_argument("--seconds", metavar="S", type=float, default=60.0, help="of motion")
+    parser.add_argument("--seconds", metavar="S", type=float, default=30.0, help="of motion")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         moments = killed_at_random(Path(folder), given.times, given.seconds, given.seed)

@@ -10,13 +10,14 @@ Records are only ever appended, so that a file whose writer died reads up to its
 """
 
 import struct
-import time
 from collections.abc import Iterator
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from mossar_adapters.files.errors import FileError
+from mossar_adapters.errors import OutputError
+from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.frame_codec import from_msgpack, to_msgpack
@@ -27,7 +28,6 @@ from mossar_stream.frames import Frames
 
 MAGIC = b"MSK1"
 MAX_RECORD = 1 << 20  # bytes; 1024 joints with confidence take 17 thousand
-FLUSH_SECONDS = 1.0
 _LENGTH = struct.Struct("<I")
 
 
@@ -65,11 +65,12 @@ def _decoded(path: Path, number: int, data: bytes) -> FrameMap | MetaMap | None:
 class MskWriter:
     """Writes a `.msk` recording.
 
-    What was written a second ago is on disk, whatever happens to the program.
+    Every chunk is handed to the operating system at once, so that it is safe whatever happens to the program.
 
     Args:
         path: Where to write.
         force: Whether to replace a file that is there.
+        position: Go on at this byte of a recording that is there.
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
@@ -80,42 +81,45 @@ class MskWriter:
         ...     writer.write(frames)
     """
 
-    def __init__(self, path: Path | str, *, force: bool = False) -> None:
-        try:
-            self._file = Path(path).open("wb" if force else "xb")  # noqa: SIM115 - closed by `close`
-        except FileExistsError:
-            raise FileError(path, "there is a file already; --force replaces it") from None
-        except OSError as error:
-            raise FileError(path, f"cannot be written: {error.strerror or error}") from None
+    def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:
+        self._path = path
+        self._file = _opened(Path(path), force=force, position=position)
         self._counts: dict[str, int] = {}  # frames written of each performer
-        self._flushed = time.monotonic()  # s
-        self._file.write(MAGIC)
-        self._file.flush()
+        if position is None:
+            try:
+                self._put(MAGIC)
+            except OutputError:
+                self._file.close()
+                raise
 
     def write(self, item: Meta | Frames) -> None:
-        """Append a meta or a chunk of frames."""
-        if isinstance(item, Meta):
-            self._append(map_of_meta(item))
-        else:
-            count = self._counts.get(item.performer, 0)
-            for found in maps_of_frames(item, count):
-                self._append(found)
-            self._counts[item.performer] = count + len(item)
-        if time.monotonic() - self._flushed >= FLUSH_SECONDS:
-            self.flush()
+        """Append a meta or a chunk of frames.
 
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._file.flush()
-        self._flushed = time.monotonic()
+        Raises:
+            OutputError: If the disk is full or gone; what was written before can be read.
+        """
+        if isinstance(item, Meta):
+            self._put(_record(map_of_meta(item)))
+            return
+        count = self._counts.get(item.performer, 0)
+        self._put(b"".join(_record(found) for found in maps_of_frames(item, count)))
+        self._counts[item.performer] = count + len(item)
+
+    def position(self) -> int:
+        """Return the bytes in the file."""
+        return self._file.tell()
 
     def close(self) -> None:
-        """Write what is left; may be called twice."""
+        """Release the file; may be called twice."""
         self._file.close()
 
-    def _append(self, record: MetaMap | FrameMap) -> None:
-        data = to_msgpack(record)
-        self._file.write(_LENGTH.pack(len(data)) + data)
+    def _put(self, data: bytes) -> None:
+        left = memoryview(data)
+        try:
+            while left:  # a disk that is nearly full takes a part
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            raise OutputError(f"{self._path}: the recording ends here: {error.strerror or error}") from None
 
     def __enter__(self) -> Self:
         return self
@@ -124,3 +128,21 @@ class MskWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _opened(path: Path, *, force: bool, position: int | None) -> FileIO:
+    try:
+        file = FileIO(path, "r+" if position is not None else "w" if force else "x")
+        if position is not None:
+            file.seek(position)
+            file.truncate()
+    except FileExistsError:
+        raise FileError(path, "there is a file already; --force replaces it") from None
+    except OSError as error:
+        raise UnwritableError(path, f"cannot be written: {error.strerror or error}") from None
+    return file
+
+
+def _record(found: MetaMap | FrameMap) -> bytes:
+    data = to_msgpack(found)
+    return _LENGTH.pack(len(data)) + data

@@ -4,6 +4,7 @@ import threading
 from collections import OrderedDict
 from pathlib import Path
 
+from mossar_adapters.errors import OutputError
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
@@ -39,8 +40,8 @@ class Recorder:
             try:
                 self._writer.write(frames)
                 self.frames += len(frames)
-            except OSError as error:
-                LOGGER.error("%s: recording ended: %s", self.path, error.strerror or error)
+            except OutputError as error:
+                LOGGER.error("%s", error)
                 self._writer = None
 
     def start(self, folder: Path) -> Path:
