@@ -40,6 +40,13 @@ class Naming:
         """Return the source of the performer that we call `name`."""
         return next(i for i, names in enumerate(self._names) if name in names.values())
 
+    def forget(self, name: str) -> None:
+        """Forget the performer that we call `name`; it is free for another one."""
+        for names, frames in zip(self._names, self._frames, strict=True):
+            for theirs in [theirs for theirs, ours in names.items() if ours == name]:
+                del names[theirs]
+                frames.pop(theirs, None)
+
     def count(self, source: int, frames: Frames) -> None:
         """Count frames, under the source's name for the performer."""
         counts = self._frames[source]

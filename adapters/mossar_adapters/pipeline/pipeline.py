@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
+from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
@@ -91,7 +92,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings)
+        self.pool = Pool(self.settings, MAX_PERFORMERS)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.times: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
@@ -163,7 +164,9 @@ class Pipeline:
 
     def _delivered(self, parcel: Parcel) -> None:
         if parcel.arrived_at is not None and isinstance(parcel.item, list):
-            self.latency[parcel.item[0].performer].add(time.monotonic() - parcel.arrived_at)
+            latency = self.latency.get(parcel.item[0].performer)
+            if latency is not None:
+                latency.add(time.monotonic() - parcel.arrived_at)
 
     def _take(self, arrival: Arrival) -> None:
         item = arrival.item
@@ -184,9 +187,19 @@ class Pipeline:
             _log.warning("%s: %s", self.feeds[source].source.name, error)
             return
         self.latency.setdefault(meta.performer, Latency())
+        if len(self.latency) > len(self.pool):
+            self._forget([name for name in self.latency if name not in self.pool])
         self.send(events)
         for outlet in self.outlets:
             outlet.put(Parcel(meta))
+
+    def _forget(self, performers: Sequence[str]) -> None:
+        """Forget performers for whom the pool had no room: senders may invent names for ever."""
+        for name in performers:
+            for facts in (self.latency, self.times, self.unusable):
+                facts.pop(name, None)
+            self.naming.forget(name)
+            self.upkeep.leave(name)
 
     def _push(self, frames: Frames, arrival: Arrival) -> None:
         self.naming.count(arrival.source, frames)

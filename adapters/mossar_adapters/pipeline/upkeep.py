@@ -70,6 +70,12 @@ class Upkeep:
         """Stop watching a source that has ended."""
         self._watch.forget(source)
 
+    def leave(self, performer: str) -> None:
+        """Forget a performer."""
+        self._watch.leave(performer)
+        self._leaving.pop(performer, None)
+        self._counted.pop(performer, None)
+
     def let_go(self, pipeline: "Pipeline", source: int, performer: str, reason: str, due: float) -> None:
         """Note that a performer has left; the take ends at `due`, monotonic s."""
         self._leaving[pipeline.naming.name(source, performer)] = (due, reason)

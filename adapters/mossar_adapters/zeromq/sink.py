@@ -25,6 +25,7 @@ FRAME_OPTIONS = {
     "wait": "seconds to wait for a first subscriber before the first frame; default 3",
 }
 QUEUE = 50_000  # messages kept for a subscriber that is slow
+MAX_METAS = 1024  # performers whose meta is kept for late joiners
 _WAIT = 3.0  # s
 _SUBSCRIBE = b"\x01"
 
@@ -135,6 +136,9 @@ class Publisher:
         """Publish a meta and keep it."""
         found = map_of_meta(meta, self._settings)
         topic = f"mossar.meta.{meta.performer}.".encode()
+        self._metas.pop(topic, None)
+        if len(self._metas) == MAX_METAS:
+            del self._metas[next(iter(self._metas))]
         self._metas[topic] = to_json(found) if self.json else to_msgpack(found)
         self.serve()
         self.put(topic, self._metas[topic])

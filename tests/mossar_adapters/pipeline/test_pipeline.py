@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 
+from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline import Ears, Pipeline, Upkeep, read_snapshot
@@ -352,3 +353,14 @@ def test_segments_follow_each_other_without_gaps():
     Pipeline([demo()], [sink]).run()
     finals = [e for e in sink.of(SegmentEvent) if e.status == "final"]
     assert all(a.end_frame == b.start_frame for a, b in itertools.pairwise(finals))
+
+
+def test_a_sender_that_invents_performers_takes_no_more_memory_than_the_most_of_them():
+    names = [f"p{k}" for k in range(3 * MAX_PERFORMERS)]
+    items = [item for name in names for item in (meta(name), wave(0, 3, name))]
+    pipeline = Pipeline([Script(items)], [Collected()])
+    pipeline.run()
+    assert pipeline.outcome.frames == 3 * len(names)
+    facts = (pipeline.pool.names, pipeline.latency, pipeline.times, pipeline.naming.of_source(0))
+    assert [len(fact) for fact in facts] == [MAX_PERFORMERS] * 4
+    assert pipeline.pool.names[-1] == names[-1]
