@@ -184,11 +184,8 @@ class Upkeep:
             _log.error("%s", error)
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
-        for performer, finding in self._watch.check(now):
-            # What waits in the queue has come in time; only a queue run dry is a stall.
-            if pipeline.inbox.waiting(pipeline.naming.source_of(performer)):
-                self._watch.heard(performer, pipeline.naming.source_of(performer), now)
-            elif finding == "stalled":
+        for performer, finding in self._watch.check(now, pipeline.inbox.oldest()):
+            if finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
                 pipeline.send(pipeline.pool[performer].end_take("gap"))

@@ -1,5 +1,7 @@
 """Watch: notices on the wall clock that frames have stopped, and that they are back."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Literal
 
 import msgspec
@@ -48,11 +50,19 @@ class Watch:
         """Stop watching the performers of a source that has ended."""
         self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
 
-    def check(self, now: float) -> list[tuple[str, Finding]]:
-        """Return who has stalled, and whose take is over, since the last call."""
+    def check(
+        self, now: float, oldest: Mapping[int, float] = MappingProxyType({})
+    ) -> list[tuple[str, Finding]]:
+        """Return who has stalled, and whose take is over, since the last call.
+
+        Args:
+            now: Monotonic s.
+            oldest: For sources of which something waits in a queue, when the oldest of that arrived: for them
+                it is still that time, since what waits has come in time.
+        """
         found: list[tuple[str, Finding]] = []
         for name, heard in self._heard.items():
-            quiet = now - heard.at
+            quiet = oldest.get(heard.source, now) - heard.at
             if quiet > STALL and not heard.stalled:
                 heard.stalled = True
                 found.append((name, "stalled"))
