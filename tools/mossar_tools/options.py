@@ -16,7 +16,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import names, port, positive, setting, speed
+from mossar_tools.values import names, place, port, positive, setting, speed
 
 PRESETS = ("paper", "default", "game")
 
@@ -41,6 +41,7 @@ class Options(msgspec.Struct, frozen=True):
     snapshot_every: float = 5.0
     emit: tuple[str, ...] = ()
     stats: float | None = None
+    metrics: tuple[str, int] | None = None
     speed: float | Literal["max"] | None = None
     seconds: float | None = None
     loop: bool = False
@@ -157,6 +158,9 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
+    )
+    group.add_argument(
+        "--metrics", metavar="[HOST:]PORT", type=place, help="serve counters and delays to Prometheus"
     )
     group.add_argument(
         "--control",

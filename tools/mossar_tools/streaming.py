@@ -66,7 +66,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         for index, ear in enumerate(ears):
             ear.tie(pipeline, index)
         warm_up(settings)
-        with _controls(options, pipeline, ears), stopping(pipeline.stop) as stop:
+        with _controls(options, pipeline, ears), _metrics(options, pipeline), stopping(pipeline.stop) as stop:
             outcome = pipeline.run()
     if outcome.abandoned:
         return DONE, []
@@ -182,6 +182,20 @@ def _controls(options: Options, pipeline: Pipeline, ears: list[Ears]) -> Iterato
                 LOGGER.info("control: requests are answered at %s", served.endpoint)
             else:
                 raise UsageError(f"--control {url}: use zmq+bind://127.0.0.1:5560, or osc with an OSC source")
+        yield
+
+
+@contextlib.contextmanager
+def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
+    """Serve counters while the block runs, if that is asked for."""
+    if options.metrics is None:
+        yield
+        return
+    from mossar_adapters.metrics import Metrics
+
+    host, port = options.metrics
+    with contextlib.closing(Metrics(pipeline, port, host)) as served:
+        LOGGER.info("metrics: %s", served.url)
         yield
 
 

@@ -29,7 +29,7 @@ OPTIONS = {
 }
 POLL_MS = 100
 DRAIN = 512  # messages read before their frames are handed on
-QUEUE = 20_000  # messages kept by ZeroMQ while the program is busy
+QUEUE = 4096  # messages kept by ZeroMQ while the program is busy; half a gigabyte at worst
 
 
 class ZmqSource:

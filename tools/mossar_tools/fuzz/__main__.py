@@ -2,7 +2,6 @@
 
 import argparse
 import faulthandler
-import logging
 import sys
 import time
 from collections.abc import Sequence
@@ -12,14 +11,13 @@ from mossar_tools.fuzz.guard import memory, set_limits
 from mossar_tools.fuzz.target import ROUND, Tally, Target, run_round
 from mossar_tools.fuzz.targets import all_targets
 
-_PIECES = 20  # turns in which the targets get their inputs, so that a run cut short has fed all of them
+_PIECES = 200  # turns in which the targets get their inputs, so that a run cut short has fed all of them
 
 
 def main() -> int:
     """Feed the targets, print a line for each, and return 1 if something failed."""
     given = _arguments()
     faulthandler.enable()
-    logging.getLogger("mossar").addHandler(logging.NullHandler())
     targets = _chosen(all_targets(given.samples), given.target)
     tallies = {target.name: Tally() for target in targets}
     set_limits()
@@ -67,13 +65,15 @@ def _run(
     rounds = {target.name: 0 for target in targets}
     for piece in range(1, _PIECES + 1):
         for target in targets:
-            tally = tallies[target.name]
-            due = round(inputs * target.share / whole * piece / _PIECES)
-            # Whole rounds until the last turn: drawing inputs is not cheap.
-            while tally.inputs + ROUND <= due or (piece == _PIECES and tally.inputs < due):
+            tally, share = tallies[target.name], round(inputs * target.share / whole)
+            due = share * piece / _PIECES if piece < _PIECES else share
+            # A first round for everybody, then whole rounds until the last turn.
+            while tally.inputs < share and (
+                not tally.inputs or tally.inputs + ROUND <= due or piece == _PIECES
+            ):
                 if time.monotonic() >= end:
                     return
-                run_round(target, seed, rounds[target.name], min(ROUND, due - tally.inputs), tally)
+                run_round(target, seed, rounds[target.name], min(ROUND, share - tally.inputs), tally)
                 rounds[target.name] += 1
 
 

@@ -24,7 +24,10 @@ _trees = st.recursive(
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_texts, inner, max_size=3),
     max_leaves=12,
 )
-_rows = st.lists(st.none() | st.tuples(*[st.none() | st.floats()] * 3), max_size=5)
+_row = st.none() | st.tuples(*[st.none() | st.floats()] * 3)
+_rows = st.lists(_row, min_size=2, max_size=2) | st.lists(_row, max_size=5)
+_names = st.just(["a", "b"]) | st.lists(_texts, max_size=5)
+_rates = st.none() | st.just(60.0) | st.floats()
 
 
 def _map(kind: str, **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]]:
@@ -45,11 +48,11 @@ _maps = _map(
 ) | _map(
     "meta",
     performer=_texts,
-    names=st.lists(_texts, max_size=5),
-    parents=st.lists(st.integers(-2, 5), max_size=5),
-    root=st.integers(-1, 5),
-    fps=st.floats(),
-    unit=st.sampled_from(["m", "cm"]),
+    names=_names,
+    parents=st.just([]) | st.just([-1, 0]) | st.lists(st.integers(-2, 5), max_size=5),
+    root=st.integers(-1, 1) | st.integers(),
+    fps=_rates,
+    unit=st.just("m") | _texts,
 )
 _changes = st.dictionaries(
     st.sampled_from([*Settings.__struct_fields__, "features.positions", "variance_floor.distances"]),

@@ -1,7 +1,6 @@
 """The program: `python -m mossar_tools.soak --minutes 10`."""
 
 import argparse
-import logging
 import resource
 import sys
 import tempfile
@@ -98,7 +97,6 @@ def main() -> int:
         "--seed", metavar="S", type=int, default=1, help="the same seed makes the same faults"
     )
     given = parser.parse_args()
-    logging.getLogger("mossar").addHandler(logging.NullHandler())
     resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, resource.RLIM_INFINITY))
     with tempfile.TemporaryDirectory() as folder:
         return soak(Path(folder), given.minutes * 60, given.seed)
