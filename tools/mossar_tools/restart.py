@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,20 +58,24 @@ def main() -> int:
     parser.add_argument("--seconds", metavar="S", type=float, default=30.0, help="of motion")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        moments = killed_at_random(Path(folder), given.times, given.seconds, given.seed)
-    for i, moment in enumerate(moments, 1):
-        place = "before the first snapshot" if moment.frames is None else f"snapshot at frame {moment.frames}"
-        verdict = "equal" if moment.equal and moment.file_equal else "DIFFERENT"
-        print(
-            f"{i:>3}: killed after {moment.seconds:.2f} s, {place}, {moment.repeated} events repeated: {verdict}"
-        )
-    equal = sum(moment.equal and moment.file_equal for moment in moments)
-    print(f"{equal} of {len(moments)} event sets are identical")
-    return 0 if equal == len(moments) else 1
+        equal = 0
+        for i, moment in enumerate(killed_at_random(Path(folder), given.times, given.seconds, given.seed), 1):
+            right = moment.equal and moment.file_equal
+            equal += right
+            place = (
+                "before the first snapshot" if moment.frames is None else f"snapshot at frame {moment.frames}"
+            )
+            print(
+                f"{i:>3}: killed after {moment.seconds:.2f} s, {place}, {moment.repeated} events repeated:"
+                f" {'equal' if right else 'DIFFERENT'}",
+                flush=True,
+            )
+    print(f"{equal} of {given.times} event sets are identical")
+    return 0 if equal == given.times else 1
 
 
-def killed_at_random(folder: Path, times: int, seconds: float, seed: int) -> list[Moment]:
-    """Kill runs at random moments and let each come to its end.
+def killed_at_random(folder: Path, times: int, seconds: float, seed: int) -> Iterator[Moment]:
+    """Kill runs at random moments, let each come to its end, and yield how it went.
 
     Args:
         folder: For recordings, events and snapshots.
@@ -88,11 +92,11 @@ def killed_at_random(folder: Path, times: int, seconds: float, seed: int) -> lis
     whole = _lines(_run(folder, "whole", [take, "--speed", SPEED]))
     longest = time.monotonic() - started
     rng = random.Random(seed)  # noqa: S311 - not for secrets
-    moments: list[Moment] = []
-    while len(moments) < times:
+    while times:
         moment = _killed(folder, take, whole, rng.uniform(0.0, longest))
-        moments += [] if moment is None else [moment]
-    return moments
+        if moment is not None:
+            times -= 1
+            yield moment
 
 
 def _killed(folder: Path, take: Path, whole: Sequence[str], seconds: float) -> Moment | None:
