@@ -8,7 +8,7 @@ from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings
 from mossar_tools.soak.__main__ import soak
 from mossar_tools.soak.faults import Faults
-from mossar_tools.soak.measure import Sample, growth
+from mossar_tools.soak.measure import Sample, early_and_late
 from mossar_tools.soak.truth import Truth
 
 SETTINGS = Settings(max_pause=3.0)
@@ -50,8 +50,10 @@ def test_a_lost_and_a_false_event_are_noticed(motion):
 
 
 def test_growth_is_that_after_the_first_fifth():
-    samples = [Sample(k, k, memory, 1, 1, 0.0, 0.0) for k, memory in enumerate((0, 50, 60, 60, 61))]
-    assert growth(samples) == 11
+    samples = [Sample(k, k, memory, k, 1, 0.0, 0.0) for k, memory in enumerate((0, 50, 60, 60, 61))]
+    early, late = early_and_late(samples)
+    assert (early.memory, late.memory) == (50, 61)
+    assert (early.files, late.files) == (1, 4)
 
 
 def test_a_few_seconds_of_faults_lose_no_event_and_make_none_up(tmp_path, capsys):

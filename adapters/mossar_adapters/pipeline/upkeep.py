@@ -184,7 +184,9 @@ class Upkeep:
             _log.error("%s", error)
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
-        for performer, finding in self._watch.check(now, pipeline.inbox.oldest()):
+        # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
+        until = {i: feed.looked_at for i, feed in enumerate(pipeline.feeds)} | pipeline.inbox.oldest()
+        for performer, finding in self._watch.check(now, until):
             if finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:

@@ -51,18 +51,17 @@ class Watch:
         self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
 
     def check(
-        self, now: float, oldest: Mapping[int, float] = MappingProxyType({})
+        self, now: float, until: Mapping[int, float] = MappingProxyType({})
     ) -> list[tuple[str, Finding]]:
         """Return who has stalled, and whose take is over, since the last call.
 
         Args:
             now: Monotonic s.
-            oldest: For sources of which something waits in a queue, when the oldest of that arrived: for them
-                it is still that time, since what waits has come in time.
+            until: Up to when each source has been heard out: what waits in a queue has come in time.
         """
         found: list[tuple[str, Finding]] = []
         for name, heard in self._heard.items():
-            quiet = oldest.get(heard.source, now) - heard.at
+            quiet = until.get(heard.source, now) - heard.at
             if quiet > STALL and not heard.stalled:
                 heard.stalled = True
                 found.append((name, "stalled"))

@@ -42,7 +42,7 @@ class Faults:
         if self._rng.random() < 0.9:
             return 0.0
         self.injected["clock jumps"] += 1
-        return self._rng.choice((self._rng.uniform(5, 1000), -self._rng.uniform(5, 60)))
+        return self._rng.choice((self._rng.uniform(5, 1000), -self._rng.uniform(25, 60)))
 
     def _count(self, share: float, frames: int) -> int:
         return sum(self._rng.random() < share for _ in range(frames))

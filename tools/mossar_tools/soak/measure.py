@@ -48,15 +48,21 @@ def threads() -> int:
     return threading.active_count()
 
 
-def growth(samples: list[Sample]) -> float:
-    """Return by how many bytes the memory grew, from the second fifth of the time to the last.
+class Held(msgspec.Struct, frozen=True):
+    """What a process held during a part of the time: the median of memory, the most of the others."""
 
-    In the first fifth caches and queues fill.
-    """
+    memory: int
+    files: int
+    threads: int
+
+
+def early_and_late(samples: list[Sample]) -> tuple[Held, Held]:
+    """Return what was held in the second fifth of the time and in the last; in the first one caches fill."""
     fifth = max(1, len(samples) // 5)
-    early, late = samples[fifth : 2 * fifth] or samples, samples[-fifth:]
-    return _median([s.memory for s in late]) - _median([s.memory for s in early])
+    return _held(samples[fifth : 2 * fifth] or samples), _held(samples[-fifth:])
 
 
-def _median(values: list[int]) -> float:
-    return float(sorted(values)[len(values) // 2])
+def _held(samples: list[Sample]) -> Held:
+    memories = sorted(sample.memory for sample in samples)
+    files_held, threads_held = max(s.files for s in samples), max(s.threads for s in samples)
+    return Held(memories[len(memories) // 2], files_held, threads_held)

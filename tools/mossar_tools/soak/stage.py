@@ -19,12 +19,13 @@ from mossar_tools.soak.faults import Faults
 from mossar_tools.soak.truth import Truth
 
 FPS = 60.0
-MAX_PAUSE = 3.0  # s; longer than a busy machine may pause for
-NAMES = tuple(f"p{k}" for k in range(1, 9))
+MAX_PAUSE = 20.0  # s; longer than a busy machine may keep a sender waiting
+NAMES = tuple(f"p{k}" for k in range(1, 25))
 TOGETHER = 3  # performers on stage
 _ACT = 600  # frames of each performer, between two changes on stage
 _FLOW, _BURST = 300, 1200  # frames under way: usually, and in a burst; the pipeline's queue holds 2048
-_PATIENCE = 30.0  # s that frames may be under way
+_PATIENCE = 60.0  # s that frames may be under way
+_AWAY = 2000.0  # s by which the clock of a performer who comes back has gone on
 
 
 class Stage:
@@ -46,7 +47,6 @@ class Stage:
         self._truth, self._arrived = truth, arrived
         self._clock = dict.fromkeys(NAMES, 0.0)  # of each sender, s
         self._on_stage: list[str] = []
-        self._left_at: dict[str, float] = {}  # monotonic s
         self._publisher = Publisher(parse_url(url))
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._play, name="stage", daemon=True)
@@ -74,36 +74,37 @@ class Stage:
             self._publisher.await_subscriber(_PATIENCE)
             for name in NAMES:
                 self._publisher.announce(self.meta[name])
+                self._end_take(name)  # everybody is known from the beginning: nothing is to grow later
             while not self._stopped.is_set():
                 self._change_performers()
                 self._act()
-            for name in self._on_stage:
-                self._truth.leave(name)
+            for name in NAMES:
+                self._end_take(name)
             self._wait_until_under_way(0)
-            time.sleep(MAX_PAUSE + 1.0)
         except Exception as error:  # noqa: BLE001 - the main thread raises it
             self.error = error
 
     def _change_performers(self) -> None:
-        """Let one performer go and another one come, who was away for long enough."""
-        now = time.monotonic()
+        """Let one performer go and another one come."""
         if len(self._on_stage) == TOGETHER:
-            gone = self._on_stage.pop(0)
-            self._truth.leave(gone)
-            self._left_at[gone] = now
+            self._truth.leave(self._on_stage.pop(0))
             self.faults.injected["performers left"] += 1
-        away = [
-            n for n in NAMES if n not in self._on_stage and now - self._left_at.get(n, -99.0) > MAX_PAUSE + 1
-        ]
-        if away:
-            self._on_stage.append(self._rng.choice(away))
-            self._clock[self._on_stage[-1]] += 10 * MAX_PAUSE
+        coming = self._rng.choice([name for name in NAMES if name not in self._on_stage])
+        self._on_stage.append(coming)
+        self._clock[coming] += _AWAY  # ends the take before, unless the wall clock has done so
+
+    def _end_take(self, name: str) -> None:
+        """Send a frame that is so late that it ends the take before."""
+        moment, pose = self._clock[name] + _AWAY, self._motions[0][:1]
+        self._truth.follow(name, pose, np.array([moment]))
+        self._send(name, pose[0], moment)
 
     def _act(self) -> None:
         """Send a stretch of frames of everybody on stage, frame by frame in turn."""
         delivered = {}
         for name in self._on_stage:
-            self._clock[name] += self.faults.clock_jump()
+            if name != self._on_stage[-1]:
+                self._clock[name] += self.faults.clock_jump()
             motion = self._rng.choice(self._motions)
             begin = self._rng.randrange(len(motion) - _ACT)
             times = self._clock[name] + np.arange(1, _ACT + 1) / FPS

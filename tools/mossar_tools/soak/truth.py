@@ -6,7 +6,7 @@ segmenters of our own, in stretches; every event must then come out of the pipel
 """
 
 import threading
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Sequence
 
 import msgspec
@@ -18,7 +18,7 @@ from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
-_RECENT = 20_000  # events that receivers may still hear; some seconds of them
+_RECENT = 60_000  # events that receivers may still hear; half a minute of them
 _SHOWN = 5  # differences that are kept
 
 
@@ -43,8 +43,8 @@ class Truth:
         self._skeleton, self._settings = skeleton, settings
         self._performers: dict[str, _Performer] = {}
         self._expected: dict[str, deque[bytes]] = {}
-        # Hashes of events; full from the beginning, so that its growth is not taken for a leak.
-        self._recent: OrderedDict[int, None] = OrderedDict.fromkeys(range(_RECENT))
+        self._recent = np.zeros(_RECENT, np.int64)  # hashes of the latest events, ring buffer
+        self._count = 0  # of events put into it
         self._lock = threading.Lock()
 
     def follow(self, name: str, positions: NDArray[np.float32], times: NDArray[np.float64]) -> None:
@@ -89,7 +89,7 @@ class Truth:
     def knows(self, event: Event) -> bool:
         """Return whether an event that comes late, or again, is one of those that were expected."""
         with self._lock:
-            return is_clock(event) or hash(to_json(event)) in self._recent
+            return is_clock(event) or bool((self._recent == hash(to_json(event))).any())
 
     def differ(self, difference: str) -> None:
         """Take note of a difference."""
@@ -115,9 +115,8 @@ class Truth:
         with self._lock:
             self._expected.setdefault(name, deque()).extend(written)
             for line in written:
-                self._recent[hash(line)] = None
-            while len(self._recent) > _RECENT:
-                self._recent.popitem(last=False)
+                self._recent[self._count % _RECENT] = hash(line)
+                self._count += 1
 
 
 def is_clock(event: Event) -> bool:
