@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("resource", reason="limits are of POSIX systems")
+
 from mossar_stream.errors import MossarError
 from mossar_tools.fuzz import guard
 from mossar_tools.fuzz.mutation import Mutator
 from mossar_tools.fuzz.target import Tally, Target, run_round
 
 ROOT = Path(__file__).parents[2]
-POSIX = pytest.mark.skipif(os.name != "posix", reason="limits are of POSIX systems")
 
 
 def target(feed):
@@ -29,7 +30,6 @@ def test_the_same_chance_makes_the_same_inputs():
     assert b"one" in made
 
 
-@POSIX
 def test_clear_errors_are_refusals_and_others_are_crashes_kept_by_kind():
     def feed(data):
         if data.startswith(b"a"):
@@ -43,7 +43,6 @@ def test_clear_errors_are_refusals_and_others_are_crashes_kept_by_kind():
     assert all(crash.kind.startswith("IndexError at test_fuzz.py:") for crash in tally.crashes)
 
 
-@POSIX
 def test_a_hang_is_a_crash(monkeypatch):
     def feed(_):
         while True:
@@ -57,7 +56,6 @@ def test_a_hang_is_a_crash(monkeypatch):
     assert tally.crashes[0].kind.startswith("Hang")
 
 
-@POSIX
 def test_every_target_is_fed_and_none_fails():
     places = [ROOT, ROOT / "adapters", ROOT / "tools"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, places))}

@@ -50,7 +50,7 @@ _maps = _map(
     performer=_texts,
     names=_names,
     parents=st.just([]) | st.just([-1, 0]) | st.lists(st.integers(-2, 5), max_size=5),
-    root=st.integers(-1, 1) | st.integers(),
+    root=st.integers(-1, 1) | st.integers(-(2**63), 2**63 - 1),
     fps=_rates,
     unit=st.just("m") | _texts,
 )
