@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
+from mossar_stream.body import flatten
 from mossar_stream.compiled import compiled, entry_point
 from mossar_stream.decision import decide_oldest
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
@@ -31,11 +32,11 @@ from mossar_stream.outbox import (
     next_event,
     put_key_frame,
 )
-from mossar_stream.similarity import add_frame, add_pose, close, merge_into
+from mossar_stream.similarity import add_frame, add_pose, close, merge_into, pour
 from mossar_stream.slots import give_slot, take_slot
 from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED
 from mossar_stream.splitter import WITHDRAWN as FORGOTTEN
-from mossar_stream.take import place_last_frame, settle
+from mossar_stream.take import place_last_frame, pour_waiting, settle
 from mossar_stream.trail import SPEED_OFFSET
 from mossar_stream.window import (
     NO_SLOT,
@@ -58,6 +59,7 @@ REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 class Window(NamedTuple):
     """Views of a row and of the room to work in, as the window's functions need them."""
 
+    body: NDArray[np.float32]
     keys: NDArray[np.void]  # (W + 2,) KEY
     order: NDArray[np.int64]  # (W + 2,)
     free: NDArray[np.int64]  # (slots,)
@@ -66,7 +68,7 @@ class Window(NamedTuple):
     memo: NDArray[np.void]  # (memo,) MEMO
     marks: NDArray[np.void]  # (trail,) MARK
     trail: NDArray[np.int16]  # (trail, 3, lanes)
-    kept: NDArray[np.float64]  # (4, lanes), a pose from the trail
+    kept: NDArray[np.float32]  # (4, lanes), a pose from the trail
     scratch: NDArray[np.float64]  # (W + SCRATCH_ROWS, slot)
     bounds: NDArray[np.int64]  # (W + 4,), see hierarchy.py
     fallen: NDArray[np.int64]  # (W + 4,)
@@ -82,7 +84,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
     window, slot, lanes = plan.shape.window, plan.shape.slot, plan.shape.lanes
-    numbers = (window + SCRATCH_ROWS) * slot + 4 * lanes + 8 * (window + 4)
+    numbers = (window + SCRATCH_ROWS) * slot + 2 * lanes + 8 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)
 
 
@@ -111,16 +113,17 @@ def act(
     if h.open == 0:
         return
     events = outbox.view(EVENT)
+    begin = events[0].row
     lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
-    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
-    pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
+    pose = row[h.at_pose : h.at_pose + 16 * lanes].view(np.float32).reshape(4, lanes)
     scratch = h.capacity + SCRATCH_ROWS
     summaries = room[: 8 * scratch * h.slot]
-    kept = room[len(summaries) : len(summaries) + 32 * lanes]
+    kept = room[len(summaries) : len(summaries) + 16 * lanes]
     numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(8, h.capacity + 4)
     integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(8, h.capacity + 4)[2:]
     w = Window(
+        row[h.at_body : h.at_seen].view(np.float32),
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
         row[h.at_order : h.at_order + 8 * places].view(np.int64),
         row[h.at_free : h.at_free + 8 * h.slot_count].view(np.int64),
@@ -135,7 +138,7 @@ def act(
         row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes]
         .view(np.int16)
         .reshape(h.trail_size, 3, lanes),
-        kept.view(np.float64).reshape(4, lanes),
+        kept.view(np.float32).reshape(4, lanes),
         summaries.view(np.float64).reshape(scratch, h.slot),
         integers[0],
         integers[1],
@@ -150,10 +153,10 @@ def act(
     elif reason == FOLLOW:
         _follow(h, w, params[0], events)
         if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
-            _decide(h, w, params[0], pose, step[1], events)
+            _decide(h, w, params[0], pose, events, begin)
     else:
         if reason != DECIDE:
-            _close_take(h, w, params[0], pose, step[1], events)
+            _close_take(h, w, params[0], pose, events)
         if reason != RANK:
             _decide_all(h, w, params[0], events)
 
@@ -171,6 +174,7 @@ def _follow(h, w, params, events):
         _put_candidate(h, events, WITHDRAWN, h.found_frame, h.found_time, h.found_share)
     if happened & (CROSSED | CONFIRMED) == 0:
         return
+    pour_waiting(h, w.body, w.slots, params)
     slot = h.closed
     h.closed = -1
     if happened & CROSSED:
@@ -192,23 +196,24 @@ def _put_candidate(h, events, status, frame, time, share):
 
 
 @compiled
-def _decide(h, w, params, pose, step, events):
+def _decide(h, w, params, pose, events, begin):
     """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
 
-    If several are due and the outbox fills up, the rest is left for the next frame.
+    If several are due and cause more than `most_events`, the rest is left for the next frame.
     """
+    pour_waiting(h, w.body, w.slots, params)
     open_slot = take_slot(h, w.free, w.slots)
     merge_into(params, w.slots[open_slot], w.slots[h.slot_settled])
     merge_into(params, w.slots[open_slot], w.slots[h.slot_since])
     merge_into(params, w.slots[open_slot], w.slots[h.slot_run])
-    add_frame(
-        params, w.slots[open_slot], pose, step, h.joints, h.pending_time, h.pending_weight, h.pending_moving
-    )
+    own, time, weight, moving = w.slots[open_slot], h.pending_time, h.pending_weight, h.pending_moving
+    add_frame(params, own, w.body, pose, h.joints, time, weight, moving)
+    pour(params, own, w.body, h.lanes)
     close(params, w.slots[open_slot])
     end_frame = h.candidate if h.candidate >= 0 else h.run_frame
-    most = 4 * h.capacity + 12  # events of one decision
+    last = begin + h.most_events - (4 * h.capacity + 12)  # with room for one more decision
     while h.undecided > 0 and (h.undecided > h.capacity or h.time >= w.keys[0].time + h.hold):
-        if events[0].row + most >= len(events):
+        if events[0].row >= last:
             break
         rank(h, w, params, open_slot)
         relabel(h, w, params, events)
@@ -218,16 +223,18 @@ def _decide(h, w, params, pose, step, events):
 
 
 @compiled
-def _close_take(h, w, params, pose, step, events):
+def _close_take(h, w, params, pose, events):
     """Close the last segment and rank all undecided key frames together."""
-    place_last_frame(h, w.slots, params, pose, step, h.run_length, h.run_length < 0)
+    place_last_frame(h, w.body, w.slots, params, pose, h.run_length, h.run_length < 0)
+    pour_waiting(h, w.body, w.slots, params)
     if h.candidate >= 0:
         _put_candidate(h, events, WITHDRAWN, h.candidate, h.candidate_time, h.candidate_share)
         h.candidate = -1
-        settle(h, w.slots, params)
+        settle(h, w.body, w.slots, params)
     if h.awaiting == 1 and h.undecided > 0:
         _withdraw_newest(h, w, params, events)
     if h.post_roll > 0.0:
+        flatten(h, w.body, pose)
         for j in range(h.lanes):
             pose[3, j] = REST
         add_pose(params, w.slots[h.slot_settled], pose, h.joints, h.time, h.post_roll)

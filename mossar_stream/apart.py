@@ -6,18 +6,20 @@ its callers hold no more than its name, which is resolved when they are loaded. 
 before the first call of any kernel that calls it.
 """
 
+import hashlib
 import inspect
 from collections.abc import Callable
 from typing import Any, cast
 
 import llvmlite.binding
+import numba
 import numba.core.cgutils
 from numba.extending import intrinsic
 
 from mossar_stream.compiled import entry_point
 
 _llvm: Any = numba.core.cgutils
-_compile: dict[str, Callable[[], int]] = {}  # by name: compiles the kernel and returns its address
+_kernels: dict[str, tuple[Any, Any]] = {}  # by name: kernel, signature or type of the result
 _published: set[str] = set()
 
 
@@ -26,22 +28,31 @@ def apart(name: str, signature: Any) -> Callable[[Callable[..., Any]], Callable[
 
     Args:
         name: Unique in the process.
-        signature: Types of result and arguments, as numba writes them.
+        signature: Types of result and arguments, as numba writes them; only that of the result for a kernel that
+            is compiled for every kind of arguments it is called with.
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        kernel: Any = entry_point(function)
+        kernel: Any = function if hasattr(function, "py_func") else entry_point(function)
+        _kernels[name] = kernel, signature
 
-        def resolve(_context: Any, *_arguments: Any) -> Any:
-            return signature, _call(name, signature)
+        def resolve(_context: Any, *arguments: Any) -> Any:
+            if isinstance(signature, numba.types.Type):
+                own = signature(*arguments)
+                return own, _call(_full_name(name, own.args), own)
+            return signature, _call(_full_name(name, signature.args), signature)
 
-        own = inspect.signature(function)
+        own = inspect.signature(kernel.py_func)
         context = inspect.Parameter("context", inspect.Parameter.POSITIONAL_ONLY)
         resolve.__signature__ = own.replace(parameters=[context, *own.parameters.values()])  # type: ignore[attr-defined]
-        _compile[name] = lambda: _address(kernel, signature)
         return cast("Callable[..., Any]", intrinsic(resolve))
 
     return decorate
+
+
+def _full_name(name: str, types: tuple[Any, ...]) -> str:
+    """Return the name under which a kernel for these arguments is found."""
+    return f"{name}.{hashlib.sha256(repr(types).encode()).hexdigest()[:16]}"
 
 
 def _call(name: str, signature: Any) -> Callable[..., Any]:
@@ -60,16 +71,20 @@ def _call(name: str, signature: Any) -> Callable[..., Any]:
     return generate
 
 
-def _address(kernel: Any, signature: Any) -> int:
-    """Compile a kernel, or load it from the cache, and return where it lies."""
-    kernel.compile(signature)
-    result = kernel.overloads[tuple(signature.args)]
-    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+def publish(name: str, *arguments: Any) -> None:
+    """Make a kernel that stands apart callable: compile it, or load it from the cache.
 
-
-def publish(*names: str) -> None:
-    """Make kernels that stand apart callable: compile them, or load them from the cache."""
-    for name in names:
-        if name not in _published:
-            llvmlite.binding.add_symbol(name, _compile[name]())
-            _published.add(name)
+    Args:
+        name: Of the kernel.
+        *arguments: Values like those it is called with, if it was not made for one signature.
+    """
+    kernel, signature = _kernels[name]
+    types = tuple(map(numba.typeof, arguments)) or signature.args
+    full = _full_name(name, types)
+    if full in _published:
+        return
+    kernel.compile(types)
+    result = kernel.overloads[types]
+    address = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+    llvmlite.binding.add_symbol(full, int(address))
+    _published.add(full)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import similarity
+from mossar_stream.body import LINES, LIVE, PAGE
 from mossar_stream.layout import HEADER, REGIONS, Shape, header, region
 from mossar_stream.location import LOCATIONS
 from mossar_stream.presets import bundle_name, level_strength
@@ -71,8 +72,6 @@ class Plan:
             window=window or resolved.remerge_window,
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
-            noise=resolved.noise_margin > 0.0 and resolved.sig_threshold > 0.0 and resolved.range != "fixed",
-            tempo=resolved.tempo,
             trail=trail or trail_size(kept),
             counted=not offline,
         )
@@ -115,10 +114,9 @@ class Plan:
             "joints": shape.joints,
             "lanes": shape.lanes,
             "center": self.center,
+            "flat": int(similarity.takes_pose(chosen, self.params)),
             "moving_joints": moving,
             "filter_lanes": shape.lanes * shape.one_euro,
-            "noise_lanes": shape.lanes * shape.noise,
-            "tempo_lanes": shape.lanes * shape.tempo,
             "average_size": shape.smoothing_window,
             "ring": shape.ring,
             "slot": shape.slot,
@@ -126,6 +124,7 @@ class Plan:
             "memo_size": shape.memo,
             "trail_size": shape.trail,
             "capacity": shape.window,
+            "most_events": self.most_events,
             "window": chosen.window,
             "smoothing": SMOOTHINGS.index(chosen.smoothing),
             "smoothing_window": chosen.smoothing_window,
@@ -137,7 +136,9 @@ class Plan:
             "range_max": chosen.range_max or 0.0,
             "range_half_life": chosen.range_half_life,
             "range_floor": chosen.range_floor * moving,
-            "noise_margin": chosen.noise_margin,
+            "noise_margin": chosen.noise_margin
+            if chosen.sig_threshold > 0 and chosen.range != "fixed"
+            else 0.0,
             "max_gap": chosen.max_gap,
             "max_speed": chosen.max_speed,
             "max_pause": chosen.max_pause,
@@ -154,6 +155,7 @@ class Plan:
             values[f"at_{name}"] = offset
         for name, value in values.items():
             h[name] = value
+        region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE].flat[: shape.joints] = 1.0
 
     def new_rows(self, count: int) -> NDArray[np.uint8]:
         """Return prepared rows, (count, row_bytes)."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -78,6 +79,23 @@ def entry_point(function: F) -> F:
         return cast("F", numba.njit(cache=True, **_OPTIONS)(function))
 
 
-def is_warm() -> bool:
-    """Tell whether kernels were compiled before, so that building a segmenter will not take seconds."""
-    return any(CACHE_FOLDER.rglob("*.nbi"))
+class _Teller(event.Listener):
+    """Calls once, when compiling begins; what comes from the disk is loaded without it."""
+
+    def __init__(self, say: Callable[[], None]) -> None:
+        self._say: Callable[[], None] | None = say
+
+    def on_start(self, _: object) -> None:
+        say, self._say = self._say, None
+        if say is not None:
+            say()
+
+    def on_end(self, _: object) -> None:
+        pass
+
+
+@contextlib.contextmanager
+def telling(say: Callable[[], None]) -> Iterator[None]:
+    """Call `say` once if a kernel is compiled while the block runs, which takes seconds, and as it begins."""
+    with event.install_listener("numba:compile", _Teller(say)):
+        yield

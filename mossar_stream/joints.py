@@ -11,226 +11,211 @@ seconds; after that it is left out until it is back, without a displacement acro
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.body import (
+    GOOD_X,
+    GOOD_Y,
+    GOOD_Z,
+    LIVE,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    PAGE,
+    PAGE_SIZE,
+    STEP,
+    X,
+    Y,
+    Z,
+    line_sum,
+    place,
+)
 from mossar_stream.compiled import compiled
 
 FARTHEST = 1e5  # m; a coordinate beyond this is no position
-DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds in the One-Euro filter
 
 
 @compiled
-def step_joints(h, seen, good, step, frame, time):
-    """Take one frame's joints in and set each joint's path relative to the centre.
+def step_joints(h, seen, body, frame, time):
+    """Take one frame's joints in and set each joint's way relative to the centre.
 
     Args:
         h: Header of the row.
         seen: (lanes,) s, when each joint was last there.
-        good: (3, lanes) m, where it was then.
-        step: (lanes,) m, set to each joint's path since the last frame.
-        frame: (J, 3) float32 m, NaN where missing.
+        body: See body.py; positions, displacements and their lengths are set.
+        frame: (J,) POINT, m, NaN where missing.
         time: s, later than the last frame's.
 
     Returns:
         Path summed over the joints, scaled up for those left out, m.
     """
     if h.complete == 1:
-        if time - h.time <= h.max_gap and _step_complete(h, good, step, frame, time):
-            return lane_sum(step)
+        if time - h.time <= h.max_gap and _step_complete(h, body, frame, time):
+            return line_sum(h, body, STEP)
         for j in range(h.joints):
             seen[j] = h.time
-    return _step_partial(h, seen, good, step, frame, time)
+    return _step_partial(h, seen, body, frame, time)
 
 
 @compiled
-def first_joints(h, seen, good, step, frame, time):
+def first_joints(h, seen, body, frame, time):
     """Take the first frame of a take in: no joint has moved yet."""
     h.complete = 1
     for j in range(h.joints):
-        step[j] = 0.0
+        k = place(j)
+        body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
         if _is_position(frame[j]):
             seen[j] = time
-            for axis in range(3):
-                good[axis, j] = frame[j, axis]
+            _keep(body, k, frame[j])
         else:
             seen[j] = -np.inf
             h.complete = 0
+        _hold(body, k)
 
 
 @compiled
-def _step_complete(h, good, step, frame, time):
+def _step_complete(h, body, frame, time):
     """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
     joints = h.joints
+    for first in range(0, joints, PAGE):
+        page = body[first // PAGE * PAGE_SIZE :]
+        points = frame[first : min(first + PAGE, joints)]
+        for j in range(len(points)):
+            page[j + X] = points[j].x
+            page[j + Y] = points[j].y
+            page[j + Z] = points[j].z
     reach = h.max_speed * (time - h.time)
-    reach *= reach
-    cx, cy, cz = _center_step(h, good, frame)
     unfit = 0
-    for j in range(joints):
-        ax = np.float64(frame[j, 0]) - good[0, j]
-        ay = np.float64(frame[j, 1]) - good[1, j]
-        az = np.float64(frame[j, 2]) - good[2, j]
-        # NaN fails the comparison, too.
-        unfit += 0 if ax * ax + ay * ay + az * az <= reach else 1
-        ax -= cx
-        ay -= cy
-        az -= cz
-        step[j] = np.sqrt(ax * ax + ay * ay + az * az)
+    for first in range(0, h.lanes, PAGE):
+        unfit += _count_unfit(
+            body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), np.float32(reach * reach)
+        )
     if unfit > 0:
         return False
-    for j in range(joints):
-        good[0, j] = frame[j, 0]
-        good[1, j] = frame[j, 1]
-        good[2, j] = frame[j, 2]
+    cx, cy, cz = _center_step(h, body)
+    for first in range(0, h.lanes, PAGE):
+        _displace(body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), cx, cy, cz)
     return True
 
 
 @compiled
-def _center_step(h, good, frame):
-    """Displacement of the centre when all joints are there."""
-    if h.center >= 0:
-        c = h.center
-        return frame[c, 0] - good[0, c], frame[c, 1] - good[1, c], frame[c, 2] - good[2, c]
-    x = y = z = 0.0
-    for j in range(h.joints):
-        x += frame[j, 0] - good[0, j]
-        y += frame[j, 1] - good[1, j]
-        z += frame[j, 2] - good[2, j]
-    return x / h.joints, y / h.joints, z / h.joints
+def _count_unfit(page, count, reach):
+    """Count the joints of a page that are missing or too fast."""
+    unfit = 0
+    for j in range(count):
+        x = page[j + X] - page[j + GOOD_X]
+        y = page[j + Y] - page[j + GOOD_Y]
+        z = page[j + Z] - page[j + GOOD_Z]
+        # NaN fails the comparison, too.
+        unfit += 0 if x * x + y * y + z * z <= reach else 1
+    return unfit
 
 
 @compiled
-def lane_sum(values):
-    """Sum in eight lanes: a fixed order that vectorises without fastmath."""
-    a = b = c = d = e = f = g = k = 0.0
-    for i in range(0, len(values), 8):
-        a += values[i]
-        b += values[i + 1]
-        c += values[i + 2]
-        d += values[i + 3]
-        e += values[i + 4]
-        f += values[i + 5]
-        g += values[i + 6]
-        k += values[i + 7]
-    return ((a + e) + (c + g)) + ((b + f) + (d + k))
+def _center_step(h, body):
+    """Return how far the centre moved when all joints are there."""
+    if h.center >= 0:
+        return _way(body, place(h.center))
+    x = y = z = 0.0
+    for j in range(h.joints):
+        u, v, w = _way(body, place(j))
+        x += u
+        y += v
+        z += w
+    return np.float32(x / h.joints), np.float32(y / h.joints), np.float32(z / h.joints)
+
+
+@compiled
+def _way(body, k):
+    """Return how far a joint is from where it was last there."""
+    return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
+
+
+@compiled
+def _displace(page, count, cx, cy, cz):
+    """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
+    for j in range(count):
+        x = (page[j + X] - page[j + GOOD_X] - cx) * page[j + LIVE]
+        y = (page[j + Y] - page[j + GOOD_Y] - cy) * page[j + LIVE]
+        z = (page[j + Z] - page[j + GOOD_Z] - cz) * page[j + LIVE]
+        page[j + GOOD_X], page[j + GOOD_Y], page[j + GOOD_Z] = page[j + X], page[j + Y], page[j + Z]
+        page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z] = x, y, z
+        page[j + STEP] = np.sqrt(x * x + y * y + z * z)
 
 
 @compiled
 def _is_position(joint):
-    return abs(joint[0]) <= FARTHEST and abs(joint[1]) <= FARTHEST and abs(joint[2]) <= FARTHEST
+    return abs(joint.x) <= FARTHEST and abs(joint.y) <= FARTHEST and abs(joint.z) <= FARTHEST
 
 
 @compiled
-def _step_partial(h, seen, good, step, frame, time):
+def _keep(body, k, joint):
+    """Note where a joint is."""
+    body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
+
+
+@compiled
+def _hold(body, k):
+    """Let a joint be where it was last there."""
+    body[k + X], body[k + Y], body[k + Z] = body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z]
+
+
+@compiled
+def _step_partial(h, seen, body, frame, time):
     """Step joint by joint, when one is missing, is back, or is too fast."""
-    joints, gap = h.joints, h.max_gap
     h.complete = 1
     cx = cy = cz = 0.0
     counted = 0
-    for j in range(joints):
+    for j in range(h.joints):
+        k = place(j)
         lasted = time - seen[j]
         there = _is_position(frame[j])
-        x = frame[j, 0] - good[0, j]
-        y = frame[j, 1] - good[1, j]
-        z = frame[j, 2] - good[2, j]
+        body[k + X], body[k + Y], body[k + Z] = frame[j].x, frame[j].y, frame[j].z
+        x, y, z = _way(body, k)
         reach = h.max_speed * lasted
-        if there and lasted <= gap and x * x + y * y + z * z > reach * reach:
+        if there and lasted <= h.max_gap and x * x + y * y + z * z > reach * reach:
             h.outliers += 1
             there = False
-        # In step: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
-        step[j] = -1.0 if lasted > gap else (1.0 if there else 0.0)
-        if step[j] > 0.0 and (h.center < 0 or j == h.center):
+        # In STEP: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
+        body[k + STEP] = -1.0 if lasted > h.max_gap else (1.0 if there else 0.0)
+        if body[k + STEP] > 0.0 and (h.center < 0 or j == h.center):
             cx += x
             cy += y
             cz += z
-        counted += 1 if step[j] >= 0.0 else 0
+        counted += 1 if body[k + STEP] >= 0.0 else 0
         if not there:
             h.complete = 0
-            h.held += 1 if lasted <= gap else 0
+            h.held += 1 if lasted <= h.max_gap else 0
     if h.center < 0 and counted > 0:
         cx /= counted
         cy /= counted
         cz /= counted
-    lost = counted == 0 or (h.center >= 0 and step[h.center] < 0.0)
-    return _partial_sum(h, seen, good, step, frame, time, cx, cy, cz, lost)
+    lost = counted == 0 or (h.center >= 0 and body[place(h.center) + STEP] < 0.0)
+    return _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost)
 
 
 @compiled
-def _partial_sum(h, seen, good, step, frame, time, cx, cy, cz, lost):
-    """Turn the marks in `step` into paths, keep the joints that are there, and return the scaled sum."""
+def _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost):
+    """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
     moving = 0
     for j in range(h.joints):
-        mark = step[j]
+        k = place(j)
+        mark = body[k + STEP]
         x = y = z = 0.0
         back = mark < 0.0 and _is_position(frame[j])
         if mark > 0.0:
-            x, y, z = frame[j, 0] - good[0, j], frame[j, 1] - good[1, j], frame[j, 2] - good[2, j]
+            x, y, z = _way(body, k)
         if mark > 0.0 or back:
             seen[j] = time
-            good[0, j], good[1, j], good[2, j] = frame[j, 0], frame[j, 1], frame[j, 2]
-        step[j] = 0.0
+            _keep(body, k, frame[j])
+        body[k + STEP] = 0.0
         if mark >= 0.0 and j != h.center and not lost:
             moving += 1
             x, y, z = x - cx, y - cy, z - cz
-            step[j] = np.sqrt(x * x + y * y + z * z)
-    return lane_sum(step) * h.moving_joints / moving if moving > 0 else 0.0
-
-
-@compiled
-def filter_joints(h, good, filtered, step, dt):
-    """Pass the joints through a One-Euro filter and set the steps from the filtered positions.
-
-    Casiez, Roussel and Vogel (2012): a low-pass filter whose cut-off rises with the speed of the joint, so that
-    it is smooth at rest and quick in motion.
-
-    Args:
-        h: Header of the row.
-        good: (3, lanes) m, the joints.
-        filtered: (6, lanes) m and m/s, filtered positions and derivatives.
-        step: (lanes,) m, set to each joint's path since the last frame.
-        dt: s since the last frame; 0 or less at the start of a take.
-
-    Returns:
-        Path summed over the joints, m.
-    """
-    for j in range(h.joints):
-        speed = 0.0
-        for axis in range(3):
-            if dt <= 0.0:
-                filtered[axis, j] = good[axis, j]
-                filtered[3 + axis, j] = 0.0
-                continue
-            slope = (good[axis, j] - filtered[axis, j]) / dt
-            filtered[3 + axis, j] += _smoothing(DERIVATIVE_CUTOFF, dt) * (slope - filtered[3 + axis, j])
-            speed += filtered[3 + axis, j] ** 2
-        step[j] = _smoothing(h.one_euro_cutoff + h.one_euro_beta * np.sqrt(speed), dt) if dt > 0.0 else 0.0
-    return _filtered_sum(h, good, filtered, step)
-
-
-@compiled
-def _smoothing(cutoff, dt):
-    """Weight of a new sample for a cut-off frequency in Hz."""
-    rate = 2.0 * np.pi * cutoff * dt
-    return rate / (rate + 1.0)
-
-
-@compiled
-def _filtered_sum(h, good, filtered, step):
-    """Move the filtered positions by the weights in `step`, and turn these into paths."""
-    cx = cy = cz = 0.0
-    for j in range(h.joints):
-        if h.center < 0 or j == h.center:
-            cx += step[j] * (good[0, j] - filtered[0, j])
-            cy += step[j] * (good[1, j] - filtered[1, j])
-            cz += step[j] * (good[2, j] - filtered[2, j])
-    share = 1.0 / h.joints if h.center < 0 else 1.0
-    for j in range(h.joints):
-        x = step[j] * (good[0, j] - filtered[0, j])
-        y = step[j] * (good[1, j] - filtered[1, j])
-        z = step[j] * (good[2, j] - filtered[2, j])
-        filtered[0, j] += x
-        filtered[1, j] += y
-        filtered[2, j] += z
-        x, y, z = x - cx * share, y - cy * share, z - cz * share
-        step[j] = np.sqrt(x * x + y * y + z * z)
-    return lane_sum(step)
+            body[k + STEP] = np.sqrt(x * x + y * y + z * z)
+        else:
+            x = y = z = 0.0
+        body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
+        _hold(body, k)
+    return line_sum(h, body, STEP) * h.moving_joints / moving if moving > 0 else 0.0
 
 
 def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:

@@ -13,24 +13,20 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.body import body_size
+
 PATH_JOINTS = 5  # joints named as active in a segment
 LANES = 8  # joints are padded to a multiple of this, so that loops over joints vectorise
 
 # What a frame's arrays hold, by region: (name, dtype). Sizes are given by `region_sizes`.
 REGIONS: tuple[tuple[str, str], ...] = (
+    ("body", "f4"),  # positions and displacements of the joints, see body.py
     ("seen", "f8"),  # (lanes,) s, when each joint was last there; -inf if never
-    ("good", "f8"),  # (3, lanes) m, each joint where it was last there, in the source's space
     ("filtered", "f8"),  # (6, lanes) m and m/s, One-Euro filter
-    ("past", "f8"),  # (9, lanes) m, joints in the last frame, their displacements, these smoothed (noise)
-    (
-        "step",
-        "f8",
-    ),  # (3, lanes) m, path of each joint relative to the centre: in this frame, in the last; room
-    ("pose", "f8"),  # (4, lanes) last frame's features: m relative to the centre (3), log speed (1)
+    ("pose", "f4"),  # (4, lanes) last frame's features as one array, see body.flatten
     ("ring_time", "f8"),  # (ring,) s, ends of the displacements in the velocity window
     ("ring_step", "i8"),  # (ring,) 2^-40 m, those displacements summed over the joints
     ("average", "i8"),  # (smoothing_window,) 2^-40 m, velocities under the moving average
-    ("mean_pose", "f8"),  # (3, lanes) m, slow mean of the pose (tempo)
     ("slots", "f8"),  # (slots, slot) summaries of segments, see summary.py
     ("free", "i8"),  # (slots,) stack of unused slots
     ("order", "i8"),  # (W + 2,) slots of the window's segments, from left to right
@@ -64,10 +60,9 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("joints", "i8"),
     ("lanes", "i8"),
     ("center", "i8"),  # index of the root, -1 for the centroid
+    ("flat", "i8"),  # whether the similarity takes the pose as one array
     ("moving_joints", "i8"),  # joints that can move relative to the centre
     ("filter_lanes", "i8"),  # lanes, or 0 without a One-Euro filter
-    ("noise_lanes", "i8"),  # lanes, or 0 without a noise margin
-    ("tempo_lanes", "i8"),  # lanes, or 0 without tempo
     ("average_size", "i8"),
     ("ring", "i8"),
     ("slot", "i8"),
@@ -75,6 +70,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("memo_size", "i8"),
     ("trail_size", "i8"),
     ("capacity", "i8"),  # W
+    ("most_events", "i8"),  # that one frame, or the end of a take, can cause
     # Settings; the row's own, so that a level can move while others stay.
     ("window", "f8"),
     ("smoothing", "i8"),
@@ -87,13 +83,13 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("range_max", "f8"),
     ("range_half_life", "f8"),
     ("range_floor", "f8"),  # m, for all joints together
-    ("noise_margin", "f8"),
+    ("noise_margin", "f8"),  # 0 if it is off
     ("max_gap", "f8"),
     ("max_speed", "f8"),
     ("max_pause", "f8"),
     ("hold", "f8"),
     ("level", "f8"),
-    ("pace", "f8"),  # tempo factor: costs are divided by it
+    ("pace", "f8"),  # tempo factor of the last ranking: costs are divided by it
     ("location", "i8"),
     ("refine", "f8"),
     ("pre_roll", "f8"),
@@ -131,6 +127,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("noise_time", "f8"),  # s, since the last frame that was not a repetition
     ("noise_span", "f8"),  # s, that the following leaky sums stand for
     ("noise_path", "f8"),  # m
+    ("noise_squares", "f8"),  # m², of the last displacements
     ("noise_turn", "f8"),  # s, correlation of successive displacements
     ("noise", "f8"),  # m/s, path of the noise of all joints
     ("noise_floor", "f8"),  # m, the range does not fall below it
@@ -154,6 +151,8 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("slot_settled", "i8"),
     ("slot_since", "i8"),
     ("slot_run", "i8"),
+    ("fed", "i8"),  # slot that the sums in the body belong to
+    ("waiting", "i8"),  # frames in them
     ("pending_time", "f8"),  # s, of the last frame, which is in no summary yet
     ("pending_weight", "f8"),  # s
     ("pending_moving", "i8"),
@@ -176,9 +175,6 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("left_ordinal", "i8"),
     ("has_before", "i8"),  # whether slot_before holds the segment before the window
     ("slot_before", "i8"),
-    # Tempo.
-    ("tempo_spread", "f8"),
-    ("tempo_speed", "f8"),
     ("due_time", "f8"),  # s, when the oldest undecided key frame must be decided; inf if there is none
     # Trail of poses for the location step.
     ("trail_head", "i8"),
@@ -200,7 +196,6 @@ class Shape(msgspec.Struct, frozen=True):
         window: W.
         smoothing_window: Frames under the moving average; 0 if off.
         one_euro: Whether the joints are filtered.
-        tempo: Whether the tempo is followed.
         trail: Poses kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
     """
@@ -211,8 +206,6 @@ class Shape(msgspec.Struct, frozen=True):
     window: int
     smoothing_window: int
     one_euro: bool
-    noise: bool
-    tempo: bool
     trail: int
     counted: bool
 
@@ -240,16 +233,13 @@ class Shape(msgspec.Struct, frozen=True):
         """Return the number of items of each region."""
         lanes, window = self.lanes, self.window
         return {
+            "body": body_size(self.joints),
             "seen": lanes,
-            "good": 3 * lanes,
             "filtered": 6 * lanes * self.one_euro,
-            "past": 9 * lanes * self.noise,
-            "step": 3 * lanes,
             "pose": 4 * lanes,
             "ring_time": self.ring,
             "ring_step": self.ring,
             "average": self.smoothing_window,
-            "mean_pose": 3 * lanes * self.tempo,
             "slots": self.slots * self.slot,
             "free": self.slots,
             "order": window + 2,

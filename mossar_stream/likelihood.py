@@ -14,6 +14,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.body import (
+    LOG_SPEED,
+    PAGE,
+    PAGE_SIZE,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    SQUARE_SPEED,
+    SQUARE_X,
+    SQUARE_Y,
+    SQUARE_Z,
+    STEP_BEFORE,
+    SUM_PATH,
+    SUM_SPEED,
+    SUM_X,
+    SUM_Y,
+    SUM_Z,
+)
 from mossar_stream.compiled import compiled
 from mossar_stream.layout import LANES
 from mossar_stream.settings import ResolvedSettings
@@ -74,36 +92,94 @@ def slot_size(params: NDArray[np.void]) -> int:
     return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // LANES) * LANES
 
 
+def takes_pose(params: NDArray[np.void]) -> bool:
+    """Tell whether `add_frame` looks at the pose as one array: for distances."""
+    return bool(params["offsets"][0])
+
+
 def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
     """Tell whether summaries from outside can be worked on; nothing in these is used as an index."""
     return True
 
 
 @compiled
-def add_frame(params, slot, pose, step, joints, time, weight, moving):
-    """Add one frame to a summary.
+def add_frame(params, slot, body, pose, joints, time, weight, moving):
+    """Add one frame to a summary; positions, speeds and paths wait in the body for `pour`.
+
+    Args:
+        params: Record of `make_params`.
+        slot: The summary.
+        body: See body.py.
+        pose: (4, lanes), m relative to the centre in 3 rows; needed for distances only.
+        joints: J.
+        time: s, of the frame; what matters here is only how long it lasts.
+        weight: s that the frame stands for.
+        moving: Whether it is in a moving period.
+    """
+    slot[FRAMES] += 1.0
+    slot[MOVING] += moving
+    slot[DURATION] += weight
+    lanes = pose.shape[1]
+    for first in range(0, lanes, PAGE):
+        _gather(body[first // PAGE * PAGE_SIZE :], min(PAGE, lanes - first), np.float32(weight))
+    if params.offsets > 0:
+        _add_pairs(params, slot, pose, joints, weight)
+
+
+@compiled
+def _gather(page, count, weight):
+    """Add the features of a page's joints to the sums that wait."""
+    for j in range(count):
+        x, y, z, speed = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z], page[j + LOG_SPEED]
+        page[j + SUM_X] += weight * x
+        page[j + SUM_Y] += weight * y
+        page[j + SUM_Z] += weight * z
+        page[j + SUM_SPEED] += weight * speed
+        page[j + SQUARE_X] += weight * x * x
+        page[j + SQUARE_Y] += weight * y * y
+        page[j + SQUARE_Z] += weight * z * z
+        page[j + SQUARE_SPEED] += weight * speed * speed
+        page[j + SUM_PATH] += page[j + STEP_BEFORE]
+
+
+@compiled
+def pour(params, slot, body, lanes):
+    """Add the sums that wait to a summary, and empty them."""
+    for first in range(0, lanes, PAGE):
+        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, lanes - first)
+        _pour(slot[PATH + first : PATH + first + count], page[SUM_PATH : SUM_PATH + PAGE])
+        at = params.start + first
+        for axis in range(4):
+            if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
+                begin = SUM_X + axis * PAGE
+                _pour(slot[at : at + count], page[begin : begin + PAGE])
+                begin = SQUARE_X + axis * PAGE
+                squares = at + params.dimensions
+                _pour(slot[squares : squares + count], page[begin : begin + PAGE])
+                at += lanes
+        sums = page[SUM_X : SUM_PATH + PAGE]
+        for i in range(len(sums)):
+            sums[i] = 0.0
+
+
+@compiled
+def _pour(sums, waiting):
+    for j in range(len(sums)):
+        sums[j] += waiting[j]
+
+
+@compiled
+def add_pose(params, slot, pose, joints, time, weight):
+    """Add a pose alone, or take it out: to the duration and the sums, not to frames and paths.
 
     Args:
         params: Record of `make_params`.
         slot: The summary.
         pose: (4, lanes) m relative to the centre (3) and log speed (1).
-        step: (lanes,) m, path of each joint in this frame.
         joints: J.
-        time: s, of the frame; what matters here is only how long it lasts.
-        weight: s that the frame stands for; negative to take a frame out.
-        moving: Whether it is in a moving period.
+        time: s, of the pose; what matters here is only how long it lasts.
+        weight: s that the pose stands for; negative to take it out.
     """
-    slot[FRAMES] += 1.0
-    slot[MOVING] += moving
-    path = slot[PATH : PATH + len(step)]
-    for j in range(len(step)):
-        path[j] += step[j]
-    add_pose(params, slot, pose, joints, time, weight)
-
-
-@compiled
-def add_pose(params, slot, pose, joints, time, weight):
-    """Add the pose alone: to the duration and the sums, not to frames and paths."""
     slot[DURATION] += weight
     lanes = pose.shape[1]
     # Loops over slices: an index with an offset would be tested for its sign and not vectorise.
@@ -112,31 +188,30 @@ def add_pose(params, slot, pose, joints, time, weight):
     at = 0
     for axis in range(4):
         if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-            _add(sums[at : at + lanes], squares[at : at + lanes], pose[axis], weight)
+            _add_values(sums[at : at + lanes], squares[at : at + lanes], pose[axis], weight)
             at += lanes
-    for row in range(params.offsets):
-        # The joint pairs (i, i + k mod J), in two runs without a wrap inside.
-        k = 1 + row * params.stride
-        _add_distances(
-            sums[at : at + joints - k],
-            squares[at : at + joints - k],
-            pose[:, : joints - k],
-            pose[:, k:joints],
-            weight,
-        )
-        wrapped = at + joints - k
-        _add_distances(
-            sums[wrapped : at + joints],
-            squares[wrapped : at + joints],
-            pose[:, joints - k : joints],
-            pose[:, :k],
-            weight,
-        )
-        at += lanes
+    if params.offsets > 0:
+        _add_pairs(params, slot, pose, joints, weight)
 
 
 @compiled
-def _add(sums, squares, values, weight):
+def _add_pairs(params, slot, pose, joints, weight):
+    """Add the distances of the joint pairs (i, i + k mod J), in two runs without a wrap inside."""
+    sums = slot[params.start : params.start + params.dimensions]
+    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    at = params.positions + params.speeds
+    for row in range(params.offsets):
+        k = 1 + row * params.stride
+        wrapped = at + joints - k
+        one, other = sums[at:wrapped], squares[at:wrapped]
+        _add_distances(one, other, pose[:, : joints - k], pose[:, k:joints], weight)
+        one, other = sums[wrapped : at + joints], squares[wrapped : at + joints]
+        _add_distances(one, other, pose[:, joints - k : joints], pose[:, :k], weight)
+        at += pose.shape[1]
+
+
+@compiled
+def _add_values(sums, squares, values, weight):
     for j in range(len(values)):
         weighted = weight * values[j]
         sums[j] += weighted
@@ -168,39 +243,53 @@ def close(params, slot):
     duration = slot[DURATION]
     if duration <= SHORTEST:
         return
-    first, second = params.start, params.start + params.dimensions
-    at = 0
+    sums = slot[params.start : params.start + params.dimensions]
+    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    speeds, distances = params.positions, params.positions + params.speeds
     total = 0.0
-    if params.positions > 0:
-        size = params.positions
-        total += params.position_weight * _log_sum(slot, first, second, size, duration, params.position_floor)
-        at += size
-    if params.speeds > 0:
-        size = params.speeds
-        total += params.speed_weight * _log_sum(
-            slot, first + at, second + at, size, duration, params.speed_floor
+    if speeds > 0:
+        total += params.position_weight * _log_sum(
+            sums[:speeds], squares[:speeds], duration, params.position_floor
         )
-        at += size
+    if distances > speeds:
+        total += params.speed_weight * _log_sum(
+            sums[speeds:distances], squares[speeds:distances], duration, params.speed_floor
+        )
     if params.offsets > 0:
-        size = params.dimensions - at
         total += params.distance_weight * _log_sum(
-            slot, first + at, second + at, size, duration, params.distance_floor
+            sums[distances:], squares[distances:], duration, params.distance_floor
         )
     slot[TERM] = duration * total
 
 
 @compiled
-def _log_sum(slot, first, second, size, duration, floor):
-    """Σ log(σ² + floor): one logarithm for the product of sixteen variances instead of sixteen logarithms."""
+def _log_sum(sums, squares, duration, floor):
+    """Σ log(σ² + floor): one logarithm for a product of up to 24 variances, in eight lanes.
+
+    No product overflows: a variance lies between the least floor, 1e-12, and 1e10 m².
+    """
     scale = 1.0 / duration
     total = 0.0
-    for block in range(0, size, 16):
-        product = 1.0
-        for i in range(block, min(block + 16, size)):
-            mean = slot[first + i] * scale
-            product *= max(slot[second + i] * scale - mean * mean, 0.0) + floor
-        total += np.log(product)
+    for block in range(0, len(sums), 96):
+        a = b = c = d = e = f = g = k = 1.0
+        for i in range(block, min(block + 96, len(sums)), 8):
+            s, q = sums[i : i + 8], squares[i : i + 8]
+            a *= _variance(s[0], q[0], scale) + floor
+            b *= _variance(s[1], q[1], scale) + floor
+            c *= _variance(s[2], q[2], scale) + floor
+            d *= _variance(s[3], q[3], scale) + floor
+            e *= _variance(s[4], q[4], scale) + floor
+            f *= _variance(s[5], q[5], scale) + floor
+            g *= _variance(s[6], q[6], scale) + floor
+            k *= _variance(s[7], q[7], scale) + floor
+        total += (np.log(a * e) + np.log(c * g)) + (np.log(b * f) + np.log(d * k))
     return total
+
+
+@compiled
+def _variance(total, squares, scale):
+    mean = total * scale
+    return max(squares * scale - mean * mean, 0.0)
 
 
 @compiled

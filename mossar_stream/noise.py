@@ -17,6 +17,23 @@ Recordings with little noise, and performers who never rest, go through unchange
 
 import numpy as np
 
+from mossar_stream.body import (
+    LAST_X,
+    LAST_Y,
+    LAST_Z,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    PAGE,
+    PAGE_SIZE,
+    SMOOTH_X,
+    SMOOTH_Y,
+    SMOOTH_Z,
+    STEP,
+    WORK,
+    lane_sum,
+    line_sum,
+)
 from mossar_stream.compiled import compiled
 
 MEMORY = 0.15  # s, time constant of the averages
@@ -27,75 +44,77 @@ SLOWEST = 0.1  # s, time constant of the smoothing
 
 
 @compiled
-def calm_noise(h, body, past, step, displacement, dt):
+def calm_noise(h, body, displacement, dt):
     """Take a frame in, set `h.noise_floor`, and return the frame's path with the noise smoothed out of it.
 
     Args:
         h: Header of the row.
-        body: (3, lanes) m, the joints.
-        past: (9, lanes) m: the joints in the frame before, their last displacements, and these smoothed.
-        step: (lanes,) m, path of each joint in this frame.
+        body: Displacements of the joints, now, before, and smoothed; 0 where one is missing or back after a gap.
         displacement: m, path of all; repeated frames have none and say nothing.
         dt: s since the last frame, 0 for the first.
 
     Returns:
         Path of all joints, m.
     """
-    turned = _compare(h, body, past, step, displacement > 0.0 or dt <= 0.0)
     h.noise_time += dt
-    if displacement > 0.0 and h.noise_time > 0.0:
-        _listen(h, turned, displacement)
+    if displacement > 0.0 or dt <= 0.0:
+        turned = _turned(h, body)
+        if h.noise_time > 0.0:
+            _listen(h, turned, displacement)
     if dt <= 0.0 or not _is_loud(h):
         h.noise_floor = 0.0
         h.noise_smooth = 0
         return displacement
-    return _smooth(h, past, step, displacement, dt)
+    return _smooth(h, body, displacement, dt)
 
 
 @compiled
-def _compare(h, body, past, step, fresh):
-    """Set this frame's displacements and return their correlation with the last ones."""
-    cx = cy = cz = 0.0
-    for j in range(h.joints):
-        if h.center < 0 or j == h.center:
-            cx += body[0, j] - past[0, j]
-            cy += body[1, j] - past[1, j]
-            cz += body[2, j] - past[2, j]
-    if h.center < 0:
-        cx, cy, cz = cx / h.joints, cy / h.joints, cz / h.joints
-    square = last = turned = 0.0
-    for j in range(h.joints):
-        # Joints that are missing, or back after a gap, have no path.
-        there = 1.0 if step[j] > 0.0 else 0.0
-        x = there * (body[0, j] - past[0, j] - cx)
-        y = there * (body[1, j] - past[1, j] - cy)
-        z = there * (body[2, j] - past[2, j] - cz)
-        past[0, j], past[1, j], past[2, j] = body[0, j], body[1, j], body[2, j]
-        if fresh:
-            square += x * x + y * y + z * z
-            last += past[3, j] ** 2 + past[4, j] ** 2 + past[5, j] ** 2
-            turned += x * past[3, j] + y * past[4, j] + z * past[5, j]
-            past[3, j], past[4, j], past[5, j] = x, y, z
-    scale = np.sqrt(square * last)
-    return turned / scale if scale > 0.0 else 0.0
+def _turned(h, body):
+    """Return the correlation of the displacements with the last ones, and keep them."""
+    product = squares = 0.0
+    for first in range(0, h.lanes, PAGE):
+        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first)
+        _turn(page, count)
+        product += lane_sum(page[WORK : WORK + count])
+        _square(page, count)
+        squares += lane_sum(page[WORK : WORK + count])
+    scale = np.sqrt(squares * h.noise_squares)
+    h.noise_squares = squares
+    return product / scale if scale > 0.0 else 0.0
+
+
+@compiled
+def _turn(page, count):
+    for j in range(count):
+        x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
+        page[j + WORK] = x * page[j + LAST_X] + y * page[j + LAST_Y] + z * page[j + LAST_Z]
+        page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
+
+
+@compiled
+def _square(page, count):
+    for j in range(count):
+        page[j + WORK] = page[j + STEP] * page[j + STEP]
 
 
 @compiled
 def _listen(h, turned, displacement):
     """Take the path of a frame for noise if joints keep turning back."""
-    keep = MEMORY / (MEMORY + h.noise_time)
-    h.noise_span = keep * (h.noise_span + h.noise_time)
+    time = h.noise_time
+    keep = MEMORY / (MEMORY + time)
+    h.noise_span = keep * (h.noise_span + time)
     h.noise_path = keep * (h.noise_path + displacement)
-    h.noise_turn = keep * (h.noise_turn + turned * h.noise_time)
-    # The average of few frames may be too low.
-    mean = h.noise_path / h.noise_span * (1.0 + DOUBT * h.noise_time / h.noise_span)
-    h.noise_heard += h.noise_time
+    h.noise_turn = keep * (h.noise_turn + turned * time)
+    h.noise_heard += time
     h.noise_time = 0.0
-    if h.noise_turn < TURNED * h.noise_span:
+    is_noise = h.noise_turn < TURNED * h.noise_span
+    if is_noise:
         h.noise_known = 1
-        h.noise = mean
+    if is_noise or (h.noise_known == 0 and h.noise_heard < FIRST):
+        # The average of few frames may be too low.
+        h.noise = h.noise_path / h.noise_span * (1.0 + DOUBT * time / h.noise_span)
     elif h.noise_known == 0:
-        h.noise = mean if h.noise_heard < FIRST else 0.0
+        h.noise = 0.0
 
 
 @compiled
@@ -105,7 +124,7 @@ def _is_loud(h):
 
 
 @compiled
-def _smooth(h, past, step, displacement, dt):
+def _smooth(h, body, displacement, dt):
     """Smooth the displacements as far as the noise calls for, set the floor for what is left, return the path.
 
     A weight of a for the newest displacement leaves a/√(2 - a) of the path of white noise.
@@ -118,12 +137,18 @@ def _smooth(h, past, step, displacement, dt):
     keep = 1.0 - share if h.noise_smooth == 1 else 0.0
     h.noise_smooth = 1
     take = share if displacement > 0.0 else 0.0
-    raw = smooth = 0.0
-    for j in range(h.joints):
-        x = keep * past[6, j] + take * past[3, j]
-        y = keep * past[7, j] + take * past[4, j]
-        z = keep * past[8, j] + take * past[5, j]
-        past[6, j], past[7, j], past[8, j] = x, y, z
-        smooth += np.sqrt(x * x + y * y + z * z)
-        raw += step[j]
+    for first in range(0, h.lanes, PAGE):
+        count = min(PAGE, h.lanes - first)
+        _follow(body[first // PAGE * PAGE_SIZE :], count, np.float32(keep), np.float32(take))
+    raw, smooth = line_sum(h, body, STEP), line_sum(h, body, WORK)
     return smooth * displacement / raw if raw > 0.0 else smooth
+
+
+@compiled
+def _follow(page, count, keep, take):
+    for j in range(count):
+        x = keep * page[j + SMOOTH_X] + take * page[j + LAST_X]
+        y = keep * page[j + SMOOTH_Y] + take * page[j + LAST_Y]
+        z = keep * page[j + SMOOTH_Z] + take * page[j + LAST_Z]
+        page[j + SMOOTH_X], page[j + SMOOTH_Y], page[j + SMOOTH_Z] = x, y, z
+        page[j + WORK] = np.sqrt(x * x + y * y + z * z)

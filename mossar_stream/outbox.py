@@ -1,10 +1,10 @@
 """Outbox: the buffer through which compiled code hands events out.
 
-Record 0 counts the others. `events.py` has the records that users see; `decode` makes them.
+Record 0 counts the others. `events.py` has the records that users see; `empty_outbox` makes them.
 """
 
-import math
-from typing import Any
+from collections.abc import Mapping
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from mossar_stream.events import (
     KEY_FRAME_STATUSES,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
+    Event,
     KeyFrameEvent,
     SegmentEvent,
 )
@@ -31,15 +32,17 @@ EVENT = np.dtype(
         ("id", "i8"),  # Algorithm 2's frame; of a segment the start's
         ("end_id", "i8"),  # of a segment the end's
         ("frame", "i8"),
-        ("time", "f8"),
         ("until_frame", "i8"),  # decided_frame; of a segment end_frame
+        ("decided", "i8"),
+        ("time", "f8"),
         ("until_time", "f8"),
         ("velocity", "f8"),
         ("strength", "f8"),  # of a segment its similarity; NaN for None
-        ("decided", "i8"),
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
+FIELDS = EVENT.itemsize // 8
+NUMBERS = slice(11, 15)  # the floating-point fields
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
@@ -50,10 +53,9 @@ UNDECIDED, DECIDED = np.int64(0), np.int64(1)
 UNKNOWN_STRENGTH = np.float64(np.nan)
 
 
-def make_outbox(most: int) -> tuple[NDArray[np.uint8], NDArray[np.void]]:
-    """Return an outbox for `most` events: its bytes for compiled code, and its records."""
-    raw = np.zeros((most + 1) * EVENT.itemsize, np.uint8)
-    return raw, raw.view(EVENT)
+def make_outbox(most: int) -> NDArray[np.uint8]:
+    """Return an outbox for `most` events."""
+    return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
 
 
 @compiled
@@ -85,58 +87,61 @@ def put_key_frame(h, events, status, kind, identity, frame, time, velocity, stre
     event.until_time = h.time
 
 
-def decode(
-    rows: list[tuple[Any, ...]],
-    performer: str,
-    names: tuple[str, ...],
-) -> list[KeyFrameEvent | SegmentEvent]:
-    """Return the events for records of the outbox.
+def empty_outbox(
+    outbox: NDArray[np.uint8],
+    performers: Mapping[int, str],
+    joints: tuple[str, ...],
+) -> list[Event]:
+    """Return the events in an outbox, and empty it.
 
     Args:
-        rows: Records as tuples (`records.tolist()`), all of one performer.
-        performer: Its name.
-        names: Names of the joints.
+        outbox: Its bytes.
+        performers: Names by row.
+        joints: Their names.
     """
-    return [decode_one(row, performer, names) for row in rows]
+    table = outbox.view(np.int64).reshape(-1, FIELDS)
+    count = int(table[0, 0])
+    if not count:
+        return []
+    table[0, 0] = 0
+    used = slice(1, count + 1)
+    # Plain columns are several times quicker to turn into Python's numbers than records.
+    integers = table[used, : NUMBERS.start].tolist()
+    numbers = outbox.view(np.float64).reshape(-1, FIELDS)[used, NUMBERS].tolist()
+    active = table[used, NUMBERS.stop :].tolist()
+    return [
+        _key_frame(performers[own[0]], own, values)
+        if own[1] == KEY_FRAME
+        else _segment(performers[own[0]], own, values, tuple([joints[j] for j in moved if j >= 0]))
+        for own, values, moved in zip(integers, numbers, active, strict=True)
+    ]
 
 
-def decode_one(row: tuple[Any, ...], performer: str, names: tuple[str, ...]) -> KeyFrameEvent | SegmentEvent:
-    """Return the event for one record of the outbox."""
-    (
-        _,
-        code,
-        status,
-        nature,
-        take,
-        rev,
-        start,
-        end,
-        frame,
-        time,
-        until,
-        until_time,
-        velocity,
-        strength,
-        decided,
-        *joints,
-    ) = row
-    value = None if math.isnan(strength) else strength
-    if code == KEY_FRAME:
-        return KeyFrameEvent(
-            performer=performer,
-            id=f"{performer}/{take}/{start}",
-            rev=rev,
-            status=KEY_FRAME_STATUSES[status],
-            decided=decided == 1,
-            kind=KEY_FRAME_KINDS[nature],
-            take=take,
-            frame=frame,
-            time=time,
-            decided_frame=until,
-            decided_time=until_time,
-            velocity=velocity,
-            strength=value,
-        )
+def _key_frame(performer: str, integers: list[int], numbers: list[float]) -> KeyFrameEvent:
+    _, _, status, nature, take, rev, name, _, frame, until, decided = integers
+    time, until_time, velocity, strength = numbers
+    return KeyFrameEvent(
+        performer=performer,
+        id=f"{performer}/{take}/{name}",
+        rev=rev,
+        status=KEY_FRAME_STATUSES[status],
+        decided=decided == 1,
+        kind=KEY_FRAME_KINDS[nature],
+        take=take,
+        frame=frame,
+        time=time,
+        decided_frame=until,
+        decided_time=until_time,
+        velocity=velocity,
+        strength=None if isnan(strength) else strength,
+    )
+
+
+def _segment(
+    performer: str, integers: list[int], numbers: list[float], active: tuple[str, ...]
+) -> SegmentEvent:
+    _, _, status, nature, take, rev, start, end, frame, until, _ = integers
+    time, until_time, _, similarity = numbers
     return SegmentEvent(
         performer=performer,
         id=f"{performer}/{take}/{start}-{end}",
@@ -148,6 +153,6 @@ def decode_one(row: tuple[Any, ...], performer: str, names: tuple[str, ...]) -> 
         end_frame=until,
         start_time=time,
         end_time=until_time,
-        active_joints=tuple(names[j] for j in joints if j >= 0),
-        similarity=value,
+        active_joints=active,
+        similarity=None if isnan(similarity) else similarity,
     )

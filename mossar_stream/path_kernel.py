@@ -23,10 +23,11 @@ joint and the list of edges. TERM is K of the segment with itself.
 
 import numba
 import numpy as np
-from numba import float64, void
+from numba import float32, float64, void
 from numpy.typing import NDArray
 
 from mossar_stream.apart import apart, publish
+from mossar_stream.body import STEP_BEFORE, place
 from mossar_stream.compiled import compiled
 from mossar_stream.errors import SettingsError
 from mossar_stream.graph import add_distances, merge_distances, set_edges
@@ -115,15 +116,19 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
     for name, size in parts.items():
         p[name] = at
         at += -(-int(size) // LANES) * LANES
-    publish(
-        "mossar.coarsen", "mossar.add", "mossar.merge", "mossar.kernel", "mossar.close", "mossar.strength"
-    )
+    for name in ("coarsen", "add", "merge", "kernel", "close", "strength"):
+        publish(f"mossar.{name}")
     return np.array([p], PATH_KERNEL)
 
 
 def slot_size(params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return int(params["size"][0])
+
+
+def takes_pose(_params: NDArray[np.void]) -> bool:
+    """Tell whether `add_frame` looks at the pose as one array: it does."""
+    return True
 
 
 def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
@@ -158,14 +163,14 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
 
 
 @compiled
-def add_frame(params, slot, pose, step, joints, time, weight, moving):
+def add_frame(params, slot, body, pose, joints, time, weight, moving):
     """Add one frame to a summary.
 
     Args:
         params: Record of `make_params`.
         slot: The summary.
+        body: See body.py.
         pose: (4, lanes), of which 3 rows are m relative to the centre.
-        step: (lanes,) m, path of each joint in this frame.
         joints: J.
         time: s, of the frame.
         weight: s that the frame stands for.
@@ -174,7 +179,7 @@ def add_frame(params, slot, pose, step, joints, time, weight, moving):
     slot[FRAMES] += 1.0
     slot[MOVING] += moving
     for j in range(joints):
-        slot[PATH + j] += step[j]
+        slot[PATH + j] += body[place(j) + STEP_BEFORE]
     _add(params, slot, pose, time, weight)
 
 
@@ -182,6 +187,11 @@ def add_frame(params, slot, pose, step, joints, time, weight, moving):
 def add_pose(params, slot, pose, joints, time, weight):
     """Add the pose alone: to the duration and the sums, not to frames and paths."""
     _add(params, slot, pose, time, weight)
+
+
+@compiled
+def pour(params, slot, body, lanes):
+    """Do nothing; every frame went into its summary at once."""
 
 
 @compiled
@@ -212,7 +222,7 @@ def similarity(params, cost, left, right):
     return max(0.0, 1.0 - cost / scale) if scale > 0.0 else 1.0
 
 
-@apart("mossar.add", void(_PARAMS, _SLOT, float64[:, ::1], float64, float64))
+@apart("mossar.add", void(_PARAMS, _SLOT, float32[:, ::1], float64, float64))
 def _add(params, slot, pose, time, weight):
     if weight > 0.0:
         add_moments(params, slot, pose, time, weight)

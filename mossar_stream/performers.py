@@ -1,8 +1,15 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mossar_stream.block import Plan
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.pages import Pages, push_block
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -32,6 +39,7 @@ class Performers:
         self._settings = settings or Settings()
         self._level = self._settings.level
         self._most = most
+        self._pages: dict[tuple[Skeleton, float | None], Pages] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
 
     def __contains__(self, performer: str) -> bool:
@@ -54,7 +62,7 @@ class Performers:
         return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
-        """Take note of a performer, or of its new skeleton, which ends its take.
+        """Take note of a performer, or of its new skeleton, which ends its take; the next one has the next number.
 
         Args:
             performer: Name.
@@ -71,11 +79,22 @@ class Performers:
         events = self.remove(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self.remove(next(iter(self._segmenters)), "too many performers")
-        segmenter = Segmenter(skeleton, self._settings, name, fps)
+        segmenter = self._pages_for(skeleton, fps).seat(name)
+        if known is not None:
+            segmenter.carry_on(known)
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         self._segmenters[name] = segmenter
         return events
+
+    def _pages_for(self, skeleton: Skeleton, fps: float | None) -> Pages:
+        """Return where performers with this skeleton and rate sit."""
+        key = skeleton, fps
+        if key not in self._pages:
+            if fps is not None:
+                constant_times(0, fps)
+            self._pages[key] = Pages(Plan(skeleton, self._settings, fps))
+        return self._pages[key]
 
     def push(self, frames: Frames) -> list[Event]:
         """Take frames of one performer in and return the events they cause.
@@ -89,6 +108,47 @@ class Performers:
             raise FrameError(f"performer {frames.performer!r} was not announced")
         self._segmenters[name] = segmenter
         return segmenter.push(frames)
+
+    def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
+        """Take as many frames of each of many performers in at once, which is quicker than one after the other.
+
+        Args:
+            performers: P names, each once.
+            positions: (P, n, J, 3), metres, NaN where a joint is missing.
+            times: (P, n), or (n,) for all of them, seconds.
+
+        Returns:
+            The events; those of each performer in order.
+
+        Raises:
+            FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
+                taken in then.
+        """
+        frames = np.require(positions, np.float32, ["C", "W"])
+        moments = np.require(times, np.float64)
+        names = [name if name in self._segmenters else performer_name(name) for name in performers]
+        unknown = [name for name in names if name not in self._segmenters]
+        if unknown or len(set(names)) != len(names):
+            raise FrameError(
+                f"performer {unknown[0]!r} was not announced" if unknown else "a performer is named twice"
+            )
+        if frames.ndim != 4 or len(frames) != len(names) or frames.shape[3] != 3:
+            raise FrameError(
+                f"positions have shape {frames.shape}; {len(names)} performers need ({len(names)}, n, J, 3)"
+            )
+        if moments.shape not in (frames.shape[:2], frames.shape[1:2]):
+            raise FrameError(f"positions have shape {frames.shape} but times {moments.shape}")
+        segmenters = [self._segmenters[name] for name in names]
+        for segmenter in segmenters:
+            if len(segmenter.skeleton) != frames.shape[2]:
+                raise FrameError(
+                    f"positions have {frames.shape[2]} joints; performer {segmenter.performer!r} has "
+                    f"{len(segmenter.skeleton)}"
+                )
+        for name in names:
+            self._segmenters[name] = self._segmenters.pop(name)
+        moments = np.ascontiguousarray(np.broadcast_to(moments, frames.shape[:2]))
+        return push_block(segmenters, frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -105,6 +165,7 @@ class Performers:
             return self._segmenters[performer].change(**changes)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         self._settings = self._settings.replace(**changes)
+        self._pages.clear()
         self._level = level
         changes["level"] = level
         return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
@@ -128,7 +189,22 @@ class Performers:
 
     def remove(self, performer: str, reason: str = "") -> list[Event]:
         """End a performer's take and forget the performer."""
-        return self._segmenters.pop(performer).end_take(reason)
+        segmenter = self._segmenters.pop(performer)
+        events = segmenter.end_take(reason)
+        segmenter.vacate()
+        return events
+
+    def snapshot(self) -> dict[str, bytes]:
+        """Return what all segmenters know, by performer."""
+        return {name: segmenter.snapshot() for name, segmenter in self._segmenters.items()}
+
+    def restore(self, blobs: Mapping[str, bytes]) -> None:
+        """Go on where the segmenters of a snapshot were, in place of those that are here.
+
+        Raises:
+            SnapshotError: If one of them is damaged; nothing is changed then.
+        """
+        self._segmenters = {name: Segmenter.restore(blob) for name, blob in blobs.items()}
 
     @property
     def level(self) -> LevelName | float:

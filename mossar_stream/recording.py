@@ -9,13 +9,20 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import DECIDE, FOLLOW, RANK, act, make_room
+from mossar_stream.act import DECIDE, FOLLOW, RANK
 from mossar_stream.block import Plan, move_row
+from mossar_stream.desk import Desk
 from mossar_stream.errors import FrameError
-from mossar_stream.events import KEY_FRAME_KINDS, KeyFrameEvent, KeyFrameKind, SegmentEvent, SegmentState
+from mossar_stream.events import (
+    KEY_FRAME_KINDS,
+    Event,
+    KeyFrameEvent,
+    KeyFrameKind,
+    SegmentEvent,
+    SegmentState,
+)
 from mossar_stream.frames import constant_times
 from mossar_stream.layout import header, region
-from mossar_stream.outbox import decode, make_outbox
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.state import CurveState, curve_state
@@ -113,7 +120,7 @@ class Result:
         else:
             header(row)["level"] = self._plan.strength(self.settings.replace(level=level).level)
             header(row)["keep"] = self.settings.max_key_frames or 0
-        events = _act(self._plan, row, DECIDE)
+        events = _act(Desk(self._plan), row, DECIDE)
         standing = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
             for e in events
@@ -225,7 +232,7 @@ def _whole_range(
     plan, row, _ = _run(plan, row, frames, times, curves=False)
     h = header(row)
     largest = max(float(h["largest"]), float(h["range_floor"]), np.finfo(float).tiny)
-    if h["noise_lanes"]:
+    if h["noise_margin"]:
         return settings.replace(range="running", range_floor=largest / float(h["moving_joints"]))
     return settings.replace(range="fixed", range_min=0.0, range_max=largest)
 
@@ -241,6 +248,7 @@ def _run(
     """Take all frames in and rank the key frames; return the row, the plan it has grown to, and the curve."""
     done = 0
     states = []
+    desk = Desk(plan)
     while done < len(times):
         until = done + 1 if curves else len(times)
         used, stop = divmod(
@@ -248,15 +256,16 @@ def _run(
         )
         done += used
         if stop == HAPPENED:
-            _act(plan, row, FOLLOW)
+            _act(desk, row, FOLLOW)
             if header(row)["undecided"] == plan.shape.window:
                 plan, row = _grow(plan, row, plan.larger(window=2))
+                desk = Desk(plan)
         elif stop == RING_FULL:
             plan, row = _grow(plan, row, plan.larger(ring=2))
             continue
         if curves:
             states.append(curve_state(row, plan))
-    _act(plan, row, RANK)
+    _act(desk, row, RANK)
     return plan, row, states
 
 
@@ -267,8 +276,7 @@ def _grow(plan: Plan, row: NDArray[np.uint8], larger: Plan) -> tuple[Plan, NDArr
     return larger, new
 
 
-def _act(plan: Plan, row: NDArray[np.uint8], reason: int) -> list[KeyFrameEvent | SegmentEvent]:
+def _act(desk: Desk, row: NDArray[np.uint8], reason: int) -> list[Event]:
     """Let the compiled part do what is due and return its events."""
-    outbox, records = make_outbox(plan.most_events)
-    act(row.reshape(1, -1), 0, plan.params, make_room(plan), outbox, reason)
-    return decode(records[1 : int(records[0]["row"]) + 1].tolist(), "p1", plan.skeleton.names)
+    desk.act(row.reshape(1, -1), 0, reason)
+    return desk.empty({0: "p1"})

@@ -1,15 +1,18 @@
 """Segmenter: frames of one performer in, events out."""
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import END, FOLLOW, LEVEL, act, make_room
+from mossar_stream.act import END, FOLLOW, LEVEL
 from mossar_stream.block import Plan, move_row
+from mossar_stream.desk import Desk
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.layout import header
-from mossar_stream.outbox import decode, make_outbox
+from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
@@ -17,8 +20,16 @@ from mossar_stream.state import CurveState, curve_state
 from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
 FLOAT32 = np.dtype(np.float32)
-ONE_DONE = STOPS + DONE
+ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
+_ROWS = np.zeros(1, np.int64)
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
+
+
+class Seat(Protocol):
+    """A row of a pool."""
+
+    def vacate(self) -> None:
+        """Give the row back."""
 
 
 class Segmenter:
@@ -57,23 +68,76 @@ class Segmenter:
     ) -> None:
         if fps is not None:
             constant_times(0, fps)
-        self.performer = performer_name(performer)
-        self._adopt(Plan(skeleton, settings or Settings(), fps))
-        self._level: LevelName | float = self._plan.given.level
-        self._pending: list[Event] = []
-        _warm_up(self._plan)
+        plan = Plan(skeleton, settings or Settings(), fps)
+        self._begin(plan, performer_name(performer))
+        self._adopt(plan, plan.new_rows(1), Desk(plan))
 
-    def _adopt(self, plan: Plan, row: NDArray[np.uint8] | None = None) -> None:
-        """Take a plan, and a row laid out by it."""
-        self._plan = plan
-        self._params = plan.params
-        self._memory = plan.new_rows(1) if row is None else row.reshape(1, -1)
-        self._header = header(self._memory[0])
-        self._room = make_room(plan)
-        self._outbox, self._records = make_outbox(plan.most_events)
+    def _begin(self, plan: Plan, performer: str) -> None:
+        self.performer = performer
+        self.seat: Seat | None = None
+        self._level: LevelName | float = plan.given.level
+        self._pending: list[Event] = []
         self._one_shape = (len(plan.skeleton), 3)
         self._one_time = np.zeros(1)
+        self._end, self._cursor = np.zeros(1, np.int64), np.zeros(2, np.int64)
+
+    def _adopt(self, plan: Plan, memory: NDArray[np.uint8], desk: Desk) -> None:
+        """Take a plan, a row laid out by it, and a desk for it."""
+        self._plan = plan
+        self._desk = desk
+        self._params = plan.params
+        self._memory = memory
+        self._header = header(memory[0])
+        self._names = {int(self._header["row"]): self.performer}
         self._live = bool(self._header["open"])
+
+    @classmethod
+    def at_row(
+        cls,
+        plan: Plan,
+        memory: NDArray[np.uint8],
+        desk: Desk,
+        performer: str,
+        seat: "Seat | None" = None,
+    ) -> "Segmenter":
+        """Return a segmenter whose state is a row that there is already.
+
+        Args:
+            plan: Of the row.
+            memory: (1, row) bytes, prepared.
+            desk: May be shared with others, if they are used one after the other.
+            performer: Name that events carry.
+            seat: The row's place in a pool.
+        """
+        segmenter = cls.__new__(cls)
+        segmenter._begin(plan, performer)  # noqa: SLF001 - its own class
+        segmenter._adopt(plan, memory, desk)  # noqa: SLF001
+        segmenter.seat = seat
+        return segmenter
+
+    def carry_on(self, other: "Segmenter") -> None:
+        """Number takes and count frames on from another segmenter of the same performer."""
+        self._count_on(other._header)  # noqa: SLF001 - its own class
+
+    def _count_on(self, before: NDArray[np.void]) -> None:
+        for name in ("take", *COUNTERS):
+            self._header[name] = before[name]
+
+    def opened(self) -> StreamEvent:
+        """Return the event that a take has started; for who runs the row of a pool."""
+        self._live = True
+        return self._stream_event("started")
+
+    def take_pending(self) -> list[Event]:
+        """Return the events that wait for the next push."""
+        events, self._pending = self._pending, []
+        return events
+
+    def vacate(self) -> None:
+        """Leave the row of the pool, if the state lies in one."""
+        if self.seat is not None:
+            self.seat.vacate()
+            self.seat = None
 
     @property
     def skeleton(self) -> Skeleton:
@@ -136,14 +200,13 @@ class Segmenter:
         events: list[Event] = []
         if plan.continues(self._plan):
             self._plan = plan
-            plan.prepare(self._memory[0], 0)
+            plan.prepare(self._memory[0], int(self._header["row"]))
         else:
             events = self.end_take("settings changed")
-            kept = {name: self._header[name] for name in ("take", *COUNTERS)}
-            self._adopt(plan)
-            for name, value in kept.items():
-                self._header[name] = value
-            _warm_up(plan)
+            before = self._header.copy()
+            self.vacate()
+            self._adopt(plan, plan.new_rows(1), Desk(plan))
+            self._count_on(before)
         self.level = level
         return events
 
@@ -186,6 +249,11 @@ class Segmenter:
             code = advance(self._memory, 0, self._params, chunk, moments)
             if code == ONE_DONE and not events:
                 return []
+            self._pending = []
+            if code == ONE_HAPPENED:
+                self._act(FOLLOW, events)
+            if code >= STOPS:
+                return events
         elif isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -193,44 +261,35 @@ class Segmenter:
             chunk, moments = self._check(positions, times, confidence, first_frame)
             if first_frame is not None:
                 self._header["next_frame"] = first_frame
-            code = 0 if not len(moments) else self._start(chunk, moments, events)
-        self._pending = []
-        self._go_on(chunk, moments, code, events, first_frame)
+            self._pending = []
+        self._run(chunk, moments, events, first_frame)
         return events
 
-    def _start(self, chunk: NDArray[np.float32], moments: NDArray[np.float64], events: list[Event]) -> int:
-        """Let frames in; if they open a take, say so."""
-        was_open = self._header["open"]
-        code = advance(self._memory, 0, self._params, chunk, moments)
-        if not was_open and self._header["open"]:
-            events.append(self._stream_event("started"))
-            self._live = True
-        return code
-
-    def _go_on(
+    def _run(
         self,
         chunk: NDArray[np.float32],
         moments: NDArray[np.float64],
-        code: int,
         events: list[Event],
         first_frame: int | None,
     ) -> None:
-        """Do what the kernel asks for until the frames are used up."""
-        done, stop = divmod(code, STOPS)
-        while True:
-            if stop == HAPPENED:
-                self._act(FOLLOW, events)
-            elif stop == TAKE_ENDS:
+        """Take frames in, and do what the kernel asks for, until they are used up."""
+        self._end[0] = len(moments)
+        self._cursor[:] = 0
+        stop = OUTBOX_FULL
+        while stop != DONE:
+            was_open = self._header["open"]
+            stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
+            if not was_open and self._header["open"]:
+                events.append(self.opened())
+            events += self._desk.empty(self._names)
+            if stop == TAKE_ENDS:
+                done = int(self._cursor[1])
                 later = moments[done] > self._header["time"]
                 events += self.end_take("gap" if later else "clock stepped back")
                 if first_frame is not None:
                     self._header["next_frame"] = first_frame + done
             elif stop == RING_FULL:
                 self._enlarge()
-            if done == len(moments):
-                return
-            code = self._start(chunk[done:], moments[done:], events)
-            done, stop = done + code // STOPS, code % STOPS
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -241,7 +300,7 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events, self._pending = self._pending, []
+        events = self.take_pending()
         if self._header["open"]:
             ended = self._stream_event("ended", reason)
             self._act(END, events)
@@ -269,12 +328,8 @@ class Segmenter:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
         plan, performer, level, pending, row = unpack_snapshot(blob)
-        segmenter = cls.__new__(cls)
-        segmenter.performer = performer
-        segmenter._adopt(plan, row)  # noqa: SLF001 - its own class
-        segmenter._level = level  # noqa: SLF001
-        segmenter._pending = pending  # noqa: SLF001
-        _warm_up(plan)
+        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer)
+        segmenter._level, segmenter._pending = level, pending  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -314,11 +369,8 @@ class Segmenter:
 
     def _act(self, reason: int, events: list[Event]) -> None:
         """Let the compiled part do what is due and append its events."""
-        act(self._memory, 0, self._params, self._room, self._outbox, reason)
-        count = int(self._records[0]["row"])
-        if count:
-            self._records[0]["row"] = 0
-            events += decode(self._records[1 : count + 1].tolist(), self.performer, self._plan.skeleton.names)
+        self._desk.act(self._memory, 0, reason)
+        events += self._desk.empty(self._names)
 
     def _stream_event(self, change: str, reason: str = "") -> StreamEvent:
         return StreamEvent(performer=self.performer, event=change, take=self.take, reason=reason)  # type: ignore[arg-type]
@@ -326,16 +378,7 @@ class Segmenter:
     def _enlarge(self) -> None:
         """Double the velocity ring: the source is quicker than its nominal rate."""
         plan = self._plan.larger(ring=2)
-        row = plan.new_rows(1)[0]
-        move_row(self._memory[0], self._plan, row, plan)
-        self._adopt(plan, row)
-
-
-def _warm_up(plan: Plan) -> None:
-    """Compile the kernels for this plan's measure, or load them, by a take of two frames."""
-    memory = plan.new_rows(1)
-    room = make_room(plan)
-    outbox, _ = make_outbox(plan.most_events)
-    frames = np.zeros((2, plan.shape.joints, 3), np.float32)
-    advance(memory, 0, plan.params, frames, np.arange(2) / 100.0)
-    act(memory, 0, plan.params, room, outbox, END)
+        memory = plan.new_rows(1)
+        move_row(self._memory[0], self._plan, memory[0], plan)
+        self.vacate()
+        self._adopt(plan, memory, Desk(plan))

@@ -2,8 +2,9 @@
 
 A measure is a module with
 
-    add_frame(params, slot, pose, step, joints, time, weight, moving)
-                                                  one frame into a summary
+    add_frame(params, slot, body, pose, joints, time, weight, moving)
+                                                  one frame into a summary, or into sums in the body that wait
+    pour(params, slot, body, lanes)               the sums that wait into the summary
     add_pose(params, slot, pose, joints, time, weight)
                                                   its pose alone, in or out (weight < 0)
     merge_into(params, target, other)             two neighbours into one summary
@@ -11,7 +12,8 @@ A measure is a module with
     strength(params, left, right, both)           at which the key frame between them falls, >= 0
     similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength
 
-all compiled, on summaries as described in `summary.py`; `are_sound(params, slots)` in plain Python, which looks
+all compiled, on summaries as described in `summary.py`; in plain Python `slot_size(params)`,
+`takes_pose(params)`, whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks
 through summaries that come from outside; and a numpy record type for its parameters. The type of
 the record that is passed selects the module when a kernel is compiled, so that using one measure does not
 compile the others. A new measure is one such module and one row in `MEASURES`.
@@ -44,6 +46,11 @@ def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
     return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
 
 
+def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
+    """Tell whether `add_frame` looks at the pose as one array."""
+    return MEASURES[settings.similarity][0].takes_pose(params)  # type: ignore[no-any-return]
+
+
 def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
     """Tell whether summaries from outside can be worked on."""
     return MEASURES[settings.similarity][0].are_sound(params, slots)  # type: ignore[no-any-return]
@@ -56,13 +63,18 @@ def _chosen(params: types.Record, name: str) -> Callable[..., object]:
     raise TypeError(f"no similarity measure has the parameters {sorted(params.fields)}")
 
 
-def add_frame(params, slot, pose, step, joints, time, weight, moving):
+def add_frame(params, slot, body, pose, joints, time, weight, moving):
     """Add one frame to a summary."""
     raise NotImplementedError
 
 
 def add_pose(params, slot, pose, joints, time, weight):
     """Add a frame's pose to a summary, or take it out."""
+    raise NotImplementedError
+
+
+def pour(params, slot, body, lanes):
+    """Add the sums that wait to a summary."""
     raise NotImplementedError
 
 
@@ -87,13 +99,18 @@ def similarity(params, cost, left, right):
 
 
 @overload(add_frame)
-def _add_frame(params, slot, pose, step, joints, time, weight, moving):
+def _add_frame(params, slot, body, pose, joints, time, weight, moving):
     return _chosen(params, "add_frame")
 
 
 @overload(add_pose)
 def _add_pose(params, slot, pose, joints, time, weight):
     return _chosen(params, "add_pose")
+
+
+@overload(pour)
+def _pour(params, slot, body, lanes):
+    return _chosen(params, "pour")
 
 
 @overload(merge_into)

@@ -34,6 +34,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         "undecided": (0, shape.window),
         "ordinal": (int(h["undecided"]), 2**60),
         "closed": (-1, -1),
+        "fed": (0, shape.slots - 1),
         "happened": (0, 0),
         "has_before": (0, 1),
     }

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
+from mossar_stream.body import LINES, PAGE, POSE_X
 from mossar_stream.layout import header, region
 
 
@@ -20,7 +21,7 @@ class CurveState(msgspec.Struct, frozen=True):
         threshold: θ.
         scale: What 1 is, m of path over the window summed over the joints; 1 with a fixed range.
         moving: Whether this is a moving period.
-        pace: Tempo factor that merge costs are divided by.
+        pace: Tempo factor that merge costs were divided by when key frames were ranked last.
         pose: (J, 3) m relative to the centre.
     """
 
@@ -42,8 +43,8 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     fixed = plan.settings.range == "fixed"
     scale = 1.0 if fixed else max(float(h[name]) for name in ("largest", "range_floor", "noise_floor"))
     per = 1.0 / scale if scale > 0 else 0.0
-    lanes = plan.shape.lanes
-    pose = region(row, plan.shape, "pose").reshape(4, lanes)[:3, : plan.shape.joints].T
+    lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
+    pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
     return CurveState(
         frame=int(h["used_frame"]),
         time=float(h["time"]),

@@ -13,22 +13,38 @@ One compiled call takes a chunk of frames in; it stops early only to ask somethi
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.body import (
+    LIVE,
+    PAGE,
+    PAGE_SIZE,
+    POINT,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    STEP,
+    STEP_BEFORE,
+    X,
+    Y,
+    Z,
+    center_of,
+    flatten,
+)
 from mossar_stream.compiled import compiled, entry_point
-from mossar_stream.joints import filter_joints, first_joints, step_joints
+from mossar_stream.joints import first_joints, step_joints
 from mossar_stream.layout import HEADER, HEADER_BYTES, MARK, MEMO
 from mossar_stream.noise import calm_noise
+from mossar_stream.one_euro import filter_joints
 from mossar_stream.ranges import normalise
 from mossar_stream.similarity import add_pose
 from mossar_stream.splitter import start_curve
 from mossar_stream.take import open_take, split
 from mossar_stream.tempo import follow_tempo, start_tempo
-from mossar_stream.trail import keep_pose, set_log_speeds
+from mossar_stream.trail import follow_speeds, keep_pose
 from mossar_stream.velocity import moving_average, ring_is_full, travel
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
 STOPS = 4
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
-LIVE = np.int64(0)  # no kept pose is later than this one
 MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
 
@@ -58,26 +74,21 @@ def advance(
     h = row[:HEADER_BYTES].view(HEADER)[0]
     lanes, size = h.lanes, h.slot_count
     seen = row[h.at_seen : h.at_seen + 8 * lanes].view(np.float64)
-    good = row[h.at_good : h.at_good + 24 * lanes].view(np.float64).reshape(3, lanes)
+    body = row[h.at_body : h.at_seen].view(np.float32)
     filtered = (
         row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
     )
-    past = row[h.at_past : h.at_past + 72 * h.noise_lanes].view(np.float64).reshape(9, h.noise_lanes)
-    step = row[h.at_step : h.at_step + 24 * lanes].view(np.float64).reshape(3, lanes)
-    pose = row[h.at_pose : h.at_pose + 32 * lanes].view(np.float64).reshape(4, lanes)
+    pose = row[h.at_pose : h.at_pose + 16 * lanes].view(np.float32).reshape(4, lanes)
     ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
     ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
     average = row[h.at_average : h.at_average + 8 * h.average_size].view(np.int64)
-    mean_pose = (
-        row[h.at_mean_pose : h.at_mean_pose + 24 * h.tempo_lanes].view(np.float64).reshape(3, h.tempo_lanes)
-    )
     slots = row[h.at_slots : h.at_slots + 8 * size * h.slot].view(np.float64).reshape(size, h.slot)
     free = row[h.at_free : h.at_free + 8 * size].view(np.int64)
     marks = row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK)
     trail = (
         row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes].view(np.int16).reshape(h.trail_size, 3, lanes)
     )
-    body = filtered if h.smoothing == FILTERED else good
+    points = positions.reshape(-1).view(POINT)
     for i in range(len(times)):
         time = times[i]
         dt = time - h.time
@@ -92,18 +103,20 @@ def advance(
         if h.open == 1 and ring_is_full(h, ring_time, time):
             return STOPS * i + RING_FULL
         first = h.open == 0
+        frame = points[i * h.joints : (i + 1) * h.joints]
         weight = 0.0 if first else min(dt, h.max_gap)
         displacement = 0.0
         if first:
-            open_take(h, free, slots, row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO), time)
-            first_joints(h, seen, good, step[0], positions[i], time)
+            memo = row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO)
+            open_take(h, body, free, slots, memo, time)
+            first_joints(h, seen, body, frame, time)
         else:
             h.gaps += 1 if dt > h.max_gap else 0
-            displacement = step_joints(h, seen, good, step[0], positions[i], time)
+            displacement = step_joints(h, seen, body, frame, time)
         if h.smoothing == FILTERED:
-            displacement = filter_joints(h, good, filtered, step[0], weight)
-        if h.noise_lanes > 0:
-            displacement = calm_noise(h, body, past, step[0], displacement, weight)
+            displacement = filter_joints(h, body, filtered, weight)
+        if h.noise_margin > 0.0:
+            displacement = calm_noise(h, body, displacement, weight)
         velocity = travel(h, ring_time, ring_step, time, displacement)
         if h.smoothing == AVERAGED:
             velocity = moving_average(h, average, velocity)
@@ -115,18 +128,18 @@ def advance(
         if first:
             start_curve(h, value, scale)
         else:
-            split(h, free, slots, params[0], pose, step[1], value, scale)
-        _localise(h, body, pose)
-        set_log_speeds(h, marks, trail, pose, pose[3], time, LIVE)
+            split(h, body, free, slots, params[0], pose, value, scale)
+        _localise(h, body)
+        follow_speeds(h, body, marks, trail, time)
+        if h.flat == 1 or first:
+            flatten(h, body, pose)
         if h.tempo == 1:
             if first:
-                start_tempo(h, mean_pose, pose)
-            follow_tempo(h, mean_pose, pose, step[0], step[2], weight)
+                start_tempo(h, body)
+            follow_tempo(h, body, weight)
         if first and h.pre_roll > 0.0:
             add_pose(params[0], slots[h.slot_settled], pose, h.joints, time, h.pre_roll)
-        keep_pose(h, marks, trail, pose, weight)
-        for j in range(lanes):
-            step[1, j] = step[0, j]
+        keep_pose(h, body, marks, trail, weight)
         h.pending_time = time
         h.pending_weight = weight
         h.pending_moving = h.moving
@@ -136,15 +149,17 @@ def advance(
 
 
 @compiled
-def _localise(h, body, pose):
+def _localise(h, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
-    for axis in range(3):
-        center = 0.0
-        if h.center >= 0:
-            center = body[axis, h.center]
-        else:
-            for j in range(h.joints):
-                center += body[axis, j]
-            center /= h.joints
-        for j in range(h.joints):
-            pose[axis, j] = body[axis, j] - center
+    cx, cy, cz = center_of(h, body)
+    for first in range(0, h.lanes, PAGE):
+        _shift(body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), cx, cy, cz)
+
+
+@compiled
+def _shift(page, count, cx, cy, cz):
+    for j in range(count):
+        page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]
+        page[j + POSE_Y] = (page[j + Y] - cy) * page[j + LIVE]
+        page[j + POSE_Z] = (page[j + Z] - cz) * page[j + LIVE]
+        page[j + STEP_BEFORE] = page[j + STEP]

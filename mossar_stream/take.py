@@ -8,18 +8,22 @@ the next one tells whether it was a minimum. When a candidate is confirmed, `set
 
 import numpy as np
 
+from mossar_stream.body import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.compiled import compiled
-from mossar_stream.similarity import add_frame, merge_into
+from mossar_stream.similarity import add_frame, merge_into, pour
 from mossar_stream.slots import empty_slot, take_slot
 from mossar_stream.splitter import CONFIRMED, CROSSED, REPLACED, WITHDRAWN, follow_curve
 
+MOST_WAITING = 32  # frames, in single precision: their sums are good to a millionth
+
 
 @compiled
-def open_take(h, row_free, slots, memo, time):
+def open_take(h, body, row_free, slots, memo, time):
     """Empty everything that belongs to a take; the running range survives.
 
     Args:
         h: Header of the row.
+        body: See body.py.
         row_free: (slots,) stack of unused slots.
         slots: (slots, slot) summaries.
         memo: Remembered costs.
@@ -39,6 +43,7 @@ def open_take(h, row_free, slots, memo, time):
     h.noise_span = 0.0
     h.noise_path = 0.0
     h.noise_turn = 0.0
+    h.noise_squares = 0.0
     h.happened = 0
     h.undecided = 0
     h.ordinal = 0
@@ -53,6 +58,11 @@ def open_take(h, row_free, slots, memo, time):
     h.closed = -1
     for i in range(len(memo)):
         memo[i].middle = -9
+    for first in range(0, len(body), PAGE_SIZE):
+        sums = body[first + SUM_X : first + SUM_PATH + PAGE]
+        for i in range(len(sums)):
+            sums[i] = 0.0
+    h.waiting = 0
     for i in range(h.slot_count):
         row_free[i] = i
     h.free_count = h.slot_count
@@ -62,16 +72,16 @@ def open_take(h, row_free, slots, memo, time):
 
 
 @compiled
-def split(h, free, slots, params, pose, step, value, scale):
+def split(h, body, free, slots, params, pose, value, scale):
     """Take the next velocity in, give the last frame to its summary, and note what the splitter found.
 
     Args:
         h: Header of the row.
+        body: See body.py; the features are still those of the last frame.
         free: (slots,) stack of unused slots.
         slots: (slots, slot) summaries.
         params: Parameters of the similarity measure.
-        pose: (4, lanes) of the last frame.
-        step: (lanes,) m, of the last frame.
+        pose: (4, lanes) of the last frame, if the measure takes it.
         value: V[t].
         scale: What 1 is on the scale of V.
     """
@@ -81,14 +91,14 @@ def split(h, free, slots, params, pose, step, value, scale):
     goes_on = h.run_length > run_length and happened & CROSSED == 0
     if happened & REPLACED:
         h.former_frame, h.former_time, h.former_share = candidate, time, share
-        settle(h, slots, params)
-    place_last_frame(h, slots, params, pose, step, run_length, goes_on)
+        settle(h, body, slots, params)
+    place_last_frame(h, body, slots, params, pose, run_length, goes_on)
     h.happened = happened
     if happened == 0:
         return
     h.found_frame, h.found_time, h.found_share = h.candidate, h.candidate_time, h.candidate_share
     if happened & WITHDRAWN:
-        settle(h, slots, params)
+        settle(h, body, slots, params)
     if happened & (CROSSED | CONFIRMED):
         h.candidate = -1
         h.closed = h.slot_settled
@@ -97,18 +107,32 @@ def split(h, free, slots, params, pose, step, value, scale):
 
 
 @compiled
-def place_last_frame(h, slots, params, pose, step, run_length, goes_on):
+def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
     """Give the last frame to the summary it belongs to, and the run with it if the run is over."""
     target = h.slot_since if h.candidate >= 0 else h.slot_settled
     slot = h.slot_run if goes_on or run_length > 1 else target
-    add_frame(params, slots[slot], pose, step, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    if slot != h.fed or h.waiting >= MOST_WAITING:
+        pour_waiting(h, body, slots, params)
+        h.fed = slot
+    add_frame(params, slots[slot], body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    h.waiting += 1
     if slot != target and not goes_on:
+        pour_waiting(h, body, slots, params)
         merge_into(params, slots[target], slots[slot])
         empty_slot(slots[slot])
 
 
 @compiled
-def settle(h, slots, params):
+def pour_waiting(h, body, slots, params):
+    """Add the sums that wait to the summary they belong to; before anything else is done with it."""
+    if h.waiting > 0:
+        pour(params, slots[h.fed], body, h.lanes)
+        h.waiting = 0
+
+
+@compiled
+def settle(h, body, slots, params):
     """Give what came since the candidate to what came before it."""
+    pour_waiting(h, body, slots, params)
     merge_into(params, slots[h.slot_settled], slots[h.slot_since])
     empty_slot(slots[h.slot_since])

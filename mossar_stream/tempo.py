@@ -7,54 +7,95 @@ relative to an ordinary tempo, within limits.
 
 import numpy as np
 
+from mossar_stream.body import (
+    MEAN_X,
+    MEAN_Y,
+    MEAN_Z,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    PAGE,
+    PAGE_SIZE,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    SPEED,
+    SPREAD,
+    place,
+)
 from mossar_stream.compiled import compiled
-from mossar_stream.joints import lane_sum
 
 ORDINARY = 0.15  # s
 SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
-HALF_LIFE = 20.0  # s, of the sums
+TIME_CONSTANT = 30.0  # s, of the sums
 MEAN_TIME = 5.0  # s, of the mean pose
 PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
 PRIOR_SPEED = 0.5  # m/s
 
 
 @compiled
-def start_tempo(h, mean_pose, pose):
+def start_tempo(h, body):
     """Begin a take with the prior."""
-    h.tempo_spread = PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
-    h.tempo_speed = PRIOR_TIME * PRIOR_SPEED**2
-    for axis in range(3):
-        for j in range(h.lanes):
-            mean_pose[axis, j] = pose[axis, j]
-    h.pace = 1.0
+    for j in range(h.joints):
+        k = place(j)
+        body[k + MEAN_X], body[k + MEAN_Y], body[k + MEAN_Z] = (
+            body[k + POSE_X],
+            body[k + POSE_Y],
+            body[k + POSE_Z],
+        )
+        body[k + SPREAD] = PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
+        body[k + SPEED] = PRIOR_TIME * PRIOR_SPEED**2
 
 
 @compiled
-def follow_tempo(h, mean_pose, pose, step, work, dt):
-    """Take a frame in and set `h.pace`, the factor that costs are divided by.
+def follow_tempo(h, body, dt):
+    """Take a frame in; the sums are kept by joint and added up when they are needed.
 
     Args:
         h: Header of the row.
-        mean_pose: (3, lanes) m, slow mean of the pose.
-        pose: (4, lanes) m relative to the centre.
-        step: (lanes,) m, path of each joint since the last frame.
-        work: (lanes,) room to work in.
-        dt: s since then.
+        body: See body.py.
+        dt: s since the last frame.
     """
     if dt <= 0.0:
         return
-    keep = np.exp2(-dt / HALF_LIFE)
-    follow = dt / (dt + MEAN_TIME)
-    for j in range(h.lanes):
-        work[j] = 0.0
-    for axis in range(3):
-        for j in range(h.lanes):
-            off = pose[axis, j] - mean_pose[axis, j]
-            mean_pose[axis, j] += follow * off
-            work[j] += off * off
-    spread = lane_sum(work) * (1.0 - follow) ** 2
-    for j in range(h.lanes):
-        work[j] = step[j] * step[j]
-    h.tempo_spread = h.tempo_spread * keep + spread / h.moving_joints * dt
-    h.tempo_speed = h.tempo_speed * keep + lane_sum(work) / h.moving_joints / dt
-    h.pace = min(max(np.sqrt(h.tempo_spread / h.tempo_speed) / ORDINARY, QUICKEST), SLOWEST)
+    share, keep = dt * (1.0 / MEAN_TIME), max(0.0, 1.0 - dt * (1.0 / TIME_CONSTANT))
+    for first in range(0, h.lanes, PAGE):
+        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first)
+        _follow(
+            page,
+            count,
+            np.float32(min(share, 1.0)),
+            np.float32(keep),
+            np.float32(dt),
+            np.float32(1.0 / dt),
+        )
+
+
+@compiled
+def _follow(page, count, share, keep, dt, rate):
+    """Let the means of a page's joints follow, and add to their sums."""
+    for j in range(count):
+        x, y, z = (
+            page[j + POSE_X] - page[j + MEAN_X],
+            page[j + POSE_Y] - page[j + MEAN_Y],
+            page[j + POSE_Z] - page[j + MEAN_Z],
+        )
+        page[j + MEAN_X] += share * x
+        page[j + MEAN_Y] += share * y
+        page[j + MEAN_Z] += share * z
+        page[j + SPREAD] = page[j + SPREAD] * keep + (x * x + y * y + z * z) * dt
+        u, v, w = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
+        page[j + SPEED] = page[j + SPEED] * keep + (u * u + v * v + w * w) * rate
+
+
+@compiled
+def pace(h, body):
+    """Return the factor that costs are divided by."""
+    if h.tempo == 0:
+        return 1.0
+    spread = speed = 0.0
+    for j in range(h.joints):
+        if j != h.center:
+            spread += body[place(j) + SPREAD]
+            speed += body[place(j) + SPEED]
+    return min(max(np.sqrt(spread / speed) / ORDINARY, QUICKEST), SLOWEST)

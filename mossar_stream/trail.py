@@ -6,18 +6,22 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 
 import numpy as np
 
+from mossar_stream.body import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X
 from mossar_stream.compiled import compiled
 
 RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
 SPEED_WINDOW = 0.1  # s
-QUANTUM = 1.0 / 8192.0  # m
-MOST = 32767.0
-SPEED_OFFSET = 0.1  # m/s, added before the logarithm, so that rest is log 0.1
+QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
+NEWEST = np.int64(0)  # no kept pose is later than this one
+MOST = np.float32(32767.0)
+SPEED_OFFSET = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
 MARGIN = 1e-4  # s, for the rounding of timestamps
-LOG_2 = 0.6931471805599453
-EXPONENT_SHIFT, EXPONENT_BIAS = np.int64(52), np.int64(1023)  # of a float64
-MANTISSA, ONE = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
+LOG_2 = np.float32(0.6931471805599453)
+EXPONENT_SHIFT, EXPONENT_BIAS = np.int32(23), np.int32(127)  # of a float32
+MANTISSA, BITS_OF_ONE = np.int32(0x007FFFFF), np.int32(0x3F800000)
+ONE, TWO = np.float32(1.0), np.float32(2.0)
+ODD = tuple(np.float32(1.0 / n) for n in (3, 5, 7, 9, 11, 13))  # of the series of log((1 + z)/(1 - z))
 
 
 def trail_size(seconds: float) -> int:
@@ -26,14 +30,14 @@ def trail_size(seconds: float) -> int:
 
 
 @compiled
-def keep_pose(h, marks, trail, pose, weight):
+def keep_pose(h, body, marks, trail, weight):
     """Keep the pose of the last used frame if the trail is due for one.
 
     Args:
         h: Header of the row.
+        body: See body.py.
         marks: (trail,) MARK.
         trail: (trail, 3, lanes) 1/8192 m.
-        pose: (4, lanes) m relative to the centre.
         weight: s since the frame before.
     """
     h.trail_debt += weight
@@ -44,25 +48,49 @@ def keep_pose(h, marks, trail, pose, weight):
     marks[here].time = h.time
     marks[here].frame = h.used_frame
     marks[here].weight = h.trail_debt
-    for axis in range(3):
-        for j in range(h.lanes):
-            trail[here, axis, j] = np.int16(min(max(np.rint(pose[axis, j] / QUANTUM), -MOST), MOST))
+    for first in range(0, h.lanes, PAGE):
+        for axis in range(3):
+            begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
+            _quantise(body[begin : begin + PAGE], trail[here, axis, first : first + PAGE])
     h.trail_debt = 0.0
     h.trail_head = here + 1 if here + 1 < h.trail_size else 0
     h.trail_filled = min(h.trail_filled + 1, h.trail_size)
 
 
 @compiled
-def set_log_speeds(h, marks, trail, pose, speeds, time, newest):
-    """Set `speeds` to log(speed + 0.1 m/s), the speed being the way since about a tenth of a second ago.
+def _quantise(values, target):
+    for j in range(len(target)):
+        target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
+
+
+@compiled
+def follow_speeds(h, body, marks, trail, time):
+    """Set the log speeds of the joints in the body.
+
+    Args:
+        h: Header of the row.
+        body: See body.py.
+        marks: (trail,) MARK.
+        trail: (trail, 3, lanes) 1/8192 m.
+        time: s, of this frame.
+    """
+    past = _past_place(h, marks, time, NEWEST)
+    rate = _rate(marks, past, time)
+    for first in range(0, h.lanes, PAGE):
+        page = body[first // PAGE * PAGE_SIZE :]
+        pose, kept = page[POSE_X:], trail[past].reshape(3 * h.lanes)[first:]
+        target = page[LOG_SPEED : LOG_SPEED + min(PAGE, h.lanes - first)]
+        _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], kept, h.lanes, rate, target)
+
+
+@compiled
+def _past_place(h, marks, time, newest):
+    """Return the place in the trail of the pose from which a speed is taken: about a tenth of a second ago, or -1.
 
     Args:
         h: Header of the row.
         marks: (trail,) MARK.
-        trail: (trail, 3, lanes) 1/8192 m.
-        pose: (4, lanes) m, the positions now.
-        speeds: (lanes,), which may be a part of `pose`.
-        time: s, of the pose.
+        time: s, of the pose whose speeds are asked for.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
     past = -1
@@ -71,28 +99,39 @@ def set_log_speeds(h, marks, trail, pose, speeds, time, newest):
         past += h.trail_size if past < 0 else 0
         if marks[past].time <= time - SPEED_WINDOW + MARGIN:
             break
+    return past
+
+
+@compiled
+def _rate(marks, past, time):
+    """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
     span = time - marks[past].time if past >= 0 else 0.0
-    per_second = 1.0 / span if span > MARGIN else 0.0
-    for j in range(h.lanes):
-        x = pose[0, j] - trail[past, 0, j] * QUANTUM
-        y = pose[1, j] - trail[past, 1, j] * QUANTUM
-        z = pose[2, j] - trail[past, 2, j] * QUANTUM
-        speeds[j] = np.sqrt(x * x + y * y + z * z) * per_second + SPEED_OFFSET
+    return np.float32(1.0 / span if span > MARGIN else 0.0)
+
+
+@compiled
+def _log_speeds(x, y, z, past, lanes, rate, speeds):
+    """Set `speeds` to log(speed + 0.1 m/s)."""
+    a, b, c = past[: len(speeds)], past[lanes:], past[2 * lanes :]
+    for j in range(len(speeds)):
+        u = x[j] - np.float32(a[j]) * QUANTUM
+        v = y[j] - np.float32(b[j]) * QUANTUM
+        w = z[j] - np.float32(c[j]) * QUANTUM
+        speeds[j] = np.sqrt(u * u + v * v + w * w) * rate + SPEED_OFFSET
     logarithm(speeds)
 
 
 @compiled
 def logarithm(values):
-    """Replace positive numbers by their natural logarithms, to 1e-10; unlike np.log this vectorises."""
+    """Replace positive numbers by their natural logarithms, to 1e-7; unlike np.log this vectorises."""
     for i in range(len(values)):
-        bits = np.float64(values[i]).view(np.int64)
-        exponent = (bits >> EXPONENT_SHIFT) - EXPONENT_BIAS
-        mantissa = np.int64((bits & MANTISSA) | ONE).view(np.float64)
-        z = (mantissa - 1.0) / (mantissa + 1.0)
+        bits = np.float32(values[i]).view(np.int32)
+        exponent = np.float32(np.int32(bits >> EXPONENT_SHIFT) - EXPONENT_BIAS)
+        mantissa = np.int32((bits & MANTISSA) | BITS_OF_ONE).view(np.float32)
+        z = (mantissa - ONE) / (mantissa + ONE)
         q = z * z
-        odd = 1.0 / 11.0 + q * (1.0 / 13.0 + q * (1.0 / 15.0 + q / 17.0))
-        odd = 1.0 / 5.0 + q * (1.0 / 7.0 + q * (1.0 / 9.0 + q * odd))
-        values[i] = exponent * LOG_2 + 2.0 * z * (1.0 + q * (1.0 / 3.0 + q * odd))
+        odd = ODD[0] + q * (ODD[1] + q * (ODD[2] + q * (ODD[3] + q * (ODD[4] + q * ODD[5]))))
+        values[i] = exponent * LOG_2 + TWO * z * (ONE + q * odd)
 
 
 @compiled
@@ -101,5 +140,8 @@ def load_pose(h, marks, trail, pose, place):
     here = (h.trail_head - 1 - place) % h.trail_size
     for axis in range(3):
         for j in range(h.lanes):
-            pose[axis, j] = trail[here, axis, j] * QUANTUM
-    set_log_speeds(h, marks, trail, pose, pose[3], marks[here].time, place + 1)
+            pose[axis, j] = np.float32(trail[here, axis, j]) * QUANTUM
+    time = marks[here].time
+    past = _past_place(h, marks, time, place + 1)
+    kept = trail[past].reshape(3 * h.lanes)
+    _log_speeds(pose[0], pose[1], pose[2], kept, h.lanes, _rate(marks, past, time), pose[3])

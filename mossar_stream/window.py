@@ -31,6 +31,7 @@ from mossar_stream.outbox import (
 from mossar_stream.similarity import close, merge_into, similarity
 from mossar_stream.similarity import strength as merge_cost
 from mossar_stream.summary import FRAMES, MOVING, PATH
+from mossar_stream.tempo import pace
 
 NOT_STANDING = np.int64(-2)  # in KEY.before
 NO_SLOT = np.int64(-1)
@@ -82,6 +83,7 @@ def rank(h, w, params, open_slot):
     count = h.undecided if open_slot != NO_SLOT else h.undecided - 1
     if count <= 0:
         return
+    h.pace = pace(h, w.body)
     nodes = w.scratch[NODES:]
     w.bounds[0] = h.left_ordinal
     for i in range(count + 1):

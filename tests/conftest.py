@@ -19,7 +19,7 @@ def mounted(folder, *options):
 
 
 @pytest.fixture
-def small_disk(tmp_path):
+def disk_of_128k(tmp_path):
     """A disk of 128 KiB."""
     folder = mounted(tmp_path / "small", "-o", "size=128k")
     yield folder

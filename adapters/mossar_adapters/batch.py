@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -35,7 +35,7 @@ class Batch:
     def __init__(self, fps: float | None = None) -> None:
         self.fps = fps
         self._lines: OrderedDict[str, _Line] = OrderedDict()
-        self._ready: list[Meta | Frames] = []
+        self._ready: list[Meta | Frames | Left] = []
 
     def announce(self, meta: Meta) -> None:
         """Take note of a performer; nothing happens if it is the same as before."""
@@ -88,7 +88,19 @@ class Batch:
         if confidence is not None:
             line.confidence.append(confidence)
 
-    def take(self) -> list[Meta | Frames]:
+    def leave(self, performer: str, reason: str) -> None:
+        """Note that a performer has left; nothing happens if it was never announced.
+
+        Args:
+            performer: Name.
+            reason: What the sender says.
+        """
+        line = self._lines.get(performer)
+        if line is not None:
+            self._finish(performer, line)
+            self._ready.append(Left(performer, reason))
+
+    def take(self) -> list[Meta | Frames | Left]:
         """Return everything collected since the last call."""
         for performer, line in self._lines.items():
             self._finish(performer, line)

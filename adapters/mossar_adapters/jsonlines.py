@@ -1,6 +1,5 @@
 """JSON lines: frames in on standard input, events or frames out on standard output or into a file."""
 
-import contextlib
 import io
 import os
 import queue
@@ -8,19 +7,17 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import IO
 
 from mossar_adapters.address import Address
 from mossar_adapters.batch import Batch
-from mossar_adapters.errors import OutputError
-from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.output import OutputError, OutputFile
 from mossar_adapters.frame_codec import from_json, to_json
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.map_intake import MapIntake
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.events import Event
 from mossar_stream.events import to_json as event_to_json
@@ -60,7 +57,7 @@ class JsonLinesSource:
         self._started = time.monotonic()
         self._closed = False
 
-    def items(self) -> Iterator[Meta | Frames | None]:
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield metas and chunks of frames until the input ends; None when nothing came for a tenth of a second.
 
         Raises:
@@ -230,14 +227,11 @@ class _Output:
         replace: bool = True,
         position: int | None = None,
     ) -> None:
-        self._owned = stream is None and address.scheme != "-"
-        if stream is None:
-            stream = (
-                opened_file(address.path, replace=replace, position=position)
-                if self._owned
-                else sys.stdout.buffer
-            )
-        self._stream = stream
+        self._stream: IO[bytes] | OutputFile
+        if stream is None and address.scheme != "-":
+            self._stream = OutputFile(address.path, replace=replace, position=position)
+        else:
+            self._stream = stream or sys.stdout.buffer
         self._closed = False
 
     def write(self, lines: Iterator[bytes] | Sequence[bytes]) -> None:
@@ -249,44 +243,20 @@ class _Output:
             self._stream.flush()
         except (BrokenPipeError, ValueError):
             self._closed = True
-            _silence(self._stream)
+            if not isinstance(self._stream, OutputFile):
+                _silence(self._stream)
             raise OutputClosedError("standard output was closed") from None
         except OSError as error:
             self._closed = True
-            raise OutputError(f"the output cannot be written: {error.strerror or error}") from None
+            raise OutputError(f"standard output cannot be written: {error.strerror or error}") from None
 
     def position(self) -> int | None:
-        return self._stream.tell() if self._owned else None
+        return self._stream.tell() if isinstance(self._stream, OutputFile) else None
 
     def close(self) -> None:
         self._closed = True
-        if self._owned:
-            with contextlib.suppress(OSError):  # said when it was written
-                self._stream.close()
-
-
-def opened_file(path: str, *, replace: bool, position: int | None = None) -> IO[bytes]:
-    """Open a file for writing.
-
-    Args:
-        path: Where it lies.
-        replace: Whether to replace one that is there.
-        position: Go on at this byte of one that is there.
-
-    Raises:
-        FileError: If it is there and may not be replaced, or cannot be written.
-    """
-    try:
-        file = Path(path).open("r+b" if position is not None else "wb" if replace else "xb")  # noqa: SIM115
-        if position is not None:
-            file.seek(position)
-            file.truncate()
-    except FileExistsError:
-        raise FileError(path, "there is a file already; --force replaces it") from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise UnwritableError(path, f"cannot be written: {reason}") from None
-    return file
+        if isinstance(self._stream, OutputFile):
+            self._stream.close()
 
 
 def _silence(stream: IO[bytes]) -> None:

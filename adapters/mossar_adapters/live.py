@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames
 
@@ -49,10 +49,7 @@ class Counters(msgspec.Struct):
 
 
 class Listener(Protocol):
-    """Is told, on the reader's thread and between its frames, what a source hears besides frames."""
-
-    def lost(self, performer: str, reason: str) -> None:
-        """Note that the sender says a performer has left."""
+    """Is told, on the reader's thread, what a source hears besides frames."""
 
     def control(self, address: str, arguments: Sequence[Any]) -> None:
         """Act on `/mossar/set/<name> value` or `/mossar/reset`."""
@@ -65,8 +62,8 @@ class LiveSource(Protocol):
     live: bool
     counters: Counters
 
-    def items(self) -> Iterator[Meta | Frames | None]:
-        """Yield metas and chunks of frames; None when nothing came for a tenth of a second."""
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
+        """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
 
     def explain(self) -> str:
         """Return one line that says why there may be silence: what is bound, what came, what to try."""

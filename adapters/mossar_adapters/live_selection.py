@@ -1,5 +1,6 @@
 """What a user wants of a source whose skeletons are known only while it runs: joints, root, one performer."""
 
+import logging
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,8 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.source import Meta, Source
+from mossar_adapters.files.selection import selected_skeleton
+from mossar_adapters.source import Left, Meta, Source
+from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
+
+_NAMES = 4096  # performers that are remembered
+_TOLD = 8  # performers that are told of
+
+_log = logging.getLogger("mossar.source")
 
 
 class SelectedSource:
@@ -24,35 +32,71 @@ class SelectedSource:
         self._source = source
         self._options = options
         self._columns: dict[str, NDArray[np.intp]] = {}
+        self._others: set[str] = set()  # performers who are not wanted, as far as they were told of
+        self._fits: dict[str, bool] = {}  # whether each performer has what is wanted
         self.name, self.live = source.name, source.live
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
 
-    def items(self) -> Iterator[Meta | Frames | None]:
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield what is wanted.
 
         Raises:
-            FrameError: If a performer lacks a joint or the root.
+            FrameError: If the first performer lacks a joint or the root, or the root is none of the joints. Later
+                ones are passed over, so that a newcomer does not end a stream that goes well.
         """
         for item in self._source.items():
             if item is None:
                 yield None
-            elif self._options.performer in {None, item.performer}:
-                yield self._meta(item) if isinstance(item, Meta) else self._frames(item)
+            elif self._options.performer not in {None, item.performer}:
+                self._tell_of(item)
+            else:
+                wanted = self._of_interest(item)
+                if wanted is not None:
+                    yield wanted
 
     def close(self) -> None:
         """Close the source."""
         self._source.close()
 
+    def _of_interest(self, item: Meta | Frames | Left) -> Meta | Frames | Left | None:
+        if isinstance(item, Meta):
+            return self._announced(item)
+        if not self._fits.get(item.performer):
+            return None
+        return self._frames(item) if isinstance(item, Frames) else item
+
+    def _tell_of(self, item: Meta | Frames | Left) -> None:
+        if isinstance(item, Meta) and len(self._others) < _TOLD and item.performer not in self._others:
+            self._others.add(item.performer)
+            _log.info(
+                "%s: %s is left out, only %s is wanted", self.name, item.performer, self._options.performer
+            )
+
+    def _announced(self, meta: Meta) -> Meta | None:
+        try:
+            found = self._meta(meta)
+        except FrameError as error:
+            if not self._fits:
+                raise
+            self._fits[meta.performer] = False
+            _log.warning("%s: %s is left out: %s", self.name, meta.performer, error)
+            return None
+        self._fits[meta.performer] = True
+        if len(self._fits) > _NAMES:
+            oldest = next(iter(self._fits))
+            del self._fits[oldest]
+            self._columns.pop(oldest, None)
+        return found
+
     def _meta(self, meta: Meta) -> Meta:
-        skeleton = meta.skeleton
-        if self._options.root is not None:
-            skeleton = skeleton.with_root(self._options.root)
+        skeleton, note = selected_skeleton(meta.skeleton, self._options)
+        if note:
+            _log.info("%s: %s", self.name, note)
         if self._options.joints:
-            columns = [skeleton.index(name) for name in self._options.joints]
+            columns = [meta.skeleton.index(name) for name in self._options.joints]
             self._columns[meta.performer] = np.array(columns, dtype=np.intp)
-            skeleton = skeleton.select(self._options.joints)
         return msgspec.structs.replace(meta, skeleton=skeleton)
 
     def _frames(self, frames: Frames) -> Frames:

@@ -230,10 +230,13 @@ def cameras() -> list[Any]:
     """Return the SDK's `DeviceInfo` of every camera in sight, also of those that cannot be used; takes 0.5 s.
 
     Raises:
-        MossarError: If there is no SDK.
+        MossarError: If there is no SDK, or it cannot look.
     """
     sdk = load_sdk()
-    return list(sdk.XLinkConnection.getAllConnectedDevices(skipInvalidDevices=False))
+    try:
+        return list(sdk.XLinkConnection.getAllConnectedDevices(skipInvalidDevices=False))
+    except _SDK_ERRORS as error:
+        raise CameraError(f"depthai cannot look for cameras: {_line(error)}") from None
 
 
 def obstacle(info: Any) -> str:

@@ -1,9 +1,14 @@
 """What there is of OAK cameras here, and how their owner can see that everything works."""
 
+import os
+import subprocess
+import sys
 from typing import Final
 
 from mossar_adapters.oak_camera import cameras, load_sdk, model_folder, obstacle
 from mossar_stream.errors import MossarError
+
+PATIENCE: Final = 5.0  # s; loading the SDK and looking around takes one
 
 CHECKLIST: Final = """\
 Checklist for owners of a camera (each step takes a minute):
@@ -20,12 +25,52 @@ def check() -> str:
     """Return what is there of the SDK and of cameras, and the checklist for owners of a camera."""
     try:
         lines = [f"depthai {load_sdk().__version__}; models are kept in {model_folder()}"]
-        lines += [
-            f"camera {info.deviceId or info.name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
-            for info in cameras()
-        ] or [
+        lines += in_sight() or [
             "no OAK camera in sight: plug one in (USB 3 cable, powered port); one on the network may be hidden"
         ]
     except MossarError as error:
         lines = [str(error)]
     return "\n".join([*lines, CHECKLIST])
+
+
+def summary(patience: float = PATIENCE) -> list[str]:
+    """Return a few lines: the SDK and the cameras that it sees.
+
+    A process of its own asks, for the SDK may hang on a broken port, and aborts the process that ends meanwhile.
+
+    Args:
+        patience: s to wait for it.
+    """
+    command = [sys.executable, "-c", f"from {__name__} import tell; tell()"]
+    places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    try:
+        asked = subprocess.run(  # noqa: S603 - this interpreter, our own words
+            command, env=places, capture_output=True, timeout=patience, text=True, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return [f"depthai has not answered for {patience:g} s; unplug the camera and plug it in again"]
+    except OSError as error:
+        return [f"depthai cannot be asked: {error.strerror or error}"]
+    return asked.stdout.splitlines() or [f"depthai ended without an answer (status {asked.returncode})"]
+
+
+def tell() -> None:
+    """Write the lines of `summary` to standard output."""
+    try:
+        lines = [f"depthai {load_sdk().__version__}"]
+        lines += in_sight() or ["no OAK camera in sight"]
+    except MossarError as error:
+        lines = [str(error)]
+    sys.stdout.write("\n".join(lines) + "\n")
+
+
+def in_sight() -> list[str]:
+    """Return a line for each camera in sight: its id, where it is, and whether it can be used.
+
+    Raises:
+        MossarError: If there is no SDK.
+    """
+    return [
+        f"camera {info.deviceId or info.name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
+        for info in cameras()
+    ]

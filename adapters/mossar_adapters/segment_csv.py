@@ -1,13 +1,11 @@
 """Segments as a table that spreadsheets and ELAN open: one row for each segment that is final."""
 
-import contextlib
 import csv
 import io
 from collections.abc import Sequence
 
 from mossar_adapters.address import Address
-from mossar_adapters.errors import OutputError
-from mossar_adapters.jsonlines import opened_file
+from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent
 
@@ -29,7 +27,7 @@ class SegmentCsvSink:
     def __init__(self, address: Address, position: int | None = None) -> None:
         self.name = address.url
         self.dropped = 0
-        self._file = opened_file(address.path, replace=True, position=position)
+        self._file = OutputFile(address.path, replace=True, position=position)
         self._strengths: dict[str, float] = {}  # by id of the key frame
         if position is None:
             self._write([COLUMNS])
@@ -54,8 +52,7 @@ class SegmentCsvSink:
 
     def close(self) -> None:
         """Close the file. May be called twice."""
-        with contextlib.suppress(OSError):  # said when it was written
-            self._file.close()
+        self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
@@ -79,8 +76,5 @@ class SegmentCsvSink:
     def _write(self, rows: Sequence[Sequence[object]]) -> None:
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows(rows)
-        try:
-            self._file.write(text.getvalue().encode())
-            self._file.flush()
-        except OSError as error:
-            raise OutputError(f"{self.name}: cannot be written: {error.strerror or error}") from None
+        self._file.write(text.getvalue().encode())
+        self._file.flush()

@@ -21,7 +21,7 @@ class Sink(Protocol):
         """Take note of a performer, before its first events and when its skeleton changes."""
 
     def send(self, events: Sequence[Event]) -> None:
-        """Hand events over, in order."""
+        """Hand events over, in order; now and then without any, to look after receivers that join in quiet times."""
 
     def close(self) -> None:
         """Flush and release what is held. May be called twice."""

@@ -25,6 +25,18 @@ class Meta(msgspec.Struct, frozen=True):
     unit: str = "m"
 
 
+class Left(msgspec.Struct, frozen=True):
+    """Says that a performer has left: comes behind the last of its frames and ends its take.
+
+    Args:
+        performer: Name of the performer.
+        reason: What the `ended` event says.
+    """
+
+    performer: str
+    reason: str
+
+
 class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
@@ -35,8 +47,8 @@ class Source(Protocol):
     name: str  # the URL or path, for messages
     live: bool  # whether frames arrive at their own pace
 
-    def items(self) -> Iterator[Meta | Frames | None]:
-        """Yield metas and chunks of frames until the source ends or is closed."""
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
+        """Yield metas, chunks of frames and who has left, until the source ends or is closed."""
 
     def close(self) -> None:
         """Release the socket, file or device; `items` ends soon after. May be called twice."""

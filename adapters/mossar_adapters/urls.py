@@ -27,7 +27,7 @@ class Wish(msgspec.Struct, frozen=True):
     Args:
         options: How to read; the URL's own options are merged in.
         speed: Pace of recordings and of the built-in performer.
-        listener: Is told of performers who left and of control messages (OSC).
+        listener: Is told of control messages (OSC).
         settings: Of the segmentation, for metas.
         force: Whether to replace a recording that is there.
         loop: Whether to play a recording again and again.
@@ -85,7 +85,7 @@ def open_source(
         url: See the table; a path is a recording, `-` standard input.
         options: What the user says about it; options in the URL go before.
         speed: Pace of recordings and of `demo:`; 1 is real time.
-        listener: Is told, by OSC, of performers who left and of control messages.
+        listener: Is told, by OSC, of control messages.
         loop: Whether to play a recording again and again.
 
     Returns:
@@ -197,13 +197,17 @@ def _file_sink(address: Address, wish: Wish) -> Sink:
 
 def _file_frame_sink(address: Address, wish: Wish) -> FrameSink:
     from mossar_adapters.jsonlines import JsonLinesFrameSink
+    from mossar_adapters.late_sink import LateSink
     from mossar_adapters.msk_sink import MskFrameSink
 
     match PurePath(address.path).suffix.lower():
         case ".msk":
-            return MskFrameSink(address, force=wish.force, position=wish.position)
+            if wish.position:
+                return MskFrameSink(address, position=wish.position)
+            force = wish.force or wish.position == 0  # a former run was not sure of anything in it
+            return LateSink(address, lambda: MskFrameSink(address, force=force), force=force)
         case ".jsonl" | ".ndjson":
-            return JsonLinesFrameSink(address, force=wish.force)
+            return LateSink(address, lambda: JsonLinesFrameSink(address, force=wish.force), force=wish.force)
         case suffix:
             raise address.error(f"frames go to .msk or .jsonl, not to {suffix or 'a file without ending'}")
 

@@ -34,8 +34,8 @@ OPTIONS = {
 }
 QUEUE = 1000  # messages waiting for one client
 MAX_CLIENTS = 64
+_METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
-MAX_METAS = 1024  # performers whose meta is kept for late joiners
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 _CLOSE = 1.0  # s that closing may take
 _DRAIN = 0.25  # s that clients have to take the last messages
@@ -156,7 +156,7 @@ class WebSocketSink:
 
     def _keep(self, performer: str, text: str) -> None:
         self._metas.pop(performer, None)
-        if len(self._metas) == MAX_METAS:
+        if len(self._metas) == _METAS:
             del self._metas[next(iter(self._metas))]
         self._metas[performer] = text
         self._spread([text])

@@ -1,13 +1,16 @@
+import logging
 import socket
 
 import numpy as np
 import pytest
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.source import Meta
+from mossar_adapters.live_selection import SelectedSource
+from mossar_adapters.source import Left, Meta
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
-from mossar_stream.errors import MossarError
+from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
 
 
 def frames_of(source):
@@ -43,6 +46,34 @@ def test_joints_and_root_can_be_chosen_on_a_live_source():
     assert items[0].skeleton.names == ("Hips", "Head")
     assert items[0].skeleton.root == 1
     assert items[1].positions.shape[1:] == (2, 3)
+
+
+def test_a_root_that_is_not_among_the_joints_is_refused_and_a_centre_that_is_not_is_told(caplog):
+    with pytest.raises(FrameError, match="the root Hips is not among the joints Head, Neck; add it"):
+        list(
+            open_source(
+                "demo:?seconds=0.2", options=ReadOptions(joints=("Head", "Neck"), root="Hips")
+            ).items()
+        )
+    with caplog.at_level(logging.INFO, "mossar"):
+        list(open_source("demo:?seconds=0.2", options=ReadOptions(joints=("Head", "Neck"))).items())
+    assert "Hips, is not among the joints; Neck is taken for it" in caplog.text
+
+
+def test_a_newcomer_without_the_joints_is_left_out_and_the_others_go_on(caplog):
+    class Two:
+        name, live = "two", True
+
+        def items(self):
+            for name, joints in (("p1", ("hip", "head")), ("p2", ("hip", "tail"))):
+                yield Meta(name, Skeleton(joints, (-1, 0)))
+                yield Frames(np.zeros((1, 2, 3), np.float32), np.zeros(1), performer=name)
+            yield Left("p2", "gone")
+            yield Left("p1", "gone")
+
+    found = list(SelectedSource(Two(), ReadOptions(joints=("hip", "head"))).items())
+    assert [type(item).__name__ for item in found] == ["Meta", "Frames", "Left"]
+    assert "two: p2 is left out: no joint called 'head'" in caplog.text
 
 
 def test_one_performer_of_several_can_be_chosen():
@@ -111,9 +142,41 @@ def test_a_port_in_use_is_named(scheme):
             open_source(f"{scheme}://127.0.0.1:{port}")
 
 
-def test_a_recording_is_not_replaced_unless_forced(tmp_path):
-    path = tmp_path / "take.msk"
-    open_frame_sink(str(path)).close()
+ONE = Frames(np.ones((1, 2, 3), np.float32), np.zeros(1), None, "p1")
+
+
+@pytest.mark.parametrize("name", ["take.msk", "take.jsonl"])
+def test_a_recording_is_not_replaced_unless_forced_and_frames_come(tmp_path, name):
+    path = tmp_path / name
+    written(str(path))
+    before = path.read_bytes()
     with pytest.raises(MossarError, match="--force"):
         open_frame_sink(str(path))
-    open_frame_sink(str(path), force=True).close()
+    sink = open_frame_sink(str(path), force=True)
+    sink.announce(Meta("p2", Skeleton(("a", "b"))))
+    sink.close()
+    assert path.read_bytes() == before
+    written(str(path), force=True)
+
+
+def written(path, **how):
+    sink = open_frame_sink(path, **how)
+    sink.announce(Meta("p1", Skeleton(("hip", "head"))))
+    sink.send_frames(ONE)
+    sink.close()
+    sink.close()
+    assert open_source(path).recording.skeleton.names == ("hip", "head")
+
+
+@pytest.mark.parametrize("place", ["none/take.msk", "folder.msk"])
+def test_a_recording_that_cannot_be_written_is_refused_before_frames_come(tmp_path, place):
+    (tmp_path / "folder.msk").mkdir()
+    with pytest.raises(MossarError, match="cannot be written: "):
+        open_frame_sink(str(tmp_path / place), force=True)
+
+
+def test_a_recording_to_which_nothing_comes_leaves_no_file(tmp_path):
+    sink = open_frame_sink(str(tmp_path / "take.msk"))
+    sink.announce(Meta("p1", Skeleton(("hip", "head"))))
+    sink.close()
+    assert list(tmp_path.iterdir()) == []

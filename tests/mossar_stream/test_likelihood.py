@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mossar_stream import similarity
+from mossar_stream.body import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, place
 from mossar_stream.compiled import entry_point
 from mossar_stream.layout import Shape
 from mossar_stream.likelihood import make_params, slot_size
@@ -25,8 +26,15 @@ FEATURES = [
 
 @entry_point
 def summarise(params, slot, poses, steps, joints, weights):
+    body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
+    lanes = poses.shape[2]
     for i in range(len(poses)):
-        similarity.add_frame(params[0], slot, poses[i], steps[i], joints, 0.0, weights[i], 1)
+        for j in range(joints):
+            body[place(j) + STEP_BEFORE] = steps[i, j]
+            for axis in range(4):
+                body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
+        similarity.add_frame(params[0], slot, body, poses[i], joints, 0.0, weights[i], 1)
+    similarity.pour(params[0], slot, body, lanes)
     similarity.close(params[0], slot)
 
 
@@ -49,7 +57,7 @@ class Segment:
         lanes = Shape.pad(joints)
         self.settings = Settings(features=Features(**features), short_segment=short).resolved()
         self.params = make_params(self.settings, joints, lanes, 0)
-        self.joints, self.poses = joints, np.zeros((frames, 4, lanes))
+        self.joints, self.poses = joints, np.zeros((frames, 4, lanes), np.float32)
         self.poses[:, :, :joints] = rng.normal(rng.normal(0, 1, (1, 4, joints)), 0.1, (frames, 4, joints))
         self.poses[:, :3, 0] = 0  # the root
         self.poses[:, 3, 0] = np.log(0.1)
@@ -81,8 +89,8 @@ class Segment:
             terms = []
             for part in (slice(None), slice(0, middle), slice(middle, None)):
                 w = self.weights[part]
-                mean = np.average(values[part], axis=0, weights=w)
-                variance = np.average((values[part] - mean) ** 2, axis=0, weights=w)
+                mean = np.average(values[part].astype(float), axis=0, weights=w)
+                variance = np.average((values[part].astype(float) - mean) ** 2, axis=0, weights=w)
                 terms.append(w.sum() * np.log(variance + floor).mean())
             total += weight * (terms[0] - terms[1] - terms[2])
         return max(total, 0.0)
@@ -95,7 +103,7 @@ def test_the_cost_of_a_merge_is_that_of_the_definition(features, seed, joints, f
     segment = Segment(seed, frames, joints, features)
     both = np.zeros(slot_size(segment.params))
     found = merge_cost(segment.params, segment.summary(0, middle), segment.summary(middle), both)
-    assert found == pytest.approx(segment.cost(middle), abs=1e-9, rel=1e-9)
+    assert found == pytest.approx(segment.cost(middle), abs=1e-4, rel=1e-4)
     assert found >= 0
 
 
@@ -109,10 +117,10 @@ def test_merged_summaries_are_the_summary_of_the_merged_segment(features, seed, 
     for begin, end in itertools.pairwise(bounds[1:]):
         merge(segment.params, merged, segment.summary(begin, end))
     whole = segment.summary()
-    np.testing.assert_allclose(merged, whole, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(merged, whole, rtol=1e-5, atol=1e-5)
     assert merged[FRAMES] == frames
     assert merged[DURATION] == pytest.approx(segment.weights.sum())
-    np.testing.assert_allclose(merged[PATH : PATH + joints], segment.steps[:, :joints].sum(axis=0))
+    np.testing.assert_allclose(merged[PATH : PATH + joints], segment.steps[:, :joints].sum(axis=0), 1e-5)
 
 
 def test_merging_costs_nothing_where_nothing_differs():

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mossar_stream import hierarchy, path_kernel, path_reference, reference, similarity
+from mossar_stream.body import PAGE, PAGE_SIZE, STEP_BEFORE, place
 from mossar_stream.compiled import entry_point
 from mossar_stream.errors import SettingsError
 from mossar_stream.layout import MEMO, Shape
@@ -20,7 +21,10 @@ STEP = 1.0 / 64.0
 
 @entry_point
 def add_frame(params, slot, pose, step, joints, time, weight, moving):
-    similarity.add_frame(params[0], slot, pose, step, joints, time, weight, moving)
+    body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
+    for j in range(joints):
+        body[place(j) + STEP_BEFORE] = step[j]
+    similarity.add_frame(params[0], slot, body, pose, joints, time, weight, moving)
 
 
 @entry_point
@@ -68,7 +72,7 @@ def summary(params, positions, times, weight=STEP):
     slot = np.zeros(path_kernel.slot_size(params))
     lanes = int(params["lanes"][0])
     joints = positions.shape[1]
-    pose, step = np.zeros((4, lanes)), np.zeros(lanes)
+    pose, step = np.zeros((4, lanes), np.float32), np.zeros(lanes)
     step[:joints] = 0.01
     for frame, time in zip(positions, times, strict=True):
         pose[:3, :joints] = frame.T
@@ -84,6 +88,7 @@ def closed(params, positions, times):
 
 def graph_of(params, positions, times):
     weights = np.full(len(positions), STEP)
+    positions = positions.astype(np.float32).astype(float)  # as a sensor gives them
     return path_reference.segment_graph(
         positions, times, weights, int(params["edges"][0]), int(params["layers"][0])
     )
@@ -284,7 +289,7 @@ def test_held_poses_count_by_the_time_they_stand_for():
     params = make_params(4)
     poses = wander(2, 2, 4)
     held, repeated = np.zeros(path_kernel.slot_size(params)), np.zeros(path_kernel.slot_size(params))
-    pose = np.zeros((4, 8))
+    pose = np.zeros((4, 8), np.float32)
     for frame, count in zip(poses, (3, 1), strict=True):
         pose[:3, :4] = frame.T
         add_pose(params, held, pose, 4, 1.0, count * 0.25)

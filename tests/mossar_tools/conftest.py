@@ -1,7 +1,9 @@
 """Programs run in this process through `main`, or as processes of their own."""
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -36,6 +38,25 @@ def events(mossar):
         return [json.loads(line) for line in out.splitlines()]
 
     return run
+
+
+@pytest.fixture
+def small_disk():
+    """Return a context in which files cannot become longer than so many bytes."""
+    resource = pytest.importorskip("resource")  # not on Windows
+
+    @contextlib.contextmanager
+    def limited(size):
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # some libraries take it for a crash
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN if handler is None else handler)
+
+    return limited
 
 
 @pytest.fixture

@@ -166,3 +166,16 @@ def test_recordings_are_never_overwritten(tmp_path):
         recorder.write(Frames(np.zeros((3, 2, 3), np.float32), np.arange(3) / 30))
         recorder.stop()
     assert open_recording(tmp_path / "recording-1.msk").frame_count == 3
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_stream(small_disk, tmp_path, caplog):
+    recorder = Recorder()
+    recorder.announce(Meta("p1", Skeleton(("hip", "hand"), (-1, 0)), 30.0))
+    recorder.start(tmp_path)
+    with small_disk(20_000):
+        for start in range(0, 3000, 100):
+            recorder.write(Frames(np.zeros((100, 2, 3), np.float32), np.arange(start, start + 100) / 30))
+        recorder.stop()
+    assert not recorder.running
+    assert "the recording has ended" in caplog.text
+    assert 0 < open_recording(tmp_path / "recording-1.msk").frame_count < 3000

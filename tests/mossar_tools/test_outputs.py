@@ -11,12 +11,12 @@ import pytest
 from mossar_adapters.files import open_recording
 
 
-def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, small_disk, tmp_path):
-    events, take = tmp_path / "e.jsonl", small_disk / "take.msk"
+def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, disk_of_128k, tmp_path):
+    events, take = tmp_path / "e.jsonl", disk_of_128k / "take.msk"
     run = ("run", "demo:", "--speed", "max", "--seconds", "60")
     status, _, err = mossar(*run, "--to", events, "--to", take)
     assert status == 1
-    assert f"{take}: the recording ends here: No space left on device" in err
+    assert f"{take}: cannot be written: No space left on device" in err
     assert "Traceback" not in err
     mossar(*run, "--to", tmp_path / "quiet.jsonl")
     assert events.read_text() == (tmp_path / "quiet.jsonl").read_text()
@@ -24,21 +24,21 @@ def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, small_disk, t
 
 
 @pytest.mark.parametrize("name", ["events.jsonl", "segments.csv"])
-def test_a_full_disk_ends_a_file_of_events_with_one_line(mossar, small_disk, tmp_path, name):
-    (small_disk / "filling").write_bytes(bytes(120 << 10))
+def test_a_full_disk_ends_a_file_of_events_with_one_line(mossar, disk_of_128k, tmp_path, name):
+    (disk_of_128k / "filling").write_bytes(bytes(120 << 10))
     run = ("run", "demo:", "--speed", "max", "--seconds", "600")
-    status, _, err = mossar(*run, "--to", small_disk / name, "--to", tmp_path / "e.jsonl")
+    status, _, err = mossar(*run, "--to", disk_of_128k / name, "--to", tmp_path / "e.jsonl")
     assert status == 1
     assert len([line for line in err.splitlines() if "error" in line]) == 1
     assert "No space left on device" in err
     assert json.loads((tmp_path / "e.jsonl").read_text().splitlines()[-1])["event"] == "ended"
 
 
-def test_recording_on_a_full_disk_fails_with_one_line(mossar, small_disk):
-    take = small_disk / "take.msk"
+def test_recording_on_a_full_disk_fails_with_one_line(mossar, disk_of_128k):
+    take = disk_of_128k / "take.msk"
     status, _, err = mossar("record", "demo:", take, "--speed", "max", "--seconds", "60")
     assert status == 1
-    assert "the recording ends here: No space left on device" in err
+    assert "cannot be written: No space left on device" in err
     assert open_recording(take).frame_count > 100
 
 
@@ -47,7 +47,7 @@ def test_a_read_only_folder_is_an_error_while_the_stream_goes_on(mossar, read_on
     run = ("run", "demo:", "--speed", "max", "--seconds", "5")
     status, _, err = mossar(*run, "--to", read_only_disk / "take.msk", "--to", events)
     assert status == 1
-    assert "Read-only file system; the stream goes on without it" in err
+    assert "cannot be written: permission denied; the stream goes on without it" in err
     assert json.loads(events.read_text().splitlines()[-1])["event"] == "ended"
 
 

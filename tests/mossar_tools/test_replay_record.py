@@ -1,6 +1,7 @@
 import json
 import socket
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,6 +34,36 @@ def test_record_writes_what_comes_and_refuses_to_replace(mossar, tmp_path):
     assert recording.fps == 60
     assert mossar(*record)[0] == 2
     assert mossar(*record, "--force")[0] == 0
+
+
+def test_a_source_that_cannot_be_opened_leaves_no_recording_and_replaces_none(mossar, tmp_path):
+    status, _, err = mossar("record", "oak:", tmp_path / "take.msk")
+    assert status == 1
+    assert ("No OAK camera found" in err) or ("mossar-stream[oak]" in err)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["record", "replay", "run"])
+def test_a_recording_is_never_written_over_itself(mossar, swing, tmp_path, command):
+    path = tmp_path / "take.msk"
+    mossar("record", swing, path)
+    before = path.read_bytes()
+    again = (path,) if command == "record" else ("--to", path)
+    status, _, err = mossar(command, path, *again, "--force")
+    assert (status, path.read_bytes()) == (2, before)
+    assert "write another file" in err
+
+
+@pytest.mark.parametrize("name", ["take.msk", "take.jsonl"])
+@pytest.mark.parametrize("command", ["record", "replay"])
+def test_a_full_disk_is_one_line_and_what_was_written_reads(mossar, small_disk, tmp_path, command, name):
+    path = tmp_path / name
+    where = (path,) if command == "record" else ("--to", path)
+    with small_disk(30_000):
+        status, _, err = mossar(command, "demo:?seconds=20", *where, "--speed", "max", "--quiet")
+    assert (status, err.count("\n")) == (1, 1)
+    assert f"{name}: cannot be written: File too large" in err
+    assert open_recording(path).frame_count > 10
 
 
 def test_a_recording_gives_the_events_of_its_source(events, mossar, swing, tmp_path):
@@ -102,3 +133,30 @@ def test_checking_a_silent_port_explains_itself(mossar, monkeypatch):
 def test_json_logs_of_replay_are_json(mossar, tmp_path, swing):
     _, _, err = mossar("record", swing, tmp_path / "a.msk", "--log-json")
     assert all(json.loads(line)["level"] == "info" for line in err.splitlines())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+@pytest.mark.parametrize("name", ["full.msk", "full.jsonl"])
+def test_a_full_disk_is_one_line_and_status_1(mossar, tmp_path, name):
+    path = tmp_path / name
+    path.symlink_to("/dev/full")
+    for command in (["record", "demo:?seconds=1", path], ["replay", "demo:?seconds=1", "--to", path]):
+        status, _, err = mossar(*command, "--force", "--speed", "max")
+        assert (status, err.count("\n")) == (1, 1)
+        assert f"{name}: cannot be written: No space left on device" in err
+
+
+def test_a_recording_is_not_written_over_while_it_is_read(mossar, tmp_path):
+    path = tmp_path / "take.msk"
+    mossar("record", "demo:?seconds=1", path, "--speed", "max")
+    whole = path.read_bytes()
+    again = tmp_path / "." / "take.msk"
+    for command in (
+        ["record", path, again],
+        ["replay", path, "--to", again],
+        ["run", path, "--to", f"file:{path}"],
+    ):
+        status, _, err = mossar(*command, "--force")
+        assert status == 2
+        assert "nothing can be both" in err
+    assert path.read_bytes() == whole

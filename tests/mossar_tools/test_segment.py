@@ -107,3 +107,14 @@ def test_the_papers_preset_gives_the_key_frames_of_the_papers_equations(mossar):
     assert [key["kind"] for key in report["key_frames"]][: len(frames) - 1] == expected.kinds[
         : len(frames) - 1
     ]
+
+
+def test_flat_poses_are_refused_unless_they_are_allowed(mossar, tmp_path):
+    pose = [value for joint in range(25) for value in (joint * 0.5, joint * 1.0, 1)]
+    path = tmp_path / "flat.json"
+    path.write_text(json.dumps({"people": [{"pose_keypoints_2d": pose}]}))
+    status, _, err = mossar("segment", path, "--json")
+    assert status == 2
+    assert "--allow-2d" in err
+    status, out, _ = mossar("segment", path, "--json", "--allow-2d", "--fps", "50")
+    assert (status, json.loads(out)["fps"]) == (0, 50.0)

@@ -44,7 +44,7 @@ def save(path, count, joints, positions=None):
         (["run", "osc://127.0.0.1:0", "--speed", "2"], "--speed is for recordings and demo:"),
         (["run", "demo:", "--to", "events.xyz"], "events go to .jsonl, segments to .csv, not to .xyz"),
         (["run", "demo:", "--to", "no/events.jsonl"], "cannot be written: No such file"),
-        (["run", "demo:", "--to", "-", "--to", "-"], "a sink is named twice"),
+        (["run", "demo:", "--to", "-", "--to", "-"], "it is a source here, or another sink"),
         (["run", "-", "-"], "standard input can be read once only"),
         (["run", "demo:", "--control", "http://x"], "use zmq+bind://127.0.0.1:5560, or osc"),
         (["run", "demo:", "--control", "osc"], "--control osc needs an OSC source"),

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import Final, NoReturn
 
 import mossar_stream
-from mossar_adapters.errors import OutputError
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
@@ -63,12 +62,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Terminated:
         terminal.clear()
         return TERMINATED
-    except OutputError as error:
-        LOGGER.error("%s", error)
-        return FAILED
     except MossarError as error:
+        from mossar_adapters.files.output import OutputError
+
         LOGGER.error("%s", error)
-        return WRONG_USAGE
+        return FAILED if isinstance(error, OutputError) else WRONG_USAGE
     except Exception as error:  # noqa: BLE001 - the last resort: one line, and the traceback on request
         _report_defect(error)
         return FAILED

@@ -22,6 +22,7 @@ SHOWN = ("confirmed", "final")  # statuses of key frames that get a line
 _COLOURS = {"onset": "32", "offset": "35", "minimum": "36", "final": "1"}
 _HEADING = f"{'performer':<12}{'time':>10}{'frame':>9}  {'key frame':<10}{'kind':<9}{'delay':>8}  velocity"
 _STARTED = "started"
+_NAMES = 4096  # performers that are remembered
 
 
 class LiveView:
@@ -67,6 +68,10 @@ class LiveView:
         """Take note of the time; judge the true cuts that have had theirs."""
         # Frames come in line with the events, so that no verdict overtakes a key frame.
         self._first.setdefault(frames.performer, float(frames.times[0]))
+        if len(self._first) > _NAMES:
+            oldest = next(iter(self._first))
+            del self._first[oldest]
+            self._times.pop(oldest, None)
         self._times[frames.performer] = float(frames.times[-1])
         if self.visible:
             self._judge(self._times)

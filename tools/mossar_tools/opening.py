@@ -1,8 +1,8 @@
 """Opening: what a source or sink on the command line stands for."""
 
 import logging
-from collections.abc import Mapping
-from pathlib import PurePath
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePath
 
 import msgspec
 
@@ -62,6 +62,25 @@ def sink_of(
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
         return open_frame_sink(url, force=options.force, position=positions.get(url))
     return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
+
+
+def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
+    """Refuse to write a file that is read, or twice at once.
+
+    Raises:
+        UsageError: If a sink is named twice, or is one of the sources.
+    """
+    taken = {_place(url) for url in sources if parse_url(url).scheme != "-"}
+    for url in sinks:
+        place = _place(url)
+        if place in taken:
+            raise UsageError(f"{url}: it is a source here, or another sink; nothing can be both")
+        taken.add(place)
+
+
+def _place(url: str) -> str:
+    address = parse_url(url)
+    return str(Path(address.path).resolve()) if address.scheme == "file" else url
 
 
 def _tell(name: str, notes: tuple[str, ...]) -> None:

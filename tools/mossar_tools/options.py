@@ -36,6 +36,7 @@ class Options(msgspec.Struct, frozen=True):
     skeleton: str | None = None
     performer: str | None = None
     fps: float | None = None
+    allow_2d: bool = False
     control: tuple[str, ...] = ()
     snapshot: str | None = None
     snapshot_every: float = 5.0
@@ -81,7 +82,9 @@ class Options(msgspec.Struct, frozen=True):
 
     def reading(self) -> ReadOptions:
         """Return how to read a recording."""
-        return ReadOptions(self.fps, self.unit, self.skeleton, self.root, self.joints, self.performer)
+        return ReadOptions(
+            self.fps, self.unit, self.skeleton, self.root, self.joints, self.performer, self.allow_2d
+        )
 
 
 def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
@@ -132,6 +135,7 @@ def add_body(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--fps", metavar="HZ", type=positive, help="rate, where frames carry no time")
     group.add_argument("--skeleton", metavar="FILE", help="the skeleton of the recording, as .asf for .amc")
     group.add_argument("--performer", metavar="NAME", help="take this performer only")
+    group.add_argument("--allow-2d", action="store_true", help="take flat poses, which are refused otherwise")
 
 
 def add_messages(parser: argparse.ArgumentParser) -> None:

@@ -10,23 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from mossar_stream.errors import MossarError
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import Result, Segmentation
 from mossar_tools.dendrogram import merges
+from mossar_tools.figures import FONT, save, style
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import head_of, project, sides, view_of
 from mossar_tools.whole import Whole
 
 WIDTH, HEIGHT = 11.0, 6.6  # inches
-DPI = 160
 RATIOS = (1.75, 2.0, 0.26, 1.9)  # heights of the panels
 LEFT, RIGHT = 0.066, 0.948
 MOST_FIGURES = 15
 MOST_POINTS = 6000  # of a curve; more would only make the file large
 
 _MARKS = {"onset": "^", "offset": "v", "minimum": "o"}
-_FONT = 8.5
 
 
 def draw(
@@ -43,14 +41,12 @@ def draw(
         kept: Number of key frames asked for, if it was not a level.
 
     Raises:
-        MossarError: If matplotlib is missing or the file cannot be written.
+        MossarError: If the file cannot be written.
     """
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MossarError("pictures need an extra: pip install 'mossar-stream[plot]'") from None
-    with mpl.rc_context(_style(palette)):
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(style(palette)):
         figure = Figure(figsize=(WIDTH, HEIGHT))
         grid = figure.add_gridspec(
             4, 1, height_ratios=RATIOS, left=LEFT, right=RIGHT, top=0.9, bottom=0.07, hspace=0.1
@@ -70,34 +66,7 @@ def draw(
         figure.text(LEFT, 0.957, Path(whole.name).name, fontsize=11, weight="bold")
         figure.text(RIGHT, 0.957, _facts(whole, result, chosen), ha="right", color=palette.muted)
         _draw_legend(figure, whole, panels[1], palette)
-        try:
-            figure.savefig(path, dpi=DPI)
-        except OSError as error:
-            raise MossarError(f"{path}: cannot be written: {error.strerror or error}") from None
-
-
-def _style(palette: Palette) -> Any:
-    return {
-        "font.family": "sans-serif",
-        "font.size": _FONT,
-        "figure.facecolor": palette.background,
-        "savefig.facecolor": palette.background,
-        "axes.facecolor": palette.background,
-        "axes.edgecolor": palette.muted,
-        "axes.labelcolor": palette.ink,
-        "axes.linewidth": 0.6,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "text.color": palette.ink,
-        "xtick.color": palette.muted,
-        "ytick.color": palette.muted,
-        "xtick.labelsize": _FONT - 1,
-        "ytick.labelsize": _FONT - 1,
-        "legend.frameon": False,
-        "legend.fontsize": _FONT - 1,
-        "svg.fonttype": "none",
-        "pdf.fonttype": 42,
-    }
+        save(figure, path)
 
 
 def _facts(whole: Whole, result: Result, chosen: Segmentation) -> str:
@@ -326,7 +295,7 @@ def _draw_tree(
         color=palette.level,
         transform=axes.get_yaxis_transform(),
         va="center",
-        fontsize=_FONT - 1,
+        fontsize=FONT - 1,
     )
 
 

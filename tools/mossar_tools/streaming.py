@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
-from mossar_tools.opening import sink_of, source_of
+from mossar_tools.opening import check_apart, sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import stopping
 
@@ -63,8 +64,6 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        for index, ear in enumerate(ears):
-            ear.tie(pipeline, index)
         warm_up(settings)
         with _controls(options, pipeline, ears), _metrics(options, pipeline), stopping(pipeline.stop) as stop:
             outcome = pipeline.run()
@@ -104,16 +103,15 @@ def warm_up(settings: Settings) -> None:
     from mossar_stream.segmenter import Segmenter
     from mossar_stream.skeleton import Skeleton
 
-    say_if_cold()
-    Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+    with saying_if_cold():
+        Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
 
 
-def say_if_cold() -> None:
-    """Say that the kernels are about to be compiled, if they are."""
-    from mossar_stream.compiled import is_warm
+def saying_if_cold() -> AbstractContextManager[None]:
+    """Return a block in which it is said that kernels are being compiled, if they are."""
+    from mossar_stream.compiled import telling
 
-    if not is_warm():
-        LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
+    return telling(lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS))
 
 
 def _snapshot(options: Options) -> Snapshot | None:
@@ -145,8 +143,7 @@ def _opened_sinks(
 ) -> list[Sink | FrameSink]:
     """Open the sinks; those that cannot be written, if there are others, become `missing`."""
     wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
-    if len(set(wanted)) < len(wanted):
-        raise UsageError("a sink is named twice")
+    check_apart(options.sources, wanted)
     sinks: list[Sink | FrameSink] = []
     for place, url in enumerate(wanted, 1):
         try:

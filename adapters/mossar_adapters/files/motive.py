@@ -6,7 +6,7 @@ import msgspec
 
 from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError
-from mossar_adapters.files.heading import quoted_cells, splitter
+from mossar_adapters.files.heading import delimiter_of, quoted_cells, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
@@ -29,6 +29,7 @@ class Heading(msgspec.Struct):
         quantities: `Rotation`, `Position` … of each column.
         axes: `X`, `Y`, `Z`, `W` of each column.
         line: Number of the line with the axes.
+        delimiter: A comma; a semicolon or a tab where a spreadsheet has saved the file again.
     """
 
     facts: dict[str, str]
@@ -38,6 +39,7 @@ class Heading(msgspec.Struct):
     quantities: list[str] = msgspec.field(default_factory=list)
     axes: list[str] = msgspec.field(default_factory=list)
     line: int = 0
+    delimiter: str = ","
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -46,7 +48,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     columns = _positions(heading)
     if not columns:
         raise FileError(path, "there are no columns of positions", heading.line)
-    rows = survey(path, heading.line + 1, splitter(","), max(columns) + 3, pad=True)
+    split = splitter(heading.delimiter, decimal_comma=heading.delimiter != ",")
+    rows = survey(path, heading.line + 1, split, max(columns) + 3, pad=True)
     announced = _fact(heading, "total exported frames")
     parents = None
     if heading.parents:
@@ -71,8 +74,10 @@ def _heading(path: Path) -> Heading:
     heading = Heading({})
     unlabelled: list[list[str]] = []
     for line, text in numbered_lines(path):
-        cells = [cell.strip() for cell in quoted_cells(text, ",")]
-        if line == 1:
+        if not heading.facts:
+            heading.delimiter = delimiter_of(text) or ","
+        cells = [cell.strip() for cell in quoted_cells(text, heading.delimiter)]
+        if not heading.facts:
             heading.facts = {key.lower(): value for key, value in zip(cells[::2], cells[1::2], strict=False)}
         elif cells and cells[0].lower() == "frame":
             heading.axes, heading.line = cells, line

@@ -11,15 +11,14 @@ Records are only ever appended, so that a file whose writer died reads up to its
 
 import struct
 from collections.abc import Iterator
-from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from mossar_adapters.errors import OutputError
-from mossar_adapters.files.errors import FileError, UnwritableError
+from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.output import OutputError, OutputFile
 from mossar_adapters.frame_codec import from_msgpack, to_msgpack
 from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
@@ -74,6 +73,7 @@ class MskWriter:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If the disk is full.
 
     Example:
         >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
@@ -82,8 +82,7 @@ class MskWriter:
     """
 
     def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:
-        self._path = path
-        self._file = _opened(Path(path), force=force, position=position)
+        self._file = OutputFile(path, replace=force, position=position)
         self._counts: dict[str, int] = {}  # frames written of each performer
         if position is None:
             try:
@@ -96,7 +95,7 @@ class MskWriter:
         """Append a meta or a chunk of frames.
 
         Raises:
-            OutputError: If the disk is full or gone; what was written before can be read.
+            OutputError: If the disk is full or gone.
         """
         if isinstance(item, Meta):
             self._put(_record(map_of_meta(item)))
@@ -114,12 +113,8 @@ class MskWriter:
         self._file.close()
 
     def _put(self, data: bytes) -> None:
-        left = memoryview(data)
-        try:
-            while left:  # a disk that is nearly full takes a part
-                left = left[self._file.write(left) :]
-        except OSError as error:
-            raise OutputError(f"{self._path}: the recording ends here: {error.strerror or error}") from None
+        self._file.write(data)
+        self._file.flush()
 
     def __enter__(self) -> Self:
         return self
@@ -128,19 +123,6 @@ class MskWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _opened(path: Path, *, force: bool, position: int | None) -> FileIO:
-    try:
-        file = FileIO(path, "r+" if position is not None else "w" if force else "x")
-        if position is not None:
-            file.seek(position)
-            file.truncate()
-    except FileExistsError:
-        raise FileError(path, "there is a file already; --force replaces it") from None
-    except OSError as error:
-        raise UnwritableError(path, f"cannot be written: {error.strerror or error}") from None
-    return file
 
 
 def _record(found: MetaMap | FrameMap) -> bytes:

@@ -95,6 +95,13 @@ FORMATS: tuple[Format, ...] = (
         folder=True,
     ),
     Format(
+        "OSC log",
+        (".osc", ".oscdump", ".log", ".txt"),
+        sniff.text(sniff.osc_log),
+        f"{_HERE}.osc_log",
+        "messages that oscdump wrote down",
+    ),
+    Format(
         "CSV",
         (".csv", ".tsv", ".txt"),
         sniff.text(sniff.any_text),
@@ -160,6 +167,8 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
         raise FileError(path, "this is a folder without recordings of single frames (.json)")
     if candidates:
         raise FileError(path, f"this does not look like {' or '.join(form.name for form in candidates)}")
+    if path.suffix.lower() == ".asf":
+        raise FileError(path, "this is a skeleton without motion; open the .amc that goes with it")
     known = sorted({extension for form in formats for extension in form.extensions})
     raise FileError(path, f"the extension {path.suffix!r} is not known; known are {' '.join(known)}")
 
@@ -168,6 +177,8 @@ def _head(path: Path) -> bytes:
     try:
         if path.is_dir():
             return b""
+        if path.exists() and not path.is_file():
+            raise FileError(path, "this is no file but a pipe or a device; mossar run - reads JSON lines")
         with path.open("rb") as file:
             head = file.read(HEAD_SIZE)
     except OSError as error:

@@ -11,6 +11,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.source import Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
 
 
 def selected(recording: Recording, options: ReadOptions) -> Recording:
@@ -19,12 +20,8 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
     Raises:
         FileError: If there is no such joint or performer.
     """
-    skeleton = recording.skeleton
     try:
-        if options.root is not None:
-            skeleton = skeleton.with_root(options.root)
-        if options.joints:
-            skeleton = skeleton.select(options.joints)
+        skeleton, note = selected_skeleton(recording.skeleton, options)
     except FrameError as error:
         raise FileError(recording.path, str(error)) from None
     performers, count = recording.performers, recording.frame_count
@@ -44,8 +41,34 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
                 yield _of_joints(frames, joints)
 
     return msgspec.structs.replace(
-        recording, skeleton=skeleton, performers=performers, frame_count=count, chunks=chunks
+        recording,
+        skeleton=skeleton,
+        performers=performers,
+        frame_count=count,
+        chunks=chunks,
+        notes=(*recording.notes, note) if note else recording.notes,
     )
+
+
+def selected_skeleton(skeleton: Skeleton, options: ReadOptions) -> tuple[Skeleton, str]:
+    """Return the skeleton with the root and joints that the options name, and what the user should know.
+
+    Raises:
+        FrameError: If there is no such joint, or the root that was asked for is not among the joints.
+    """
+    if options.root is not None:
+        skeleton = skeleton.with_root(options.root)
+    if not options.joints:
+        return skeleton, ""
+    chosen = skeleton.select(options.joints)
+    if skeleton.root < 0 or skeleton.names[skeleton.root] in chosen.names:
+        return chosen, ""
+    lost, found = skeleton.names[skeleton.root], chosen.names[chosen.root]
+    if options.root is not None:
+        raise FrameError(
+            f"the root {lost} is not among the joints {', '.join(chosen.names[:40])}; add it to them"
+        )
+    return chosen, f"the centre of the body, {lost}, is not among the joints; {found} is taken for it"
 
 
 def _of_joints(frames: Frames, joints: NDArray[np.intp]) -> Frames:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mossar_adapters.files.cells import number
+from mossar_adapters.files.osc_lines import log_message
 from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
@@ -68,7 +69,7 @@ def trc(head: str) -> bool:
 
 def motive(head: str) -> bool:
     """Return whether this is Motive's CSV."""
-    return head.lstrip('"').lower().startswith("format version")
+    return head.lstrip().lstrip('"').lower().startswith("format version")
 
 
 def qtm(head: str) -> bool:
@@ -86,6 +87,12 @@ def ntu(head: str) -> bool:
     """Return whether the first two lines are counts."""
     first, second = (head.lstrip() + "\n").split("\n", 2)[:2]
     return all(line.strip().isdecimal() and len(line.strip()) < 10 for line in (first, second))
+
+
+def osc_log(head: str) -> bool:
+    """Return whether one of the first lines is an OSC message in text."""
+    lines = [line for line in head.split("\n", 64)[:64] if line.strip()]
+    return any(found is not None for found in map(log_message, lines))
 
 
 def _is_number(word: str) -> bool:

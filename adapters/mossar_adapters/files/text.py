@@ -15,6 +15,7 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
+_PADDING = b"\0\x1a"  # what a crash or an old program leaves behind the text
 
 
 def encoding_of(head: bytes) -> str | None:
@@ -22,13 +23,22 @@ def encoding_of(head: bytes) -> str | None:
     for mark, encoding in _MARKS:
         if head.startswith(mark):
             return encoding
+    head = head.rstrip(_PADDING)
     if b"\0" in head:
-        return None
+        return _unmarked_utf16(head)
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)  # a character may be cut at the end
     except UnicodeDecodeError:
         return "latin-1"
     return "utf-8"
+
+
+def _unmarked_utf16(head: bytes) -> str | None:
+    """Return which UTF-16 text without a mark is, as some exports are; None if it is none."""
+    for encoding, high, low in (("utf-16-le", head[1::2], head[::2]), ("utf-16-be", head[::2], head[1::2])):
+        if high.count(0) > 0.9 * len(high) and 0 not in low:
+            return encoding
+    return None
 
 
 def head_text(head: bytes) -> str:
@@ -55,11 +65,11 @@ def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
             number += 1
             if len(line) == MAX_LINE:
                 raise FileError(path, f"the line has more than {MAX_LINE} characters", number)
-            yield number, line.rstrip("\n")
+            yield number, line.rstrip("\n\0\x1a")
 
 
 def ends_in_mid_line(path: Path) -> bool:
     """Return whether the last line of a text file has no end, as when writing was cut off."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 4))
-        return not file.read().rstrip(b"\0").endswith((b"\n", b"\r"))
+        return not file.read().rstrip(_PADDING).endswith((b"\n", b"\r"))

@@ -1,10 +1,10 @@
-"""TRC: markers in text, tabs or commas; blank cells are missing."""
+"""TRC: markers in text; tabs, commas, semicolons or spaces; blank cells are missing."""
 
 from pathlib import Path
 
 from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError, shown
-from mossar_adapters.files.heading import splitter
+from mossar_adapters.files.heading import delimiter_of, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
@@ -18,12 +18,12 @@ _HEAD = 40  # lines within which the heading ends
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
     facts, header, line = _heading(path)
-    delimiter = "\t" if "\t" in header else ","
-    split = splitter(delimiter)
+    delimiter = "\t" if "\t" in header else delimiter_of(header)
+    split = splitter(delimiter, decimal_comma=delimiter == ";")
     labels = tuple(cell.strip() for cell in split(header)[2:] if cell.strip())
     if not labels:
         raise FileError(path, "there are no marker names", line)
-    rows = survey(path, line + 2, split, 2 + 3 * len(labels), pad=True)  # the line between says X1 Y1 Z1
+    rows = survey(path, _first_row(path, line), split, 2 + 3 * len(labels), pad=True)
     announced = _fact(facts, "numframes")
     unit = facts.get("units", "").lower()
     return read_markers(
@@ -47,7 +47,7 @@ def _heading(path: Path) -> tuple[dict[str, str], str, int]:
     facts: dict[str, str] = {}
     previous: list[str] = []
     for line, text in numbered_lines(path):
-        cells = text.replace(",", "\t").split()
+        cells = text.replace(",", "\t").replace(";", "\t").split()
         if cells and cells[0].lower().rstrip("#") == "frame":
             return facts, text, line
         if previous and previous[0].lower() == "datarate":
@@ -56,6 +56,13 @@ def _heading(path: Path) -> tuple[dict[str, str], str, int]:
         if line > _HEAD:
             break
     raise FileError(path, f"there is no line of marker names that begins with {shown('Frame#')}")
+
+
+def _first_row(path: Path, names: int) -> int:
+    """Return the line at which rows may begin: after that of X1 Y1 Z1 and one of nothing but delimiters."""
+    axes = names + 1
+    following = next((text for line, text in numbered_lines(path) if line == axes + 1), "")
+    return axes + 1 if following.strip(" \t,;") else axes + 2
 
 
 def _fact(facts: dict[str, str], name: str) -> float | None:

@@ -158,7 +158,7 @@ class Flat:
 
     def _leave(self, message: Message, people: int) -> None:
         for person in range(people, self._present.get(message.address, 0)):
-            self._intake.lost(self._person(message, person), "nobody is there")
+            self._intake.batch.leave(self._person(message, person), "nobody is there")
         if message.address in self._present or len(self._present) < 64:
             self._present[message.address] = people
 

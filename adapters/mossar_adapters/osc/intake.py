@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mossar_adapters.address import Address
 from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.live import Counters, Listener
+from mossar_adapters.live import Counters
 from mossar_adapters.senders import Senders
 from mossar_adapters.source import Meta
 from mossar_stream.skeleton import Skeleton
@@ -63,7 +63,6 @@ class Intake(msgspec.Struct):
         batch: Collects the frames.
         senders: Names performers.
         counters: The source's.
-        listener: Is told who left, or None.
     """
 
     address: Address
@@ -71,7 +70,6 @@ class Intake(msgspec.Struct):
     batch: Batch
     senders: Senders
     counters: Counters
-    listener: Listener | None = None
 
     def frame(
         self,
@@ -103,8 +101,3 @@ class Intake(msgspec.Struct):
         if confidence is not None:
             shares = np.clip(np.nan_to_num(confidence), 0.0, 1.0).astype(np.float32)
         self.batch.add(performer, exact, arrival=arrival, time=time, confidence=shares)
-
-    def lost(self, performer: str, reason: str) -> None:
-        """Pass on that a performer has left."""
-        if self.listener is not None:
-            self.listener.lost(performer, reason)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from pythonosc.osc_message import OscMessage, ParseError
 
+from mossar_adapters.files.cells import LARGEST
 from mossar_stream.errors import FrameError
 
 MAX_DEPTH = 8  # bundles within bundles
@@ -37,7 +38,7 @@ def messages(datagram: bytes) -> Iterator[tuple[str, Sequence[Any]]]:
 def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ...]:
     """Return `count` arguments from `start` on as numbers; integers, floats and doubles are all welcome.
 
-    NaN passes, infinity becomes NaN.
+    NaN passes; what is infinite, or so large that its square would be, becomes NaN.
 
     Raises:
         FrameError: If there are fewer, or one is no number.
@@ -58,7 +59,7 @@ def numbers_at(arguments: Sequence[Any], places: Sequence[int]) -> tuple[float, 
     for value in found:
         if type(value) is not float and type(value) is not int:
             raise FrameError(f"argument {value!r} is no number"[:100])
-    return tuple([value if -math.inf < value < math.inf else math.nan for value in found])
+    return tuple([value if -LARGEST < value < LARGEST else math.nan for value in found])
 
 
 def whole(value: Any) -> int:

@@ -66,7 +66,7 @@ class People:
         found = self._people.pop(name, None)
         if found is not None:
             found.finish()
-        self._intake.lost(name, reason)
+        self._intake.batch.leave(name, reason)
 
     def idle(self, now: float) -> None:
         """Close the frames that nothing more comes for."""

@@ -11,7 +11,7 @@ from mossar_adapters.osc.intake import Intake, Message
 from mossar_adapters.osc.messages import messages
 from mossar_adapters.osc.profiles import NAMES, OPTIONS, Routes
 from mossar_adapters.senders import AllowList, Senders
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
@@ -27,7 +27,7 @@ class OscSource:
     Args:
         address: `osc://HOST:PORT?profile=…`.
         options: What the user says beyond the URL; the URL's own options go before.
-        listener: Is told of performers who left and of control messages.
+        listener: Is told of control messages.
 
     Raises:
         MossarError: If the port cannot be had or an option is wrong.
@@ -54,7 +54,7 @@ class OscSource:
         self._senders = Senders(address.options.get("performer"))
         options = options or ReadOptions()
         self._batch = Batch(options.fps)
-        intake = Intake(address, options, self._batch, self._senders, self.counters, listener)
+        intake = Intake(address, options, self._batch, self._senders, self.counters)
         self._routes = Routes(self._profile, intake)
         self._others = Routes("auto", intake)  # asked only to explain silence
         self._hosts: dict[str, int] = {}
@@ -64,8 +64,8 @@ class OscSource:
         if self._socket.buffer < SMALL_BUFFER:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
 
-    def items(self) -> Iterator[Meta | Frames | None]:
-        """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
+        """Yield metas, chunks of frames and who has left as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
             quiet = self._socket.now
@@ -101,7 +101,7 @@ class OscSource:
         except FrameError as error:
             counters.reject(str(error))
 
-    def collected(self) -> list[Meta | Frames]:
+    def collected(self) -> list[Meta | Frames | Left]:
         """Return what has come together since the last call, frames that nothing more comes for included."""
         if not self._socket.wait(0):
             self._idle()

@@ -10,7 +10,8 @@ bone         opens a frame; if that bone is there already, closes the frame and 
 Root         belongs to the open frame; if that has one already, closes it; before bones, to the next frame
 T            with bones before it, closes the frame and is its time; otherwise it is the time of the next frame
 OK           closes the frame, which then waits for a T right after it, until senders are known to send none
-idle gap     closes the frame: a short gap after the bone that ended the frame before, if OK and T do not end frames
+idle gap     closes the frame: a short gap after the bone that ended the frame before; where OK or T end frames only
+             a long one, since a busy sender may pause between the bundles of a frame
 ===========  ==================================================================================================
 """
 
@@ -20,6 +21,7 @@ from collections.abc import Callable
 from mossar_adapters.osc.roster import Closed, Row
 
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
+_GAP_MARKED = 1.0  # s; what is lost is missed no later than at the next frame anyway
 _RATES = (30, 60, 120, 24, 25, 50, 72, 90, 100, 144, 240)  # Hz
 _float32 = struct.Struct("f")
 
@@ -107,9 +109,10 @@ class VmcFrames:
         """Close what nothing more comes for."""
         quiet = now - self.last
         pause = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
-        if quiet > (_GAP_HIGH if self._time_follows else pause):
+        if quiet > (_GAP_MARKED if self._time_follows else pause):
             self._let_go()
-        if quiet > (pause if self._newest == self._tail and not self._marked else _GAP_HIGH):
+        unmarked = pause if self._newest == self._tail else _GAP_HIGH
+        if quiet > (_GAP_MARKED if self._marked else unmarked):
             self._close()
 
     def _let_go(self) -> None:

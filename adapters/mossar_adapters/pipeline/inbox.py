@@ -10,10 +10,13 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream.frames import Frames
 
 ROOM = 2048  # frames per source
+MOST = (
+    4096  # arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait
+)
 
 
 class Arrival(msgspec.Struct, frozen=True):
@@ -21,13 +24,13 @@ class Arrival(msgspec.Struct, frozen=True):
 
     Args:
         source: Index of the source.
-        item: A meta, frames, a request to be carried out, an error that ended the source, or None when the
-            source ended.
+        item: A meta, frames, who has left, a request to be carried out, an error that ended the source, or
+            None when the source ended.
         at: When it arrived, monotonic s.
     """
 
     source: int
-    item: "Meta | Frames | Callable[[], None] | Exception | None"
+    item: "Meta | Frames | Left | Callable[[], None] | Exception | None"
     at: float
 
 
@@ -51,14 +54,14 @@ class Inbox:
         self._changed = threading.Condition()
 
     def put(self, arrival: Arrival) -> bool:
-        """Add an arrival; wait for room if its source does not drop.
+        """Add an arrival; wait for room if its source does not drop, or sends anything but frames without end.
 
         Returns:
             False if the inbox was closed: the source need not go on.
         """
         source, count = arrival.source, _frames_in(arrival)
         with self._changed:
-            while not self._drops[source] and not self._closed and self._is_full(source, count):
+            while not self._closed and self._must_wait(source, count):
                 self._changed.wait()
             if self._closed:
                 return False
@@ -105,6 +108,11 @@ class Inbox:
 
     def _is_full(self, source: int, count: int) -> bool:
         return self._frames[source] > 0 and self._frames[source] + count > self._room
+
+    def _must_wait(self, source: int, count: int) -> bool:
+        if len(self._queues[source]) >= MOST:
+            return True
+        return not self._drops[source] and self._is_full(source, count)
 
     def _drop_oldest(self, source: int) -> None:
         queue = self._queues[source]

@@ -1,7 +1,7 @@
 """Naming: performers of several sources under names of their own, and how far each source was read."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 from mossar_adapters.pipeline.snapshot import Position
 from mossar_stream.frames import Frames
@@ -19,18 +19,27 @@ class Naming:
     def __init__(self, sources: Sequence[str]) -> None:
         self._sources = list(sources)
         self._names: list[dict[str, str]] = [{} for _ in sources]  # from the source's name to ours
+        self._owners: dict[str, int] = {}  # from our name to the source
         self._frames: list[dict[str, int]] = [{} for _ in sources]  # taken so far, by the source's name
+
+    def __len__(self) -> int:
+        return len(self._owners)
 
     def name(self, source: int, performer: str) -> str:
         """Return our name for a performer of a source; the first source with a name keeps it."""
         names = self._names[source]
         if performer not in names:
             names[performer] = self._free(performer)
+            self._owners[names[performer]] = source
             if names[performer] != performer:
                 _log.info(
                     "%s: performer %s is called %s here", self._sources[source], performer, names[performer]
                 )
         return names[performer]
+
+    def known(self, source: int, performer: str) -> str | None:
+        """Return our name for a performer of a source, None if it was never named."""
+        return self._names[source].get(performer)
 
     def of_source(self, source: int) -> list[str]:
         """Return our names for the performers of a source."""
@@ -38,19 +47,19 @@ class Naming:
 
     def source_of(self, name: str) -> int:
         """Return the source of the performer that we call `name`."""
-        return next(i for i, names in enumerate(self._names) if name in names.values())
-
-    def forget(self, name: str) -> None:
-        """Forget the performer that we call `name`; it is free for another one."""
-        for names, frames in zip(self._names, self._frames, strict=True):
-            for theirs in [theirs for theirs, ours in names.items() if ours == name]:
-                del names[theirs]
-                frames.pop(theirs, None)
+        return self._owners[name]
 
     def count(self, source: int, frames: Frames) -> None:
         """Count frames, under the source's name for the performer."""
         counts = self._frames[source]
         counts[frames.performer] = counts.get(frames.performer, 0) + len(frames)
+
+    def forget(self, kept: Container[str]) -> None:
+        """Forget the performers whose names are not among those kept."""
+        for names, frames in zip(self._names, self._frames, strict=True):
+            for performer in [own for own, name in names.items() if name not in kept]:
+                del self._owners[names.pop(performer)]
+                frames.pop(performer, None)
 
     def positions(self) -> tuple[Position, ...]:
         """Return how far each source was read."""
@@ -63,16 +72,16 @@ class Naming:
         """Go on with the names and counts of a snapshot of the same sources."""
         self._names = [dict(position.names) for position in positions]
         self._frames = [dict(position.frames) for position in positions]
+        self._owners = {name: i for i, names in enumerate(self._names) for name in names.values()}
 
     def fits(self, positions: Sequence[Position]) -> bool:
         """Return whether positions are of these sources."""
         return [position.name for position in positions] == self._sources
 
     def _free(self, performer: str) -> str:
-        taken = {name for names in self._names for name in names.values()}
-        if performer not in taken:
+        if performer not in self._owners:
             return performer
         number = 1
-        while f"p{number}" in taken:
+        while f"p{number}" in self._owners:
             number += 1
         return f"p{number}"

@@ -20,6 +20,7 @@ ROOM = 20_000  # events, or frames of a sink that takes frames
 PATIENCE = 2.0  # s given to a sink at the end, to take what waits
 _CLOSING = 1.0  # s given to it to close
 _NAP = 0.1  # s, after which a wait looks whether the program is to end
+_QUIET = 0.2  # s without events after which a sink may look after receivers that have joined
 
 _log = logging.getLogger("mossar.pipeline")
 
@@ -38,6 +39,9 @@ class Parcel(msgspec.Struct, frozen=True):
     def size(self) -> int:
         """Return what it takes in the queue."""
         return 1 if isinstance(self.item, Meta | TakeStart) else len(self.item)
+
+
+_NOTHING = Parcel([])
 
 
 class Outlet:
@@ -158,7 +162,8 @@ class Outlet:
         try:
             while (parcel := self._next()) is not None:
                 self._hand_over(parcel)
-                self._delivered(parcel)
+                if parcel is not _NOTHING:
+                    self._delivered(parcel)
                 with self._changed:
                     self._busy = False
                     self._changed.notify_all()
@@ -172,7 +177,8 @@ class Outlet:
     def _next(self) -> Parcel | None:
         with self._changed:
             while not self._queue and not self._ending:
-                self._changed.wait()
+                if not self._changed.wait(_QUIET) and self._takes_events:
+                    return _NOTHING
             if not self._queue:
                 return None
             self._busy = True

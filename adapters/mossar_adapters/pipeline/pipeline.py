@@ -25,7 +25,7 @@ from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.take_starts import take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.sink import FrameSink, Sink
-from mossar_adapters.source import Meta, Source
+from mossar_adapters.source import Left, Meta, Source
 from mossar_stream.errors import FrameError, SettingsError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
@@ -33,6 +33,7 @@ from mossar_stream.settings import Settings
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _LEAVE = 1.0  # s given to a reader to end
+_NAMES = 4 * MAX_PERFORMERS  # names, after which those of performers who are followed no more are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
 
@@ -174,36 +175,39 @@ class Pipeline:
             self._announce(item, arrival.source)
         elif isinstance(item, Frames):
             self._push(item, arrival)
+        elif isinstance(item, Left):
+            self._let_go(item, arrival.source)
         elif isinstance(item, Exception) or item is None:
             self._end_source(arrival.source, item)
         else:
             item()
 
+    def _name(self, source: int, performer: str) -> str:
+        """Return our name for a performer of a source; a flood of names does not take memory."""
+        if len(self.naming) > _NAMES:
+            kept = set(self.pool.names)
+            self.naming.forget(kept)
+            self.upkeep.keep(kept)
+            for table in (self.latency, self.times, self.unusable):
+                for name in set(table) - kept:
+                    del table[name]
+        return self.naming.name(source, performer)
+
     def _announce(self, meta: Meta, source: int) -> None:
-        meta = msgspec.structs.replace(meta, performer=self.naming.name(source, meta.performer))
+        meta = msgspec.structs.replace(meta, performer=self._name(source, meta.performer))
         try:
             events = self.pool.announce(meta.performer, meta.skeleton, meta.fps)
         except FrameError as error:
             _log.warning("%s: %s", self.feeds[source].source.name, error)
             return
         self.latency.setdefault(meta.performer, Latency())
-        if len(self.latency) > len(self.pool):
-            self._forget([name for name in self.latency if name not in self.pool])
         self.send(events)
         for outlet in self.outlets:
             outlet.put(Parcel(meta))
 
-    def _forget(self, performers: Sequence[str]) -> None:
-        """Forget performers for whom the pool had no room: senders may invent names for ever."""
-        for name in performers:
-            for facts in (self.latency, self.times, self.unusable):
-                facts.pop(name, None)
-            self.naming.forget(name)
-            self.upkeep.leave(name)
-
     def _push(self, frames: Frames, arrival: Arrival) -> None:
+        name = self._name(arrival.source, frames.performer)
         self.naming.count(arrival.source, frames)
-        name = self.naming.name(arrival.source, frames.performer)
         frames = msgspec.structs.replace(frames, performer=name)
         self.upkeep.heard(self, arrival, name)
         before = self.times.get(name, (0.0, None))[1]
@@ -222,6 +226,12 @@ class Pipeline:
             for start in starts:
                 outlet.put(Parcel(start))
         self.send(events, arrival.at)
+
+    def _let_go(self, left: Left, source: int) -> None:
+        name = self.naming.known(source, left.performer)
+        if name is not None and name in self.pool:
+            self.send(self.pool[name].end_take(left.reason))
+            self.upkeep.leave(name)
 
     def _within_time(self, frames: Frames) -> Frames:
         """Return the frames before the end that was asked for; stop when all performers have reached it."""

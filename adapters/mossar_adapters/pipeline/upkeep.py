@@ -2,6 +2,7 @@
 
 import logging
 import time
+from collections.abc import Container
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,9 +45,6 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._explained: set[int] = set()  # sources whose silence was explained
         self._full: set[int] = set()  # sources whose queue was said to be full
-        self._leaving: dict[
-            str, tuple[float, str]
-        ] = {}  # performers who have left: when to end the take, and why
         self._counted: dict[
             str, tuple[int, float]
         ] = {}  # frames and time of each performer at the last stats
@@ -70,15 +68,14 @@ class Upkeep:
         """Stop watching a source that has ended."""
         self._watch.forget(source)
 
-    def leave(self, performer: str) -> None:
-        """Forget a performer."""
-        self._watch.leave(performer)
-        self._leaving.pop(performer, None)
-        self._counted.pop(performer, None)
+    def keep(self, performers: Container[str]) -> None:
+        """Stop watching all others."""
+        self._watch.keep(performers)
+        self._counted = {name: counted for name, counted in self._counted.items() if name in performers}
 
-    def let_go(self, pipeline: "Pipeline", source: int, performer: str, reason: str, due: float) -> None:
-        """Note that a performer has left; the take ends at `due`, monotonic s."""
-        self._leaving[pipeline.naming.name(source, performer)] = (due, reason)
+    def leave(self, performer: str) -> None:
+        """Stop watching a performer who has left."""
+        self._watch.leave(performer)
 
     def look(self, pipeline: "Pipeline") -> None:
         """Do what is due."""
@@ -88,11 +85,6 @@ class Upkeep:
         self._looked = now
         self._look_for_stalls(pipeline, now)
         self._look_for_silence(pipeline, now)
-        for performer in [name for name, (due, _) in self._leaving.items() if now >= due]:
-            _, reason = self._leaving.pop(performer)
-            if performer in pipeline.pool:
-                pipeline.send(pipeline.pool[performer].end_take(reason))
-                self._watch.leave(performer)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
             self.send_stats(pipeline)
@@ -187,14 +179,17 @@ class Upkeep:
         # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
         until = {i: feed.looked_at for i, feed in enumerate(pipeline.feeds)} | pipeline.inbox.oldest()
         for performer, finding in self._watch.check(now, until):
-            if finding == "stalled":
+            if performer not in pipeline.pool:  # others have taken its place
+                self._watch.leave(performer)
+            elif finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
                 pipeline.send(pipeline.pool[performer].end_take("gap"))
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
-            if pipeline.running[i] and now - feed.heard_at > SILENCE and i not in self._explained:
+            silent = now - feed.heard_at > SILENCE and i not in pipeline.inbox.oldest()
+            if pipeline.running[i] and silent and i not in self._explained:
                 self._explained.add(i)
                 why = explanation(feed.source)
                 _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")

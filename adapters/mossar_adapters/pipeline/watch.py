@@ -1,6 +1,6 @@
 """Watch: notices on the wall clock that frames have stopped, and that they are back."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from types import MappingProxyType
 from typing import Literal
 
@@ -45,6 +45,10 @@ class Watch:
     def leave(self, performer: str) -> None:
         """Stop watching a performer who has left."""
         self._heard.pop(performer, None)
+
+    def keep(self, performers: Container[str]) -> None:
+        """Stop watching all others."""
+        self._heard = {name: heard for name, heard in self._heard.items() if name in performers}
 
     def forget(self, source: int) -> None:
         """Stop watching the performers of a source that has ended."""

@@ -25,13 +25,13 @@ FRAME_OPTIONS = {
     "wait": "seconds to wait for a first subscriber before the first frame; default 3",
 }
 QUEUE = 50_000  # messages kept for a subscriber that is slow
-MAX_METAS = 1024  # performers whose meta is kept for late joiners
+_METAS = 1024  # performers whose metas are kept for late joiners
 _WAIT = 3.0  # s
 _SUBSCRIBE = b"\x01"
 
 
 class ZmqSink:
-    """Publishes events; implements `Sink`. Call `send(())` now and then to serve late joiners in quiet times.
+    """Publishes events; implements `Sink`.
 
     Args:
         address: `zmq+bind://HOST:PORT`, `zmq://HOST:PORT` or an `ipc:` form.
@@ -137,7 +137,7 @@ class Publisher:
         found = map_of_meta(meta, self._settings)
         topic = f"mossar.meta.{meta.performer}.".encode()
         self._metas.pop(topic, None)
-        if len(self._metas) == MAX_METAS:
+        if len(self._metas) == _METAS:
             del self._metas[next(iter(self._metas))]
         self._metas[topic] = to_json(found) if self.json else to_msgpack(found)
         self.serve()

@@ -15,7 +15,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.frame_codec import from_json, from_msgpack
 from mossar_adapters.live import Counters
 from mossar_adapters.map_intake import MapIntake
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, open_socket
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
@@ -66,7 +66,7 @@ class ZmqSource:
         self._running = False
         self._closed = False
 
-    def items(self) -> Iterator[Meta | Frames | None]:
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
@@ -87,7 +87,7 @@ class ZmqSource:
         except FrameError as error:
             self.counters.reject(str(error))
 
-    def collected(self) -> list[Meta | Frames]:
+    def collected(self) -> list[Meta | Frames | Left]:
         """Return what has come together since the last call."""
         return self._batch.take()
 

@@ -22,10 +22,26 @@ def test_the_three_agree(sample, kind):
     np.testing.assert_allclose(positions_of(open_recording(sample(kind))), expected, atol=2e-5)
 
 
-def test_trc_may_be_separated_by_commas(sample):
+@pytest.mark.parametrize("delimiter", [",", ";"])
+def test_trc_may_be_separated_by_commas_or_semicolons(sample, delimiter):
     path = sample("trc")
     expected = positions_of(open_recording(path))
-    np.testing.assert_array_equal(positions_of(open_recording(rewritten(path, "\t", ","))), expected)
+    np.testing.assert_array_equal(positions_of(open_recording(rewritten(path, "\t", delimiter))), expected)
+
+
+def test_the_blank_row_above_the_rows_of_a_trc_is_none_though_it_has_delimiters(sample):
+    path = sample("trc")
+    expected = positions_of(open_recording(path))
+    path = rewritten(rewritten(path, "\n\n", "\n" + "\t" * 13 + "\n"), "\t", ",")
+    np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
+
+
+def test_motive_saved_again_by_a_spreadsheet_reads_the_same(sample):
+    path = sample("motive")
+    expected = positions_of(open_recording(path))
+    for old, new in ((",", ";"), (".", ",")):
+        rewritten(path, old, new)
+    np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
 
 
 def test_trc_blanks_are_missing_and_trailing_blanks_may_be_left_out(sample):

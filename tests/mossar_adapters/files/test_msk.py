@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mossar_stream
-from mossar_adapters.errors import OutputError
 from mossar_adapters.files import FileError, MskWriter, ReadOptions, open_recording
+from mossar_adapters.files.output import OutputError
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -124,17 +124,17 @@ def test_it_goes_on_where_a_former_run_was_sure_of_its_frames(tmp_path):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_full_disk_is_one_clear_line():
-    with pytest.raises(OutputError, match="/dev/full: the recording ends here: No space left on device"):
+    with pytest.raises(OutputError, match="/dev/full: cannot be written: No space left on device"):
         MskWriter("/dev/full", force=True)
 
 
-def test_what_fitted_on_a_full_disk_is_read(small_disk):
-    path = small_disk / "a.msk"
+def test_what_fitted_on_a_full_disk_is_read(disk_of_128k):
+    path = disk_of_128k / "a.msk"
     with MskWriter(path) as writer:
         writer.write(Meta("p1", PAIR, 100.0))
         frames = some_frames(10_000)
         writer.write(some_frames(200))
-        with pytest.raises(OutputError, match="the recording ends here"):
+        with pytest.raises(OutputError, match="cannot be written"):
             writer.write(frames)
     recording = open_recording(path)
     assert recording.frame_count > 100

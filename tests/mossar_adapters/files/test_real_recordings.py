@@ -9,8 +9,8 @@ from mossar_adapters.files.units import height
 REFUSED = {  # what is said about files that are no recordings of a person in space
     "Empty.c3d": "the file is empty",
     "walk01_hierarchy.csv": "no headings with x, y and z of joints",
-    "skeleton.asf": "the extension '.asf' is not known",
-    "86.asf": "the extension '.asf' is not known",
+    "skeleton.asf": "a skeleton without motion; open the .amc",
+    "86.asf": "a skeleton without motion; open the .amc",
     **{f"{number:03}.json": "its poses are 2-D" for number in range(40, 50)},
 }
 NOT_PEOPLE = {"full_precision_frame_time.bvh", "rotation_first_root.bvh"}  # made up for their dialects
@@ -43,7 +43,7 @@ def asf_for(path, shared):
 
 
 @pytest.mark.parametrize(
-    "kind", ["bvh", "amc", "csv", "trc", "jsonl", "msk", "qtm", "motive", "npz", "c3d", "ntu"]
+    "kind", ["bvh", "amc", "csv", "trc", "jsonl", "msk", "qtm", "motive", "npz", "c3d", "ntu", "osc"]
 )
 def test_memory_stays_flat_however_long_the_recording(sample, kind):
     path = sample(kind)
@@ -66,7 +66,17 @@ def lengthen(path, kind, times):
             np.savez(path, positions=np.tile(arrays["positions"], (times, 1, 1)), fps=60.0)
         return
     data = path.read_bytes()
-    frames = {"bvh": 30, "csv": 30, "trc": 30, "jsonl": 30, "qtm": 30, "motive": 30, "amc": 90, "ntu": 840}
+    frames = {
+        "bvh": 30,
+        "csv": 30,
+        "trc": 30,
+        "jsonl": 30,
+        "qtm": 30,
+        "motive": 30,
+        "amc": 90,
+        "ntu": 840,
+        "osc": 120,
+    }
     if kind in frames:
         lines = data.splitlines(keepends=True)
         head, body = lines[: -frames[kind]], lines[-frames[kind] :]

@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,7 @@ EXPECTED = {  # rate, frames, joints, height in metres of the recordings that co
     "openpose": (30, 1, 4, 1.7),
     "c3d": (60, 30, 4, 1.7),
     "xdf": (60, 30, 4, 1.7),
+    "osc": (60, 30, 4, 1.7),
 }
 
 
@@ -121,6 +124,13 @@ def test_missing_files_folders_and_unknown_extensions_are_named(tmp_path):
         open_recording(tmp_path / "a.mp4")
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.bvh")
+    with pytest.raises(FileError, match="a pipe or a device"):
+        open_recording(tmp_path / "a.bvh")
+
+
 def test_a_missing_extra_is_named(sample):
     row = Format(
         "XDF", (".xdf",), lambda _h, _p: True, "nowhere", "", extra="files", library="not_installed_here"
@@ -151,25 +161,40 @@ def whole_frames(path):
 
 
 @pytest.mark.parametrize(
-    "kind", ["bvh", "trc", "motive", "qtm", "ntu", "c3d", "xdf", "msk", "jsonl", "mediapipe", "amc"]
+    "kind", ["bvh", "trc", "motive", "qtm", "ntu", "c3d", "xdf", "msk", "jsonl", "mediapipe", "amc", "osc"]
 )
 def test_that_a_file_is_cut_off_is_noted(sample, kind):
     path = sample(kind)
-    path.write_bytes(path.read_bytes()[: len(path.read_bytes()) * 8 // 10])
+    path.write_bytes(path.read_bytes()[: len(path.read_bytes()) * 8 // 10 - 3])
     recording = open_recording(path)
     assert 10 <= len(positions_of(recording)) < EXPECTED[kind][1]
     assert any("cut off" in note for note in recording.notes)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
 @pytest.mark.parametrize("ends", ["\r\n", "\r", "\n"])
 def test_encodings_and_line_ends_do_not_matter(sample, encoding, ends):
-    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu"):
+    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu", "motive", "osc"):
         path = sample(kind)
         expected = positions_of(open_recording(path))
-        text = path.read_bytes().decode("utf-8").replace("\n", ends)
+        text = path.read_bytes().decode("utf-8-sig").replace("\n", ends)
         path.write_bytes(text.encode(encoding))
         np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
+
+
+@pytest.mark.parametrize("padding", [b"\0" * 100, b"\x1a"])
+def test_what_a_crash_or_an_old_program_leaves_behind_the_text_is_no_frame(sample, padding):
+    for kind in ("bvh", "csv", "trc", "amc", "qtm", "msrc12", "ntu", "motive", "osc"):
+        path = sample(kind)
+        expected = positions_of(open_recording(path))
+        path.write_bytes(path.read_bytes() + padding)
+        np.testing.assert_array_equal(positions_of(open_recording(path)), expected)
+
+
+def test_a_skeleton_without_its_motion_is_refused_with_a_hint(tmp_path):
+    (tmp_path / "86.asf").write_text(":version 1.10\n")
+    with pytest.raises(FileError, match="a skeleton without motion"):
+        open_recording(tmp_path / "86.asf")
 
 
 def test_a_new_format_is_one_function_and_one_row(tmp_path, monkeypatch):

@@ -85,6 +85,22 @@ def test_confirmed_key_frames_are_those_of_the_direct_run_within_a_frame(studio,
     assert agreement(direct, seen, 1.5 / studio.FPS) >= 0.93  # reached: 0.96 and 0.94
 
 
+@pytest.mark.parametrize("settings", [{}, dict(DEFAULTS)], ids=["plain", "defaults"])
+def test_but_for_hidden_joints_they_would_be_all_the_same(studio, settings):
+    _, true, times, found, _ = play(studio)
+    without_hidden = np.where(np.isnan(found), np.nan, true).astype(np.float32)
+    direct = key_frames(without_hidden, times, settings)
+    seen = key_frames(found, times, settings)
+    assert agreement(direct, seen, 1.5 / studio.FPS) == 1.0
+
+
+def test_noisy_depth_moves_confirmed_key_frames_by_some_frames(studio):
+    _, true, times, found, _ = play(studio, **NOISY)
+    direct = key_frames(true.astype(np.float32), times, {})
+    seen = key_frames(found, times, {})
+    assert agreement(direct, seen, 6 / studio.FPS) > 0.65  # reached: 0.73; 0.42 within 1.5 frames
+
+
 def test_noisy_depth_leaves_most_key_frames_in_place_and_the_defaults_help(studio):
     plain, helped = [], []
     for seed in (3, 4, 5, 6):

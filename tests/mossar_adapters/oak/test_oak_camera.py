@@ -6,7 +6,7 @@ import pytest
 
 from mossar_adapters import oak_camera
 from mossar_adapters.oak_camera import CameraError, find_camera, load_sdk, model_folder, obstacle
-from mossar_adapters.oak_check import check
+from mossar_adapters.oak_check import check, summary, tell
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 dai = pytest.importorskip("depthai")
@@ -129,3 +129,23 @@ def test_the_check_lists_the_sdk_every_camera_and_the_checklist(monkeypatch):
     assert "camera 18443010A1 at 1.2 (MYRIAD_X): ready" in text
     assert "camera 18443010B2 at 1.3 (MYRIAD_X): another program uses it" in text
     assert " 7. mossar record oak: take.msk" in text
+
+
+def test_what_is_asked_for_the_summary_names_the_sdk_and_every_camera(monkeypatch, capfd):
+    monkeypatch.setattr("mossar_adapters.oak_check.cameras", lambda: [FREE])
+    tell()
+    lines = [f"depthai {dai.__version__}", "camera 18443010A1 at 1.2 (MYRIAD_X): ready"]
+    assert capfd.readouterr().out.splitlines() == lines
+
+
+def test_an_sdk_that_cannot_look_is_said(monkeypatch, capfd):
+    monkeypatch.setattr("mossar_adapters.oak_check.cameras", lambda: find_camera("nowhere"))
+    monkeypatch.setattr(oak_camera, "cameras", list)
+    tell()
+    assert "No OAK camera found" in capfd.readouterr().out
+
+
+def test_the_summary_comes_in_time_or_says_that_it_does_not():
+    assert summary(60)[0] == f"depthai {dai.__version__}"
+    (line,) = summary(0.01)
+    assert "has not answered" in line

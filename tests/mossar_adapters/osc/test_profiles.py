@@ -10,6 +10,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.joint_sets import COCO_17, KINECT_25
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.source import OscSource
+from mossar_adapters.source import Left
 
 JOINTS = ("head", "neck", "torso", "l_shoulder", "l_elbow", "l_hand", "r_shoulder", "r_elbow", "r_hand")
 
@@ -132,16 +133,13 @@ def test_a_sender_met_in_mid_frame_is_in_step_after_two_frames(open_wire, hear):
     assert depth.max() < 1e-5, "no frame mixes joints of two"
 
 
-def test_users_who_leave_are_passed_on(hear):
+def test_users_who_leave_and_control_messages_are_passed_on(hear):
     class Listener:
         def __init__(self):
-            self.lost_users = []
-
-        def lost(self, performer, reason):
-            self.lost_users.append((performer, reason))
+            self.heard = []
 
         def control(self, address, arguments):
-            self.lost_users.append((address, list(arguments)))
+            self.heard.append((address, list(arguments)))
 
     listener = Listener()
     source = OscSource(parse_url("osc://127.0.0.1:0"), ReadOptions(), listener)
@@ -159,11 +157,8 @@ def test_users_who_leave_are_passed_on(hear):
     heard = hear(source, send)
     wire.socket.close()
     assert heard.count("p3") == 3
-    assert listener.lost_users == [
-        ("p3", "lost user"),
-        ("/mossar/set/level", ["cluster"]),
-        ("/mossar/reset", []),
-    ]
+    assert heard.items[-1] == Left("p3", "lost user"), "behind the last frame"
+    assert listener.heard == [("/mossar/set/level", ["cluster"]), ("/mossar/reset", [])]
 
 
 def test_kinect_bodies_carry_tracking_states_as_confidence(open_wire, hear):

@@ -4,7 +4,11 @@ import time
 import numpy as np
 
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
+from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+META = Meta("p1", Skeleton(("hip",)))
 
 
 def frames(count, first=0):
@@ -30,6 +34,20 @@ def test_metas_are_never_dropped():
         inbox.put(arrival(0, frames(4)))
     assert inbox.get(0).item is None
     assert len(inbox.get(0).item) == 4
+
+
+def test_metas_without_end_make_even_a_live_reader_wait(monkeypatch):
+    monkeypatch.setattr("mossar_adapters.pipeline.inbox.MOST", 10)
+    inbox = Inbox([True])
+    for _ in range(10):
+        inbox.put(arrival(0, META))
+    done = threading.Event()
+    writer = threading.Thread(target=lambda: (inbox.put(arrival(0, META)), done.set()))
+    writer.start()
+    assert not done.wait(0.05)
+    inbox.get(0)
+    assert done.wait(2)
+    writer.join()
 
 
 def test_a_full_queue_of_a_recording_makes_its_reader_wait():

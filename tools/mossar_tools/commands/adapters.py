@@ -53,15 +53,26 @@ def run(options: Options, console: Console) -> int:
         for address in further:
             console.line(f"  {address},")
         console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
+        for line in _devices(scheme):
+            console.line(f"{'':36}{line}")
     console.line("")
     console.line(console.colour("recordings", "1"))
     for row in FORMATS:
-        console.line(f"  {row.name:<12}{' '.join(row.extensions):<22}{row.description}{_missing(row)}")
+        console.line(f"  {row.name:<12}{' '.join(row.extensions):<28}{row.description}{_missing(row)}")
     return DONE
 
 
 def _missing(row: "Scheme | Format") -> str:
     return "" if row.available() else f"  - missing: pip install 'mossar-stream[{row.extra}]'"
+
+
+def _devices(scheme: "Scheme") -> list[str]:
+    """Return what is there of a scheme's hardware."""
+    if "oak" not in scheme.names or not scheme.available():
+        return []
+    from mossar_adapters.oak_check import summary
+
+    return summary()
 
 
 def _check(url: str, options: Options, console: Console) -> int:
@@ -87,7 +98,7 @@ def _listened(source: "Source", console: Console) -> int:
     from mossar_adapters.pipeline.counting import counters_of, explanation
     from mossar_adapters.pipeline.feed import Feed
     from mossar_adapters.pipeline.inbox import Inbox
-    from mossar_adapters.source import Meta
+    from mossar_adapters.source import Left, Meta
     from mossar_stream.frames import Frames
 
     inbox = Inbox([source.live])
@@ -106,7 +117,7 @@ def _listened(source: "Source", console: Console) -> int:
         elif isinstance(arrival.item, Frames):
             name = arrival.item.performer
             frames[name] = frames.get(name, 0) + len(arrival.item)
-        else:
+        elif not isinstance(arrival.item, Left):
             error = arrival.item if isinstance(arrival.item, Exception) else None
             break
     inbox.close()

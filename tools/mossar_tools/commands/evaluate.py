@@ -60,12 +60,12 @@ def run(options: Options, console: Console) -> int:
     from mossar_tools.evaluation.methods import all_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
     from mossar_tools.evaluation.trial import groups_of, trial
-    from mossar_tools.streaming import say_if_cold
+    from mossar_tools.streaming import saying_if_cold
 
-    say_if_cold()
     groups = groups_of(takes)
     methods = all_methods(settings)
-    rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
+    with saying_if_cold():
+        rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
     if options.json:
         console.line(msgspec.json.encode(as_json(groups, rows)).decode())
     else:

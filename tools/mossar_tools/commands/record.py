@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed
@@ -32,12 +33,13 @@ def run(options: Options, console: Console) -> int:
     from mossar_adapters.files import FileError
     from mossar_adapters.recorder import Recorder
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import source_of
+    from mossar_tools.opening import check_apart, source_of
     from mossar_tools.signals import stopping
 
     url = options.sources[0]
     if Path(options.file).suffix.lower() not in {".msk", ".jsonl"}:
         raise UsageError(f"{options.file}: recordings are written as .msk, or .jsonl to be read elsewhere")
+    check_apart([url], [options.file])
     source = source_of(url, options)
     try:
         sink = open_frame_sink(options.file, force=options.force)
@@ -46,11 +48,18 @@ def run(options: Options, console: Console) -> int:
         raise
     recorder = Recorder(source, sink, options.seconds)
     with stopping(recorder.stop) as stop:
-        for frames, seconds in recorder.run():
-            console.status(f"{url} · {frames} frames, {seconds:.1f} s")
+        try:
+            for frames, seconds in recorder.run():
+                console.status(f"{url} · {frames} frames, {seconds:.1f} s")
+            failure = recorder.error
+        except MossarError as error:  # of the file that is written
+            failure = error
     console.clear()
-    LOGGER.info("%s: %d frames", options.file, recorder.frames)
-    if recorder.error is not None:
-        LOGGER.error("%s", recorder.error)
-        return stop.status or (WRONG_USAGE if isinstance(recorder.error, FileError) else FAILED)
+    if recorder.frames:
+        LOGGER.info("%s: %d frames", options.file, recorder.frames)
+    else:
+        LOGGER.warning("no frame came; %s was not written", options.file)
+    if failure is not None:
+        LOGGER.error("%s", failure)
+        return stop.status or (WRONG_USAGE if isinstance(failure, FileError) else FAILED)
     return stop.status or DONE

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mossar_adapters.address import parse_url
+from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console
-from mossar_tools.errors import DONE, UsageError
+from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed
 
 if TYPE_CHECKING:
@@ -43,16 +44,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    from mossar_adapters.files import FileError
     from mossar_adapters.live import OutputClosedError
     from mossar_adapters.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
-    from mossar_tools.opening import source_of
+    from mossar_tools.opening import check_apart, source_of
 
     if not options.to:
         raise UsageError("where to? Name a sink, as in --to osc://127.0.0.1:39539?profile=vmc")
     scheme = parse_url(options.file).scheme
     if scheme not in {"file", "demo"}:
         raise UsageError(f"{options.file}: mossar replay sends recordings and demo:, not live streams")
+    check_apart([options.file], options.to)
     with contextlib.ExitStack() as opened:
         source = source_of(options.file, replace(options, speed=options.speed or 1.0))
         opened.callback(source.close)
@@ -64,8 +67,15 @@ def run(options: Options, console: Console) -> int:
         try:
             for seconds in Replay(source, sinks, motion).run():
                 console.status(f"{source.name} · {seconds:.1f} s sent")
+            for sink in sinks:
+                sink.close()
         except OutputClosedError:
             raise BrokenPipeError from None
+        except FileError:  # the recording is damaged
+            raise
+        except MossarError as error:  # a sink failed
+            LOGGER.error("%s", error)
+            return FAILED
     for sink in sinks:
         if dropped := getattr(sink, "dropped", 0):
             LOGGER.warning("%s: %d messages were not taken by the system", sink.name, dropped)

@@ -3,13 +3,12 @@
 import argparse
 import csv
 import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from mossar_tools.console import Console
-from mossar_tools.errors import DONE, UsageError
+from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_body, add_messages, add_settings
 from mossar_tools.values import whole as whole_number
 
@@ -26,7 +25,6 @@ EXAMPLES = """  mossar segment walk.bvh
 """
 
 COLUMNS = ("start", "end", "duration", "state", "strength")
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,23 +49,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     settings = options.settings(range="file")
-    if options.plot is not None and Path(options.plot).suffix.lower() not in PICTURES:
-        raise UsageError(f"{options.plot}: pictures are {', '.join(PICTURES)}")
+    picture = None
+    if options.plot is not None:
+        from mossar_tools.figures import check_picture
+
+        picture = check_picture(options.plot)
     from mossar_stream.recording import segment_recording
-    from mossar_tools.streaming import say_if_cold
+    from mossar_tools.streaming import saying_if_cold
     from mossar_tools.whole import read_whole
 
     whole = read_whole(options)
-    say_if_cold()
     console.status(f"segmenting {len(whole.times)} frames ...")
-    result = segment_recording(
-        whole.positions,
-        whole.fps,
-        whole.skeleton,
-        settings,
-        times=whole.times,
-        curves=options.plot is not None,
-    )
+    with saying_if_cold():
+        result = segment_recording(
+            whole.positions,
+            whole.fps,
+            whole.skeleton,
+            settings,
+            times=whole.times,
+            curves=picture is not None,
+        )
     chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
     console.clear()
     if options.json:
@@ -82,18 +83,18 @@ def run(options: Options, console: Console) -> int:
         console.line(msgspec.json.encode(report).decode())
     elif options.csv:
         console.line(_csv(chosen).rstrip("\n"))
-    elif options.plot is None:
+    elif picture is None:
         from mossar_tools.tables import segmentation_table
 
         for line in segmentation_table(whole, result, chosen, console):
             console.line(line)
-    if options.plot is not None:
+    if picture is not None:
         from mossar_tools.palette import DARK, LIGHT
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        draw(Path(options.plot), whole, result, chosen, DARK if options.dark else LIGHT, options.keep)
-        console.say(f"drawn: {options.plot}")
+        draw(picture, whole, result, chosen, DARK if options.dark else LIGHT, options.keep)
+        console.say(f"drawn: {picture}")
     return DONE
 
 

@@ -66,14 +66,14 @@ def _play(options: Options, console: Console) -> int:
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
     from mossar_tools.signals import stopping
-    from mossar_tools.streaming import say_if_cold
+    from mossar_tools.streaming import saying_if_cold
 
     needed("viser", "view", "the dashboard")
     settings = options.settings(range="file")
     parts = read_parts(options)
-    say_if_cold()
     console.status("segmenting ...", now=True)
-    show = RecordedShow(parts, settings, options.speed or 1.0)
+    with saying_if_cold():
+        show = RecordedShow(parts, settings, options.speed or 1.0)
     console.clear()
     page = Page(show, options.port, dark=options.dark)
     ended: list[bool] = []

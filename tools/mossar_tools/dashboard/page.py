@@ -48,14 +48,14 @@ class Page:
     ) -> None:
         needed("viser", "view", "the dashboard")
         import rich
-        import viser
 
         from mossar_tools.dashboard.controls import Controls
         from mossar_tools.dashboard.scene import Scene
+        from mossar_tools.dashboard.server import open_server
 
         rich.get_console().quiet = True  # viser announces itself on standard output, which is ours
         self._show = show
-        self._server = viser.ViserServer(host="127.0.0.1", port=port, label="mossar", verbose=False)
+        self._server = open_server(port)
         self.port = self._server.get_port()
         if port not in (0, self.port):
             LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
@@ -104,7 +104,8 @@ class Page:
     def close(self) -> None:
         """Stop drawing and serving."""
         self._stop.set()
-        self._thread.join(2.0)
+        if self._thread.is_alive():
+            self._thread.join(2.0)
         self._server.stop()
 
     def _paint(self) -> None:

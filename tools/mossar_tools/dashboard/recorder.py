@@ -4,9 +4,9 @@ import threading
 from collections import OrderedDict
 from pathlib import Path
 
-from mossar_adapters.errors import OutputError
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.source import Meta
+from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames
 from mossar_tools.console import LOGGER
 
@@ -29,20 +29,13 @@ class Recorder:
             self._metas[meta.performer] = meta
             if len(self._metas) > _MOST:
                 self._metas.popitem(last=False)
-            if self._writer is not None:
-                self._writer.write(meta)
+            self._append(meta)
 
     def write(self, frames: Frames) -> None:
         """Write frames, if a recording is on; a full disk ends the recording, not the stream."""
         with self._lock:
-            if self._writer is None:
-                return
-            try:
-                self._writer.write(frames)
+            if self._append(frames):
                 self.frames += len(frames)
-            except OutputError as error:
-                LOGGER.error("%s", error)
-                self._writer = None
 
     def start(self, folder: Path) -> Path:
         """Begin a recording in a new file and return its path.
@@ -62,10 +55,31 @@ class Recorder:
     def stop(self) -> None:
         """End the recording, if one is on."""
         with self._lock:
-            if self._writer is not None:
-                self._writer.close()
-                self._writer = None
+            if self._writer is not None and self._close():
                 LOGGER.info("%s: %d frames recorded", self.path, self.frames)
+
+    def _append(self, item: Meta | Frames) -> bool:
+        """Write something and return whether it was written."""
+        if self._writer is None:
+            return False
+        try:
+            self._writer.write(item)
+        except MossarError as error:
+            LOGGER.error("the recording has ended: %s", error)
+            self._close()
+            return False
+        return True
+
+    def _close(self) -> bool:
+        """Close the file and return whether all of it was written."""
+        writer, self._writer = self._writer, None
+        try:
+            if writer is not None:
+                writer.close()
+        except MossarError as error:
+            LOGGER.error("the end of the recording is missing: %s", error)
+            return False
+        return True
 
     @property
     def running(self) -> bool:
@@ -74,10 +88,7 @@ class Recorder:
 
 
 def unused(folder: Path, stem: str, suffix: str) -> Path:
-    """Return the first of `stem-1`, `stem-2`, ... that is no file yet.
-
-    Files get their names here and not from the page: other pages in the same browser can reach this one.
-    """
+    """Return the first of `stem-1`, `stem-2`, ... that is no file yet; the page has no say in it."""
     number = 1
     while (path := folder / f"{stem}-{number}{suffix}").exists():
         number += 1

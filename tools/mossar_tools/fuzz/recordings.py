@@ -309,6 +309,16 @@ def xdf(frames: int = FRAMES) -> bytes:
     return b"XDF:" + b"".join(parts)
 
 
+def osc(frames: int = FRAMES) -> bytes:
+    """Return a text log of `oscdump`."""
+    lines = []
+    for i, frame in enumerate(walk(frames) / [2.56, 1.92, 1.28]):
+        stamp = f"eeab8b1e.{i * 2**32 // 60:08x}"
+        for joint, (x, y, z) in zip(JOINTS, frame, strict=True):
+            lines.append(f'{stamp} /joint sifff "{joint}" 1 {x:.6f} {y:.6f} {z:.6f}\n')
+    return "".join(lines).encode()
+
+
 WRITERS: dict[str, tuple[str, Callable[..., bytes]]] = {  # file name, content
     "bvh": ("a.bvh", bvh),
     "amc": ("a.amc", amc),
@@ -325,4 +335,5 @@ WRITERS: dict[str, tuple[str, Callable[..., bytes]]] = {  # file name, content
     "openpose": ("openpose.json", openpose),
     "c3d": ("a.c3d", c3d),
     "xdf": ("a.xdf", xdf),
+    "osc": ("a.osc", osc),
 }

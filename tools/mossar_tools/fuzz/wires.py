@@ -19,7 +19,7 @@ from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
 from mossar_adapters.osc.source import OscSource
-from mossar_adapters.source import Meta
+from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.frames import Frames
@@ -98,7 +98,7 @@ class Consumer:
     def __init__(self) -> None:
         self._pool = Performers(most=4)
 
-    def use(self, items: Sequence[Meta | Frames]) -> None:
+    def use(self, items: Sequence[Meta | Frames | Left]) -> None:
         """Take metas and frames; those that do not fit are refused.
 
         Raises:
@@ -109,8 +109,10 @@ class Consumer:
             try:
                 if isinstance(item, Meta):
                     self._pool.announce(item.performer, item.skeleton, item.fps)
-                else:
+                elif isinstance(item, Frames):
                     self._pool.push(item)
+                elif item.performer in self._pool:
+                    self._pool[item.performer].end_take(item.reason)
             except FrameError as error:
                 refused = error
         if refused is not None:
@@ -179,7 +181,7 @@ def _zeromq_one_part() -> contextlib.AbstractContextManager[Feed]:
 
 
 def _live(
-    take: Callable[[bytes], None], counters: Counters, collected: Callable[[], Sequence[Meta | Frames]]
+    take: Callable[[bytes], None], counters: Counters, collected: Callable[[], Sequence[Meta | Frames | Left]]
 ) -> Feed:
     """Return a feed for a live source, which counts what it refuses instead of raising it."""
     consumer = Consumer()

@@ -1,0 +1,74 @@
+"""Desk: what compiled calls need besides the performers: room to work in, and an outbox."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.act import act, make_room
+from mossar_stream.apart import publish
+from mossar_stream.block import Plan
+from mossar_stream.events import Event
+from mossar_stream.outbox import empty_outbox, make_outbox
+from mossar_stream.run import ACT, ADVANCE, run
+
+BATCH = 512  # events that there is room for besides those of one frame
+
+
+class Desk:
+    """Room to work in and an outbox for performers of one plan, one after the other.
+
+    Building one compiles the kernels for the plan's similarity measure, or loads them.
+
+    Args:
+        plan: Of the performers.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.params = plan.params
+        self.joints = plan.skeleton.names
+        self.room = make_room(plan)
+        self.outbox = make_outbox(plan.most_events + BATCH)
+        self._most = plan.most_events
+        _warm_up(plan, self)
+
+    def empty(self, performers: Mapping[int, str]) -> list[Event]:
+        """Return what lies in the outbox; performers are named by row."""
+        return empty_outbox(self.outbox, performers, self.joints)
+
+    def act(self, memory: NDArray[np.uint8], row: int, reason: int) -> None:
+        """Let the compiled part do what is due for one performer."""
+        act(memory, row, self.params, self.room, self.outbox, reason)
+
+    def run(
+        self,
+        memory: NDArray[np.uint8],
+        rows: NDArray[np.int64],
+        begins: NDArray[np.int64],
+        ends: NDArray[np.int64],
+        cursor: NDArray[np.int64],
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
+    ) -> int:
+        """Take frames of several performers in; see `run.run`."""
+        return run(
+            memory,
+            rows,
+            begins,
+            ends,
+            cursor,
+            self.params,
+            positions,
+            times,
+            self.room,
+            self.outbox,
+            self._most,
+        )
+
+
+def _warm_up(plan: Plan, desk: Desk) -> None:
+    """Compile the kernels, or load them, by a take of two frames."""
+    memory = plan.new_rows(1)
+    frames, times = np.zeros((2, plan.shape.joints, 3), np.float32), np.arange(2) / 100.0
+    publish(ADVANCE, memory, 0, plan.params, frames, times)
+    publish(ACT, memory, 0, plan.params, desk.room, desk.outbox, 0)

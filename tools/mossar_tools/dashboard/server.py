@@ -1,0 +1,62 @@
+"""Server: viser's, bound to this computer and closed to pages of other sites.
+
+A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends tells such a site from our own
+page. viser has no option to look at it, so the function that it serves with is wrapped while it starts.
+"""
+
+import logging
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from typing import Any
+
+import websockets.asyncio.server
+from viser import ViserServer
+
+_OURS = re.compile(r"https?://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")  # any port: it may be forwarded
+_Asked = Callable[[Any, Any], Any]
+
+
+def open_server(port: int) -> ViserServer:
+    """Return a server on this computer.
+
+    Args:
+        port: Where; the next free one if it is in use, 0 for any.
+    """
+    with _guarded():
+        return ViserServer(host="127.0.0.1", port=port, label="mossar", verbose=False)
+
+
+@contextmanager
+def _guarded() -> Iterator[None]:
+    """Have servers that start meanwhile ask where each visitor comes from."""
+    serve = websockets.asyncio.server.serve
+
+    def asking(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
+        return serve(*arguments, process_request=_guard(process_request), logger=_quiet(), **options)
+
+    websockets.asyncio.server.serve = asking  # type: ignore[assignment, misc]
+    try:
+        yield
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+
+
+def _quiet() -> logging.Logger:
+    """Return a logger that keeps to itself what visitors do wrong; they are told, and hung up on."""
+    logger = logging.getLogger("mossar.visitors")
+    logger.setLevel(logging.CRITICAL)
+    return logger
+
+
+def _guard(then: _Asked | None) -> _Asked:
+    def process_request(connection: Any, request: Any) -> Any:
+        origin = request.headers.get("Origin")  # programs that are no browsers send none
+        if origin is not None and not _OURS.fullmatch(origin):
+            return connection.respond(
+                HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n"
+            )
+        return None if then is None else then(connection, request)
+
+    return process_request
