@@ -74,7 +74,9 @@ def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
     for url in sinks:
         place = _place(url)
         if place in taken:
-            raise UsageError(f"{url}: it is a source here, or another sink; nothing can be both")
+            raise UsageError(
+                f"{url}: it is a source here, or another sink; nothing can be both, write another file"
+            )
         taken.add(place)
 
 
