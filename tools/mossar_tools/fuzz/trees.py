@@ -98,7 +98,7 @@ def drawn_targets(targets: list[Target]) -> list[Target]:
         ("zeromq json", "drawn json", _maps, msgspec.json.encode),
         ("control", "drawn control", _requests, msgspec.json.encode),
     ]
-    return [Target(name, 1.0, opens[of], draw=_draw(tree, encoded)) for of, name, tree, encoded in kinds]
+    return [Target(name, 0.3, opens[of], draw=_draw(tree, encoded)) for of, name, tree, encoded in kinds]
 
 
 def _encoded(message: tuple[str, list[tuple[str, Any]]]) -> bytes:
