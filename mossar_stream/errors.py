@@ -6,7 +6,14 @@ outside: settings written by users, frames sent by others, files and snapshots o
 
 
 class MossarError(Exception):
-    """Root of every error that a user, a sender or a file can cause."""
+    """Root of every error that a user, a sender or a file can cause.
+
+    Its text is one printable line, whatever names and words of others it quotes.
+    """
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        return text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)
 
 
 class SettingsError(MossarError, ValueError):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_PERFORMER_NAME = 64
+_LONGEST = 1024  # characters that are looked at: others may send names of any length
 
 
 class Frames(msgspec.Struct, frozen=True):
@@ -37,7 +38,7 @@ def performer_name(name: str) -> str:
         >>> performer_name("192.168.0.7:5000")
         '192_168_0_7:5000'
     """
-    clean = "".join("_" if c in "/. " else c for c in name if c.isprintable())
+    clean = "".join("_" if c in "/. " else c for c in name[:_LONGEST] if c.isprintable())
     return clean[:MAX_PERFORMER_NAME] or "p1"
 
 

@@ -106,8 +106,13 @@ def _check_parents(parents: tuple[int, ...]) -> None:
     for joint, parent in enumerate(parents):
         if not -1 <= parent < count:
             raise FrameError(f"parent {parent} of joint {joint} is not one of {count} joints")
-        steps, ancestor = 0, parent
-        while ancestor >= 0:
-            steps, ancestor = steps + 1, parents[ancestor]
-            if steps > count:
+    rooted = {-1}  # joints whose ancestors are known to end
+    for joint in range(count):
+        way: set[int] = set()
+        ancestor = joint
+        while ancestor not in rooted:
+            if ancestor in way:
                 raise FrameError(f"the parents of joint {joint} form a cycle")
+            way.add(ancestor)
+            ancestor = parents[ancestor]
+        rooted |= way

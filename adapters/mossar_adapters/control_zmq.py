@@ -6,7 +6,7 @@ from collections.abc import Callable
 import zmq
 
 from mossar_adapters.address import Address
-from mossar_adapters.zeromq.endpoint import bound_at, open_socket
+from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
 from mossar_stream.errors import MossarError
 
 _POLL = 100  # ms
@@ -24,6 +24,7 @@ class ZmqControl:
     """
 
     def __init__(self, address: Address, answer: Callable[[bytes], bytes]) -> None:
+        address.check(CURVE_OPTIONS)
         self.name = address.url
         self._answer = answer
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()

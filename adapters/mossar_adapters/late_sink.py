@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mossar_adapters.address import Address
-from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
@@ -49,6 +49,13 @@ class LateSink:
                 self._sink.announce(meta)
         self._sink.send_frames(frames)
 
+    def position(self) -> int | None:
+        """Return the bytes in the file, 0 before there is one, None if it does not tell."""
+        if self._sink is None:
+            return 0
+        position = getattr(self._sink, "position", None)
+        return int(position()) if callable(position) else None
+
     def close(self) -> None:
         """Write what is left. May be called twice."""
         if self._sink is not None:
@@ -66,10 +73,10 @@ def _check(path: Path, *, force: bool) -> None:
         if there and not force:
             raise FileError(path, "there is a file already; --force replaces it")
         if path.is_dir():
-            raise FileError(path, "cannot be written: it is a folder")
+            raise UnwritableError(path, "cannot be written: it is a folder")
         if not path.parent.is_dir():
-            raise FileError(path, "cannot be written: there is no such folder")
+            raise UnwritableError(path, "cannot be written: there is no such folder")
         if not os.access(path if there else path.parent, os.W_OK):
-            raise FileError(path, "cannot be written: permission denied")
+            raise UnwritableError(path, "cannot be written: permission denied")
     except OSError as error:
-        raise FileError(path, f"cannot be written: {error.strerror or error}") from None
+        raise UnwritableError(path, f"cannot be written: {error.strerror or error}") from None

@@ -10,6 +10,7 @@ from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames
 
 SEEN_LIMIT = 8  # addresses kept as examples
+SEEN_LENGTH = 80  # characters of each
 
 
 class Counters(msgspec.Struct):
@@ -35,6 +36,7 @@ class Counters(msgspec.Struct):
 
     def see(self, address: str) -> None:
         """Remember an address if it is among the first few."""
+        address = address[:SEEN_LENGTH]
         if address in self.seen:
             self.seen[address] += 1
         elif len(self.seen) < SEEN_LIMIT:

@@ -12,14 +12,15 @@ class MskFrameSink:
     Args:
         address: Path of the file.
         force: Whether to replace a file that is there.
+        position: Go on at this byte of a recording that is there.
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
     """
 
-    def __init__(self, address: Address, *, force: bool = False) -> None:
+    def __init__(self, address: Address, *, force: bool = False, position: int | None = None) -> None:
         self.name = address.url
-        self._writer = MskWriter(address.path, force=force)
+        self._writer = MskWriter(address.path, force=force, position=position)
 
     def announce(self, meta: Meta) -> None:
         """Write a meta."""
@@ -28,6 +29,10 @@ class MskFrameSink:
     def send_frames(self, frames: Frames) -> None:
         """Write frames."""
         self._writer.write(frames)
+
+    def position(self) -> int:
+        """Return the bytes in the file."""
+        return self._writer.position()
 
     def close(self) -> None:
         """Write what is left. May be called twice."""

@@ -8,7 +8,7 @@ one is heard again after the second.
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from ipaddress import IPv4Network, IPv6Network, ip_address, ip_network
+from ipaddress import IPv4Network, IPv6Address, IPv6Network, ip_address, ip_network
 
 from mossar_adapters.address import Address
 from mossar_stream.frames import performer_name
@@ -132,6 +132,8 @@ class AllowList:
         known = self._known.get(host)
         if known is None:
             number = ip_address(host.partition("%")[0])
+            if isinstance(number, IPv6Address) and number.ipv4_mapped:  # as a socket for both writes IPv4
+                number = number.ipv4_mapped
             known = any(number in network for network in self._networks)
             if len(self._known) < 4096:
                 self._known[host] = known

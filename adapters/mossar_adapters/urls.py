@@ -31,7 +31,7 @@ class Wish(msgspec.Struct, frozen=True):
         settings: Of the segmentation, for metas.
         force: Whether to replace a recording that is there.
         loop: Whether to play a recording again and again.
-        position: Byte at which to go on with a file of events.
+        position: Byte at which to go on with a file.
     """
 
     options: ReadOptions = ReadOptions()
@@ -120,12 +120,13 @@ def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int
     return scheme.sink(address, Wish(settings=settings, position=position))
 
 
-def open_frame_sink(url: str, *, force: bool = False) -> FrameSink:
+def open_frame_sink(url: str, *, force: bool = False, position: int | None = None) -> FrameSink:
     """Open a sink of frames, for replays and recordings.
 
     Args:
         url: See the table; a path ends in `.msk` or `.jsonl`, `-` is standard output.
         force: Whether to replace a file that is there.
+        position: Byte at which to go on with a `.msk` recording, instead of beginning one.
 
     Returns:
         The sink. With `?profile=vmc` it also has `announce_motion` and `send_motion` for rotations.
@@ -136,7 +137,7 @@ def open_frame_sink(url: str, *, force: bool = False) -> FrameSink:
     address, scheme = _scheme(url, "frame_sink")
     if scheme.frame_sink is None:
         raise address.error(f"{address.scheme}: takes no frames")
-    return scheme.frame_sink(address, Wish(force=force))
+    return scheme.frame_sink(address, Wish(force=force, position=position))
 
 
 def _scheme(url: str, use: str) -> tuple[Address, Scheme]:
@@ -201,7 +202,10 @@ def _file_frame_sink(address: Address, wish: Wish) -> FrameSink:
 
     match PurePath(address.path).suffix.lower():
         case ".msk":
-            return LateSink(address, lambda: MskFrameSink(address, force=wish.force), force=wish.force)
+            if wish.position:
+                return MskFrameSink(address, position=wish.position)
+            force = wish.force or wish.position == 0  # a former run was not sure of anything in it
+            return LateSink(address, lambda: MskFrameSink(address, force=force), force=force)
         case ".jsonl" | ".ndjson":
             return LateSink(address, lambda: JsonLinesFrameSink(address, force=wish.force), force=wish.force)
         case suffix:

@@ -2,12 +2,17 @@
 
 It runs on a thread of its own. Each client has a bounded queue; what a slow client does not take is dropped
 for that client and counted. Clients that join late get the metas of all performers first.
+
+A browser lets any page connect to this computer and says which page it is: by default only pages of this computer
+are served, and programs, which name no page.
 """
 
 import asyncio
 import errno
+import re
 import threading
 from collections.abc import Sequence
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 from mossar_adapters.address import Address
@@ -21,12 +26,17 @@ from mossar_stream.events import to_json as event_to_json
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
+    from websockets.http11 import Request, Response
 
-OPTIONS = {"origin": "pages that may connect, as https://game.example; several separated by commas"}
+OPTIONS = {
+    "origin": "the only pages that may connect, as https://game.example; several separated by commas, * for all;"
+    " default: pages of this computer"
+}
 QUEUE = 1000  # messages waiting for one client
 MAX_CLIENTS = 64
 _METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
+_LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 _CLOSE = 1.0  # s that closing may take
 _DRAIN = 0.25  # s that clients have to take the last messages
 
@@ -104,12 +114,11 @@ class WebSocketSink:
     async def _serve(self) -> None:
         from websockets.asyncio.server import serve
 
-        origins: Any = self._address.options.get("origin")
         server: Server = await serve(
             self._client,
             self._address.host or "127.0.0.1",
             self._address.port,
-            origins=None if origins is None else [origin.strip() for origin in origins.split(",")],
+            process_request=self._refusal,
             max_size=_MAX_IN,
             close_timeout=_CLOSE,
             compression=None,
@@ -122,6 +131,13 @@ class WebSocketSink:
             await asyncio.wait([asyncio.ensure_future(task) for task in waiting], timeout=_DRAIN)
         server.close()
         await server.wait_closed()
+
+    def _refusal(self, connection: "ServerConnection", request: "Request") -> "Response | None":
+        """Return an answer that refuses a page, None for those that are welcome."""
+        origins = request.headers.get_all("Origin")
+        if all(welcome(origin, self._address.options.get("origin")) for origin in origins):
+            return None
+        return connection.respond(HTTPStatus.FORBIDDEN, "this page may not connect; see the option origin\n")
 
     async def _client(self, connection: "ServerConnection") -> None:
         if len(self._clients) >= MAX_CLIENTS:
@@ -188,6 +204,22 @@ async def _discard(connection: "ServerConnection") -> None:
             pass
     except ConnectionClosed:
         return
+
+
+def welcome(origin: str, named: str | None) -> bool:
+    """Return whether a page may connect.
+
+    Args:
+        origin: What the browser says: scheme and host of the page, `null` for files.
+        named: Pages that the user named, separated by commas; None if none were.
+
+    Example:
+        >>> welcome("http://localhost:8000", None), welcome("https://evil.example", None)
+        (True, False)
+    """
+    if named is not None:
+        return "*" in named.split(",") or origin in {page.strip() for page in named.split(",")}
+    return origin == "null" or _LOCAL.fullmatch(origin) is not None
 
 
 def _why(error: OSError, address: Address) -> str:

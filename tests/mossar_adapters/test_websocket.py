@@ -86,6 +86,31 @@ def test_pages_from_elsewhere_are_refused_where_origins_are_named():
     sink.close()
 
 
+LOCAL = ["http://localhost:8000", "http://127.0.0.1", "https://[::1]:8443", "null", None]
+FOREIGN = [
+    "https://evil.example",
+    "http://localhost.evil.example",
+    "http://127.0.0.1.evil.example",
+    "file://x",
+]
+
+
+def test_by_default_pages_of_this_computer_and_programs_are_served_and_no_others(sink):
+    for origin in LOCAL:
+        with connect(f"ws://127.0.0.1:{sink.port}", origin=origin):
+            pass
+    for origin in FOREIGN:
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(f"ws://127.0.0.1:{sink.port}", origin=origin)
+
+
+def test_every_page_is_served_where_the_user_says_so():
+    sink = WebSocketSink(parse_url("ws://127.0.0.1:0?origin=*"))
+    with connect(f"ws://127.0.0.1:{sink.port}", origin="https://evil.example"):
+        pass
+    sink.close()
+
+
 def test_the_last_events_are_delivered_on_closing(sink):
     with connect(f"ws://127.0.0.1:{sink.port}") as client:
         time.sleep(0.1)

@@ -17,6 +17,7 @@ BODY = Skeleton(("hip", "spine", "head", "hand", "foot"), (-1, 0, 1, 1, 0))
         ((("a", "b"), (-1,)), "2 joint names but 1 parents"),
         ((("a", "b"), (-1, 2)), "parent 2 of joint 1"),
         ((("a", "b"), (-1, -2)), "parent -2 of joint 1"),
+        ((("a", "b", "c"), (2, 3, 1)), "parent 3 of joint 1"),
         ((("a", "b", "c"), (-1, 2, 1)), "cycle"),
         ((("a", "b"), (0, 0)), "cycle"),
         ((("a", "a"),), "two joints are called 'a'"),

@@ -3,7 +3,7 @@ import argparse
 import pytest
 
 from mossar_stream.errors import MossarError, SettingsError
-from mossar_tools.cli import _Parser
+from mossar_tools.cli import Parser
 from mossar_tools.commands import run
 from mossar_tools.options import parse
 
@@ -11,7 +11,7 @@ from mossar_tools.options import parse
 @pytest.fixture
 def options(tmp_path):
     def read(*arguments, config=None):
-        parser = _Parser(prog="mossar run", argument_default=argparse.SUPPRESS, allow_abbrev=False)
+        parser = Parser(prog="mossar run", argument_default=argparse.SUPPRESS, allow_abbrev=False)
         run.add_arguments(parser)
         if config is not None:
             path = tmp_path / "mossar.toml"

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 
 import pytest
 
@@ -115,6 +116,18 @@ def test_a_terminal_without_unicode_gets_ascii(process, monkeypatch):
     assert text.isascii()
     assert "[#" in text
     assert re.search(r"true cut  rest -> \w+ +hit", text)
+
+
+def test_a_running_stream_answers_prometheus(process):
+    running = process("run", "demo:", "--metrics", "0")
+    first_line(running)
+    url = re.search(r"http://127\.0\.0\.1:\d+/metrics", running.stderr.readline().decode())[0]
+    with urllib.request.urlopen(url, timeout=5) as answer:
+        text = answer.read().decode()
+    running.send_signal(signal.SIGINT)
+    assert running.wait(30) == 130
+    assert re.search(r'mossar_frames_total\{performer="p1"\} [1-9]', text)
+    assert re.search(r'mossar_latency_seconds\{performer="p1",quantile="0.99"\} 0\.0', text)
 
 
 def test_help_needs_neither_numpy_nor_the_compiler():

@@ -75,10 +75,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     """Reports wrong usage as one line."""
 
     def error(self, message: str) -> NoReturn:
+        """Raise what is wrong instead of ending the program."""
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 
@@ -92,7 +93,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
     from mossar_tools.options import parse
 
     command = importlib.import_module(f"mossar_tools.commands.{name}")
-    parser = _Parser(
+    parser = Parser(
         prog=f"mossar {name}",
         description=command.DESCRIPTION,
         epilog=f"examples:\n{command.EXAMPLES}",
@@ -112,7 +113,7 @@ def _run(arguments: list[str], terminal: Console) -> int:
 
 
 def _run_without_command(arguments: list[str], terminal: Console) -> int:
-    parser = _Parser(
+    parser = Parser(
         prog="mossar",
         description="Tells, live, where one human motion ends and the next begins.",
         epilog=_EPILOG,

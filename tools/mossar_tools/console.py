@@ -152,7 +152,8 @@ class _Handler(logging.Handler):
 class _Plain(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         word = f"{record.levelname.lower()}: " if record.levelno >= logging.ERROR else ""
-        return f"mossar: {word}{record.getMessage()}"
+        text = record.getMessage()  # may quote what others sent: nothing of it is to steer a terminal
+        return f"mossar: {word}{''.join(c if c.isprintable() else ' ' for c in text)}"
 
 
 class _JsonLines(logging.Formatter):

@@ -60,7 +60,7 @@ def sink_of(
         MossarError: If it cannot be opened.
     """
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force)
+        return open_frame_sink(url, force=options.force, position=positions.get(url))
     return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
 
 
@@ -74,7 +74,9 @@ def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
     for url in sinks:
         place = _place(url)
         if place in taken:
-            raise UsageError(f"{url}: it is a source here, or another sink; nothing can be both")
+            raise UsageError(
+                f"{url}: it is a source here, or another sink; nothing can be both, write another file"
+            )
         taken.add(place)
 
 

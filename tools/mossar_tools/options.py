@@ -16,7 +16,7 @@ from mossar_stream.settings import Settings
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import names, port, positive, setting, speed
+from mossar_tools.values import names, place, port, positive, setting, speed
 
 PRESETS = ("paper", "default", "game")
 
@@ -41,8 +41,10 @@ class Options(msgspec.Struct, frozen=True):
     allow_2d: bool = False
     control: tuple[str, ...] = ()
     snapshot: str | None = None
+    snapshot_every: float = 5.0
     emit: tuple[str, ...] = ()
     stats: float | None = None
+    metrics: tuple[str, int] | None = None
     speed: float | Literal["max"] | None = None
     seconds: float | None = None
     loop: bool = False
@@ -164,6 +166,9 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
     )
     group.add_argument(
+        "--metrics", metavar="[HOST:]PORT", type=place, help="serve counters and delays to Prometheus"
+    )
+    group.add_argument(
         "--control",
         metavar="URL",
         action="append",
@@ -171,6 +176,9 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
+    )
+    group.add_argument(
+        "--snapshot-every", metavar="SECONDS", type=positive, help="how often the state is kept (default: 5)"
     )
     group.add_argument("--force", action="store_true", help="replace a recording that is there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.files import FileError
+from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Ears, Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
@@ -44,20 +44,28 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         sources = _opened_sources(options, ears, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = LiveView(console, sources, visible=visible)
+        missing: list[str] = []
         show = _opened_dashboard(options, settings, opened) if options.view else None
         pipeline = Pipeline(
             sources,
-            [] if page_only and not options.to else _opened_sinks(options, console, snapshot, opened),
+            []
+            if page_only and not options.to
+            else _opened_sinks(options, console, snapshot, opened, missing),
             settings,
             views=[view, show] if show else [view],
             emit=options.emit,
             seconds=options.seconds,
-            upkeep=Upkeep(stats=options.stats, snapshot=Path(options.snapshot) if options.snapshot else None),
+            upkeep=Upkeep(
+                stats=options.stats,
+                snapshot=Path(options.snapshot) if options.snapshot else None,
+                period=options.snapshot_every,
+            ),
             resume=snapshot,
             tick=lambda: _tick(pipeline, view, show),
         )
+        pipeline.outcome.dead_sinks += missing
         warm_up(settings)
-        with _controls(options, pipeline, ears), stopping(pipeline.stop) as stop:
+        with _controls(options, pipeline, ears), _metrics(options, pipeline), stopping(pipeline.stop) as stop:
             outcome = pipeline.run()
     if outcome.abandoned:
         return DONE, []
@@ -127,13 +135,25 @@ def _opened_sources(options: Options, ears: list[Ears], opened: contextlib.ExitS
 
 
 def _opened_sinks(
-    options: Options, console: Console, snapshot: Snapshot | None, opened: contextlib.ExitStack
+    options: Options,
+    console: Console,
+    snapshot: Snapshot | None,
+    opened: contextlib.ExitStack,
+    missing: list[str],
 ) -> list[Sink | FrameSink]:
+    """Open the sinks; those that cannot be written, if there are others, become `missing`."""
     wanted: Sequence[str] = options.to or (() if is_terminal(console.out) else ("-",))
     check_apart(options.sources, wanted)
-    sinks = []
-    for url in wanted:
-        sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
+    sinks: list[Sink | FrameSink] = []
+    for place, url in enumerate(wanted, 1):
+        try:
+            sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
+        except UnwritableError as error:
+            if not sinks and place == len(wanted):
+                raise
+            LOGGER.error("%s; the stream goes on without it", error)
+            missing.append(url)
+            continue
         opened.callback(sinks[-1].close)
     return sinks
 
@@ -159,6 +179,20 @@ def _controls(options: Options, pipeline: Pipeline, ears: list[Ears]) -> Iterato
                 LOGGER.info("control: requests are answered at %s", served.endpoint)
             else:
                 raise UsageError(f"--control {url}: use zmq+bind://127.0.0.1:5560, or osc with an OSC source")
+        yield
+
+
+@contextlib.contextmanager
+def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
+    """Serve counters while the block runs, if that is asked for."""
+    if options.metrics is None:
+        yield
+        return
+    from mossar_adapters.metrics import Metrics
+
+    host, port = options.metrics
+    with contextlib.closing(Metrics(pipeline, port, host)) as served:
+        LOGGER.info("metrics: %s", served.url)
         yield
 
 

@@ -51,6 +51,12 @@ def port(text: str) -> int:
     return int(number)
 
 
+def place(text: str) -> tuple[str, int]:
+    """Return host and port of `HOST:PORT`; the host of this computer if there is only a port."""
+    host, _, number = text.rpartition(":")
+    return host.strip("[]") or "127.0.0.1", port(number)
+
+
 def speed(text: str) -> float | Literal["max"]:
     """Return a positive number or "max"."""
     if text == "max":

@@ -19,6 +19,10 @@ class FileError(MossarError):
         super().__init__(f"{where}: {problem}".translate(_ONE_LINE))
 
 
+class UnwritableError(FileError):
+    """A file cannot be opened for writing: the folder is missing or read-only, or the disk is."""
+
+
 def shown(text: str, limit: int = 40) -> str:
     """Return a piece of a file as it may stand in a message: quoted, escaped and short."""
     return repr(text if len(text) <= limit else text[: limit - 1] + "…")

@@ -10,7 +10,6 @@ Records are only ever appended, so that a file whose writer died reads up to its
 """
 
 import struct
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
@@ -28,7 +27,6 @@ from mossar_stream.frames import Frames
 
 MAGIC = b"MSK1"
 MAX_RECORD = 1 << 20  # bytes; 1024 joints with confidence take 17 thousand
-FLUSH_SECONDS = 1.0
 _LENGTH = struct.Struct("<I")
 
 
@@ -66,11 +64,12 @@ def _decoded(path: Path, number: int, data: bytes) -> FrameMap | MetaMap | None:
 class MskWriter:
     """Writes a `.msk` recording.
 
-    What was written a second ago is on disk, whatever happens to the program.
+    Every chunk is handed to the operating system at once, so that it is safe whatever happens to the program.
 
     Args:
         path: Where to write.
         force: Whether to replace a file that is there.
+        position: Go on at this byte of a recording that is there.
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
@@ -82,16 +81,15 @@ class MskWriter:
         ...     writer.write(frames)
     """
 
-    def __init__(self, path: Path | str, *, force: bool = False) -> None:
-        self._file = OutputFile(path, replace=force)
+    def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:
+        self._file = OutputFile(path, replace=force, position=position)
         self._counts: dict[str, int] = {}  # frames written of each performer
-        self._flushed = time.monotonic()  # s
-        try:
-            self._file.write(MAGIC)
-            self._file.flush()
-        except OutputError:
-            self._file.close()
-            raise
+        if position is None:
+            try:
+                self._put(MAGIC)
+            except OutputError:
+                self._file.close()
+                raise
 
     def write(self, item: Meta | Frames) -> None:
         """Append a meta or a chunk of frames.
@@ -100,27 +98,23 @@ class MskWriter:
             OutputError: If the disk is full or gone.
         """
         if isinstance(item, Meta):
-            self._append(map_of_meta(item))
-        else:
-            count = self._counts.get(item.performer, 0)
-            for found in maps_of_frames(item, count):
-                self._append(found)
-            self._counts[item.performer] = count + len(item)
-        if time.monotonic() - self._flushed >= FLUSH_SECONDS:
-            self.flush()
+            self._put(_record(map_of_meta(item)))
+            return
+        count = self._counts.get(item.performer, 0)
+        self._put(b"".join(_record(found) for found in maps_of_frames(item, count)))
+        self._counts[item.performer] = count + len(item)
 
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._file.flush()
-        self._flushed = time.monotonic()
+    def position(self) -> int:
+        """Return the bytes in the file."""
+        return self._file.tell()
 
     def close(self) -> None:
-        """Write what is left; may be called twice."""
+        """Release the file; may be called twice."""
         self._file.close()
 
-    def _append(self, record: MetaMap | FrameMap) -> None:
-        data = to_msgpack(record)
-        self._file.write(_LENGTH.pack(len(data)) + data)
+    def _put(self, data: bytes) -> None:
+        self._file.write(data)
+        self._file.flush()
 
     def __enter__(self) -> Self:
         return self
@@ -129,3 +123,8 @@ class MskWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _record(found: MetaMap | FrameMap) -> bytes:
+    data = to_msgpack(found)
+    return _LENGTH.pack(len(data)) + data

@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_stream.errors import MossarError
 
 
@@ -36,7 +36,7 @@ class OutputFile:
             raise FileError(path, "there is a file already; --force replaces it") from None
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-            raise FileError(path, f"cannot be written: {reason}") from None
+            raise UnwritableError(path, f"cannot be written: {reason}") from None
 
     def write(self, data: bytes) -> None:
         """Append bytes; nothing happens after an error.

@@ -176,7 +176,9 @@ def _openpose(person: dict[str, Any], *, allow_2d: bool) -> Pose | None:
     if not values:
         return None
     _check_flat(flat=width == 3, allow_2d=allow_2d)
-    if not isinstance(values, list) or len(values) % width or len(values) > width * MAX_JOINTS:
+    if not isinstance(values, list):
+        raise PoseError("the keypoints of a person are no list")
+    if len(values) % width or len(values) > width * MAX_JOINTS:
         raise PoseError(f"a person has {len(values)} numbers, which are not {width} for each joint")
     if not all(_is_number(value) for value in values):
         raise PoseError("a coordinate is not a number")

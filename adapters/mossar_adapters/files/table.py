@@ -147,7 +147,7 @@ def _skeleton(path: Path, columns: Columns, facts: dict[str, str]) -> Skeleton:
     parents, root = with_known_parents(names)
     if "parents" in facts:
         words = facts["parents"].split(",")
-        if len(words) != len(names) or not all(word.lstrip("-").isdecimal() for word in words):
+        if len(words) != len(names) or not all(word.removeprefix("-").isdecimal() for word in words):
             raise FileError(path, f"parents= does not give one index for each of {len(names)} joints")
         parents = [int(word[:6]) for word in words]
     if "root" in facts:

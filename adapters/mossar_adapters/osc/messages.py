@@ -18,6 +18,7 @@ from mossar_adapters.files.cells import LARGEST
 from mossar_stream.errors import FrameError
 
 MAX_DEPTH = 8  # bundles within bundles
+_REMEMBERED = 512  # bytes; longer headers are not kept, or strangers could fill the memory with them
 _BUNDLE = b"#bundle\0"
 _BUNDLE_HEAD = 16  # bytes: the word and the time tag
 _SIZES = {"i": 4, "f": 4, "s": 4, "b": 4, "h": 8, "d": 8, "t": 8, "r": 4, "m": 4} | dict.fromkeys("TFN[]", 0)
@@ -112,7 +113,8 @@ def _message(packet: bytes) -> tuple[str, Sequence[Any]]:
         raise FrameError("a message has no type tags")
     at = (tags_end // 4 + 1) * 4
     try:
-        layout = _layout(packet[: tags_end + 1], tags_at)
+        read = _layout if tags_end < _REMEMBERED else _layout.__wrapped__
+        layout = read(packet[: tags_end + 1], tags_at)
         if at + layout.size > len(packet):
             raise FrameError("a message is cut off")
         if layout.parts is not None:

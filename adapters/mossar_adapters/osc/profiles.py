@@ -33,6 +33,7 @@ OPTIONS = {
     **flat.OPTIONS,
 }
 _MAX_ADDRESSES = 4096  # remembered
+_LONGEST = 256  # characters of an address that is remembered
 _AUTO = ("mossar", "vmc", "osceleton", "kinectv2", "nimate", "flat")  # asked in this order
 
 
@@ -56,7 +57,8 @@ class Routes:
             return known
         for profile in self.profiles:
             if profile.claims(message):
-                if not isinstance(profile, Flat) and len(self._known) < _MAX_ADDRESSES:
+                brief = len(message.address) <= _LONGEST
+                if brief and not isinstance(profile, Flat) and len(self._known) < _MAX_ADDRESSES:
                     self._known[message.address] = profile
                 return profile
         return None

@@ -9,6 +9,7 @@ from mossar_adapters.live import Counters, Listener
 from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
 from mossar_adapters.osc.intake import Intake, Message
 from mossar_adapters.osc.messages import messages
+from mossar_adapters.osc.nuisance import Nuisances
 from mossar_adapters.osc.profiles import NAMES, OPTIONS, Routes
 from mossar_adapters.senders import AllowList, Senders
 from mossar_adapters.source import Left, Meta
@@ -58,6 +59,8 @@ class OscSource:
         self._routes = Routes(self._profile, intake)
         self._others = Routes("auto", intake)  # asked only to explain silence
         self._hosts: dict[str, int] = {}
+        self._nuisances = Nuisances()
+        self._used = 0  # messages that a profile took
         self._closed = self._running = False
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
@@ -73,10 +76,8 @@ class OscSource:
                 heard = self._socket.wait(TICK if self._pending() else POLL)
                 if heard:
                     for datagram in self._socket.drain():
-                        self._take(datagram)
-                if not self._socket.wait(0):
-                    self._idle()
-                found = self._batch.take()
+                        self.take(datagram)
+                found = self.collected()
                 yield from found
                 if found:
                     quiet = self._socket.now
@@ -85,6 +86,38 @@ class OscSource:
                     yield None
         finally:
             self._socket.close()
+
+    def take(self, datagram: Datagram) -> None:
+        """Use a datagram; `items` does so with those of the socket."""
+        counters = self.counters
+        counters.received += 1
+        counters.kernel_drops = self._socket.kernel_drops
+        if not self._allow.welcome(datagram.host):
+            counters.ignored += 1
+            return
+        if datagram.host in self._hosts or len(self._hosts) < 64:
+            self._hosts[datagram.host] = self._hosts.get(datagram.host, 0) + 1
+        sender = datagram.host, datagram.port
+        if self._nuisances.skips(sender):
+            counters.malformed += 1
+            return
+        malformed, used = counters.malformed, self._used
+        suffix = self._senders.suffix(*sender)
+        try:
+            for address, arguments in messages(datagram.data):
+                self._message(Message(address, arguments, suffix, datagram.arrival))
+        except FrameError as error:
+            counters.reject(str(error))
+        if self._used > used:
+            self._nuisances.judge(sender, sound=True)
+        elif counters.malformed > malformed:
+            self._nuisances.judge(sender, sound=False)
+
+    def collected(self) -> list[Meta | Frames | Left]:
+        """Return what has come together since the last call, frames that nothing more comes for included."""
+        if not self._socket.wait(0):
+            self._idle()
+        return self._batch.take()
 
     def explain(self) -> str:
         """Return one line that says what is bound, what came, and what to try."""
@@ -113,28 +146,13 @@ class OscSource:
     def _pending(self) -> bool:
         return any(profile.pending() for profile in self._routes.profiles)
 
-    def _take(self, datagram: Datagram) -> None:
-        counters = self.counters
-        counters.received += 1
-        counters.kernel_drops = self._socket.kernel_drops
-        if not self._allow.welcome(datagram.host):
-            counters.ignored += 1
-            return
-        if datagram.host in self._hosts or len(self._hosts) < 64:
-            self._hosts[datagram.host] = self._hosts.get(datagram.host, 0) + 1
-        sender = self._senders.suffix(datagram.host, datagram.port)
-        try:
-            for address, arguments in messages(datagram.data):
-                self._message(Message(address, arguments, sender, datagram.arrival))
-        except FrameError as error:
-            counters.reject(str(error))
-
     def _message(self, message: Message) -> None:
         self.counters.see(message.address)
         profile = self._routes.find(message)
         if profile is not None:
             try:
                 profile.take(message)
+                self._used += 1
             except FrameError as error:
                 self.counters.reject(f"{message.address[:60]}: {error}")
         elif message.address.startswith(_CONTROL):

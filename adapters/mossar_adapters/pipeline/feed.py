@@ -20,6 +20,9 @@ class Feed:
     def __init__(self, source: Source, index: int, inbox: Inbox) -> None:
         self.source = source
         self.heard_at = time.monotonic()  # s, when frames came last
+        self.looked_at = (
+            self.heard_at
+        )  # s, when the source last had something for us, or said that it has nothing
         self._index = index
         self._inbox = inbox
         self._stopped = False
@@ -27,7 +30,7 @@ class Feed:
 
     def start(self) -> None:
         """Begin to read."""
-        self.heard_at = time.monotonic()
+        self.heard_at = self.looked_at = time.monotonic()
         self._thread.start()
 
     def stop(self) -> None:
@@ -48,6 +51,7 @@ class Feed:
                     break
                 if item is not None and not self._inbox.put(Arrival(self._index, item, time.monotonic())):
                     return
+                self.looked_at = time.monotonic()
         except MossarError as error:
             last = error
         except Exception as error:  # noqa: BLE001 - a source of any kind must not end the others

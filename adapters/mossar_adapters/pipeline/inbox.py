@@ -95,10 +95,10 @@ class Inbox:
                     return arrival
         return None
 
-    def waiting(self, source: int) -> bool:
-        """Return whether something of a source waits."""
+    def oldest(self) -> dict[int, float]:
+        """Return for each source of which something waits when the oldest of that arrived, monotonic s."""
         with self._changed:
-            return bool(self._queues[source])
+            return {source: queue[0].at for source, queue in enumerate(self._queues) if queue}
 
     def close(self) -> None:
         """Let no more in; writers that wait return."""

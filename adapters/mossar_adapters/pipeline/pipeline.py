@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
+from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
@@ -28,12 +29,11 @@ from mossar_adapters.source import Left, Meta, Source
 from mossar_stream.errors import FrameError, SettingsError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
-from mossar_stream.performers import MOST_PERFORMERS
 from mossar_stream.settings import Settings
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _LEAVE = 1.0  # s given to a reader to end
-_NAMES = 4 * MOST_PERFORMERS  # names, after which those of performers who are followed no more are forgotten
+_NAMES = 4 * MAX_PERFORMERS  # names, after which those of performers who are followed no more are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
 
@@ -93,7 +93,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings)
+        self.pool = Pool(self.settings, MAX_PERFORMERS)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.times: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s

@@ -1,8 +1,10 @@
 """Snapshot: what a run that was cut short needs in order to go on as if it had not been.
 
+Magic, version, SHA-256 of the rest, then a msgpack map: damaged bytes are refused before they are looked at.
 Written to a file beside and put in place in one step, so that there is always a whole one.
 """
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -11,7 +13,7 @@ import msgspec
 from mossar_stream.errors import SnapshotError
 
 VERSION = 1
-MAX_BYTES = 1 << 30
+MAX_BYTES = 1 << 28  # a performer takes a quarter of a megabyte
 
 
 class Position(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -44,10 +46,10 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sources: tuple[Position, ...] = ()
     performers: dict[str, bytes] = {}
     sinks: dict[str, int | None] = {}
-    v: int = VERSION
 
 
 _MAGIC = b"MSNAP"
+_HEAD = len(_MAGIC) + 1 + hashlib.sha256().digest_size
 _decoder = msgspec.msgpack.Decoder(Snapshot)
 
 
@@ -60,7 +62,7 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
     beside = path.with_name(path.name + ".new")
     try:
         with beside.open("wb") as file:
-            file.write(_MAGIC + msgspec.msgpack.encode(snapshot))
+            file.write(sealed(msgspec.msgpack.encode(snapshot)))
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
@@ -76,17 +78,33 @@ def read_snapshot(path: Path) -> Snapshot | None:
     """
     try:
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES)
+            data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         return None
     except OSError as error:
         raise SnapshotError(f"{path}: the snapshot cannot be read: {error.strerror or error}") from None
-    if not data.startswith(_MAGIC):
-        raise SnapshotError(f"{path}: this is no snapshot; name another file, or delete it to start anew")
+    if len(data) > MAX_BYTES:
+        raise SnapshotError(f"{path}: larger than {MAX_BYTES >> 20} MB; this is no snapshot")
     try:
-        found = _decoder.decode(data[len(_MAGIC) :])
+        return _decoder.decode(_opened(data))
+    except SnapshotError as error:
+        raise SnapshotError(f"{path}: {error}; delete it to start anew") from None
     except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
         raise SnapshotError(f"{path}: the snapshot is damaged ({error}); delete it to start anew") from None
-    if found.v != VERSION:
-        raise SnapshotError(f"{path}: the snapshot is of version {found.v}; delete it to start anew")
-    return found
+
+
+def sealed(body: bytes) -> bytes:
+    """Return a body with the head that belongs before it."""
+    return _MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
+
+
+def _opened(data: bytes) -> bytes:
+    """Return the body of a snapshot."""
+    if not data.startswith(_MAGIC):
+        raise SnapshotError("this is no snapshot")
+    version, digest, body = data[len(_MAGIC) : len(_MAGIC) + 1], data[len(_MAGIC) + 1 : _HEAD], data[_HEAD:]
+    if version and version[0] != VERSION:
+        raise SnapshotError(f"the snapshot is of version {version[0]}, this program reads version {VERSION}")
+    if hashlib.sha256(body).digest() != digest:
+        raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
+    return body

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
 SILENCE = 3.0  # s without a frame after which a source explains itself
-SNAPSHOT_PERIOD = 5.0  # s
 _LOOK = 0.02  # s between two looks
 
 _log = logging.getLogger("mossar.pipeline")
@@ -35,7 +34,7 @@ class Upkeep:
     """
 
     def __init__(
-        self, *, stats: float | None = None, snapshot: Path | None = None, period: float = SNAPSHOT_PERIOD
+        self, *, stats: float | None = None, snapshot: Path | None = None, period: float = 5.0
     ) -> None:
         self._stats = stats
         self._path = snapshot
@@ -177,13 +176,11 @@ class Upkeep:
             _log.error("%s", error)
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
-        for performer, finding in self._watch.check(now):
+        # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
+        until = {i: feed.looked_at for i, feed in enumerate(pipeline.feeds)} | pipeline.inbox.oldest()
+        for performer, finding in self._watch.check(now, until):
             if performer not in pipeline.pool:  # others have taken its place
                 self._watch.leave(performer)
-                continue
-            # What waits in the queue has come in time; only a queue run dry is a stall.
-            if pipeline.inbox.waiting(pipeline.naming.source_of(performer)):
-                self._watch.heard(performer, pipeline.naming.source_of(performer), now)
             elif finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
@@ -191,7 +188,7 @@ class Upkeep:
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
-            silent = now - feed.heard_at > SILENCE and not pipeline.inbox.waiting(i)
+            silent = now - feed.heard_at > SILENCE and i not in pipeline.inbox.oldest()
             if pipeline.running[i] and silent and i not in self._explained:
                 self._explained.add(i)
                 why = explanation(feed.source)

@@ -1,6 +1,7 @@
 """Watch: notices on the wall clock that frames have stopped, and that they are back."""
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
+from types import MappingProxyType
 from typing import Literal
 
 import msgspec
@@ -53,11 +54,18 @@ class Watch:
         """Stop watching the performers of a source that has ended."""
         self._heard = {name: heard for name, heard in self._heard.items() if heard.source != source}
 
-    def check(self, now: float) -> list[tuple[str, Finding]]:
-        """Return who has stalled, and whose take is over, since the last call."""
+    def check(
+        self, now: float, until: Mapping[int, float] = MappingProxyType({})
+    ) -> list[tuple[str, Finding]]:
+        """Return who has stalled, and whose take is over, since the last call.
+
+        Args:
+            now: Monotonic s.
+            until: Up to when each source has been heard out: what waits in a queue has come in time.
+        """
         found: list[tuple[str, Finding]] = []
         for name, heard in self._heard.items():
-            quiet = now - heard.at
+            quiet = until.get(heard.source, now) - heard.at
             if quiet > STALL and not heard.stalled:
                 heard.stalled = True
                 found.append((name, "stalled"))

@@ -18,7 +18,7 @@ CURVE_OPTIONS = {
     "key": "file with our own CURVE key pair (.key_secret)",
     "server_key": "file with the CURVE public key of the side that binds (.key)",
 }
-MAX_MESSAGE = 1 << 20  # bytes; 1024 joints as JSON take 60 thousand
+MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
 RECONNECT_MS, RECONNECT_MAX_MS = 50, 2000  # back-off between attempts
 LINGER_MS = 500  # a sender's last messages may take this long; a dead receiver costs no more
 

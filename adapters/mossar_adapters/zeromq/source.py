@@ -29,7 +29,7 @@ OPTIONS = {
 }
 POLL_MS = 100
 DRAIN = 512  # messages read before their frames are handed on
-QUEUE = 20_000  # messages kept by ZeroMQ while the program is busy
+QUEUE = 4096  # messages kept by ZeroMQ while the program is busy; half a gigabyte at worst
 
 
 class ZmqSource:
@@ -75,9 +75,21 @@ class ZmqSource:
                     yield None
                     continue
                 self._drain()
-                yield from self._batch.take()
+                yield from self.collected()
         finally:
             self._release()
+
+    def take(self, parts: Sequence[bytes]) -> None:
+        """Use a message of one or more parts; `items` does so with those of the socket."""
+        self.counters.received += 1
+        try:
+            self._use(parts)
+        except FrameError as error:
+            self.counters.reject(str(error))
+
+    def collected(self) -> list[Meta | Frames | Left]:
+        """Return what has come together since the last call."""
+        return self._batch.take()
 
     def explain(self) -> str:
         """Return one line that says what is bound or connected and what came."""
@@ -108,13 +120,9 @@ class ZmqSource:
                 parts = self._socket.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
-            self.counters.received += 1
-            try:
-                self._take(parts)
-            except FrameError as error:
-                self.counters.reject(str(error))
+            self.take(parts)
 
-    def _take(self, parts: Sequence[bytes]) -> None:
+    def _use(self, parts: Sequence[bytes]) -> None:
         if len(parts) > 2:
             raise FrameError(
                 f"a message of {len(parts)} parts; two (topic, map) or one (JSON) are understood"

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import mossar_stream
 from mossar_adapters.files import FileError, MskWriter, ReadOptions, open_recording
+from mossar_adapters.files.output import OutputError
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -88,25 +90,55 @@ def test_cut_anywhere_it_reads_up_to_the_last_whole_record(tmp_path):
     assert set(counts) == {0, 1, 2, 3}
 
 
-def test_a_writer_that_dies_leaves_what_it_wrote_a_second_ago(tmp_path):
+def test_a_writer_that_dies_leaves_everything_it_wrote(tmp_path):
     path = tmp_path / "a.msk"
     program = f"""
-import os, time
+import os
 import numpy as np
 from mossar_adapters.files import msk
 from mossar_adapters.source import Meta
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
-msk.FLUSH_SECONDS = 0.05
 writer = msk.MskWriter({str(path)!r})
 writer.write(Meta("p1", Skeleton(("a",)), 100.0))
 for i in range(3):
-    time.sleep(0.06)
     writer.write(Frames(np.ones((1, 1, 3), np.float32), np.array([float(i)])))
 os._exit(9)
 """
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 9
     assert open_recording(path).frame_count == 3
+
+
+def test_it_goes_on_where_a_former_run_was_sure_of_its_frames(tmp_path):
+    path = tmp_path / "a.msk"
+    with MskWriter(path) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        writer.write(some_frames(3))
+        sure = writer.position()
+        writer.write(some_frames(5))
+    with MskWriter(path, position=sure) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        writer.write(some_frames(4))
+    assert open_recording(path).frame_count == 7
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_one_clear_line():
+    with pytest.raises(OutputError, match="/dev/full: cannot be written: No space left on device"):
+        MskWriter("/dev/full", force=True)
+
+
+def test_what_fitted_on_a_full_disk_is_read(disk_of_128k):
+    path = disk_of_128k / "a.msk"
+    with MskWriter(path) as writer:
+        writer.write(Meta("p1", PAIR, 100.0))
+        frames = some_frames(10_000)
+        writer.write(some_frames(200))
+        with pytest.raises(OutputError, match="cannot be written"):
+            writer.write(frames)
+    recording = open_recording(path)
+    assert recording.frame_count > 100
+    assert recording.notes == ("the file is cut off in its last record; everything before it is read",)
 
 
 def test_several_performers_share_the_skeleton_and_others_are_left_out(tmp_path):

@@ -1,6 +1,7 @@
 """What the tests of the pipeline share: sources that follow a script, and a sink that keeps everything."""
 
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from types import SimpleNamespace
 
@@ -28,8 +29,11 @@ class Script:
     def items(self) -> Iterator[Meta | Frames | None]:
         for item in self._items:
             if isinstance(item, float):
-                if self._closed.wait(item):
-                    return
+                until = time.monotonic() + item
+                while (left := until - time.monotonic()) > 0:
+                    if self._closed.wait(min(left, 0.1)):
+                        return
+                    yield None
             elif isinstance(item, Exception):
                 raise item
             else:

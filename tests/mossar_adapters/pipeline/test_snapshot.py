@@ -1,6 +1,6 @@
 import pytest
 
-from mossar_adapters.pipeline.snapshot import Position, Snapshot, read_snapshot, write_snapshot
+from mossar_adapters.pipeline.snapshot import Position, Snapshot, read_snapshot, sealed, write_snapshot
 from mossar_stream.errors import SnapshotError
 
 
@@ -21,11 +21,30 @@ def test_no_file_is_no_snapshot(tmp_path):
 
 def test_something_else_is_refused_with_one_line(tmp_path):
     path = tmp_path / "state"
-    for content in (b"", b"hello", b"MSNAP", b"MSNAP\xc1", b"MSNAP" + b"\x81\xa1v\x01"):
+    right = sealed(b"\x81\xa1v\x01")
+    for content in (b"", b"hello", b"MSNAP", b"MSNAP\xc1", b"MSNAP" + b"\x81\xa1v\x01", right, right[:-1]):
         path.write_bytes(content)
         with pytest.raises(SnapshotError, match="delete it to start anew") as caught:
             read_snapshot(path)
         assert "\n" not in str(caught.value)
+
+
+def test_every_damaged_byte_is_noticed(tmp_path):
+    path = tmp_path / "state"
+    write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": b"something"}))
+    whole = path.read_bytes()
+    for place in range(len(whole)):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x40]) + whole[place + 1 :])
+        with pytest.raises(SnapshotError, match="delete it to start anew"):
+            read_snapshot(path)
+
+
+def test_a_newer_snapshot_is_refused_by_its_version(tmp_path):
+    path = tmp_path / "state"
+    write_snapshot(path, Snapshot(b"{}", complete=False))
+    path.write_bytes(path.read_bytes().replace(b"MSNAP\x01", b"MSNAP\x02"))
+    with pytest.raises(SnapshotError, match="of version 2, this program reads version 1"):
+        read_snapshot(path)
 
 
 def test_a_place_that_cannot_be_written_is_an_error(tmp_path):

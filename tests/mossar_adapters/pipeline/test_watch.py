@@ -20,6 +20,24 @@ def test_frames_after_a_stall_are_a_return():
     assert watch.check(1.1) == [("p1", "stalled")]
 
 
+def test_for_what_waits_in_a_queue_time_stands_still():
+    watch = Watch(max_pause=1.0)
+    watch.heard("p1", 0, now=0.0)
+    watch.heard("p2", 1, now=0.0)
+    assert watch.check(0.5, {0: 0.2}) == [("p2", "stalled")]
+    assert watch.check(0.6, {0: 0.4}) == [("p1", "stalled")]
+
+
+def test_somebody_who_has_left_is_missed_although_others_keep_the_queue_full():
+    watch = Watch(max_pause=1.0)
+    watch.heard("p1", 0, now=0.0)
+    found = []
+    for k in range(1, 21):
+        watch.heard("p2", 0, now=k / 10)
+        found += watch.check(k / 10 + 0.05, {0: k / 10 + 0.01})
+    assert found == [("p1", "stalled"), ("p1", "ended")]
+
+
 def test_performers_of_a_source_that_ended_are_not_missed():
     watch = Watch(max_pause=1.0)
     watch.heard("p1", 0, now=0.0)

@@ -1,0 +1,109 @@
+"""What Prometheus may ask a running pipeline for, over HTTP."""
+
+import errno
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from mossar_adapters.extras import needed
+from mossar_adapters.pipeline import Pipeline
+from mossar_adapters.pipeline.counting import counters_of
+from mossar_stream.errors import MossarError
+
+if TYPE_CHECKING:
+    from prometheus_client.core import Metric
+
+_FRAMES = {
+    "frames": "Frames taken in",
+    "out_of_order": "Frames dropped because they came late or twice",
+    "outliers": "Frames with joints that were too fast",
+    "held": "Frames with joints that were held",
+    "gaps": "Frames after a gap",
+}
+
+
+class Metrics:
+    """Serves `/metrics` in a thread of its own until it is closed.
+
+    Args:
+        pipeline: What is told about.
+        port: 0 takes a free one.
+        host: Where to listen.
+
+    Raises:
+        MossarError: If the port cannot be had or the extra `metrics` is not installed.
+    """
+
+    def __init__(self, pipeline: Pipeline, port: int, host: str = "127.0.0.1") -> None:
+        needed("prometheus_client", "metrics", "--metrics")
+        from prometheus_client import CollectorRegistry, ProcessCollector, start_http_server
+
+        self._pipeline = pipeline
+        registry = CollectorRegistry()
+        registry.register(self)
+        ProcessCollector(registry=registry)
+        try:
+            self._server, self._thread = start_http_server(port, host, registry)
+        except OSError as error:
+            raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
+        self.url = f"http://{host}:{self._server.server_port}/metrics"
+
+    def collect(self) -> "Iterator[Metric]":
+        """Yield what is counted now; called for every request, in its thread."""
+        from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+
+        pipeline = self._pipeline
+        names = [name for name in pipeline.pool.names if name in pipeline.pool]
+        stats = {name: pipeline.pool[name].stats for name in names}
+        for field, text in _FRAMES.items():
+            family: Any = CounterMetricFamily(f"mossar_{field}", text, labels=["performer"])
+            for name in names:
+                family.add_metric([name], stats[name][field])
+            yield family
+        latency = GaugeMetricFamily(
+            "mossar_latency_seconds", "From a frame to its events", labels=["performer", "quantile"]
+        )
+        for name, delays in list(pipeline.latency.items()):
+            for quantile, ms in zip(("0.5", "0.99"), delays.quantiles_ms() or (), strict=False):
+                latency.add_metric([name, quantile], ms / 1000)
+        yield latency
+        yield from self._ends()
+
+    def close(self) -> None:
+        """Release the port."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    def _ends(self) -> "Iterator[Metric]":
+        """Yield what sources and sinks count."""
+        from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+
+        pipeline = self._pipeline
+        texts = {
+            "malformed": "Messages that could not be used",
+            "kernel_drops": "Datagrams that the system dropped",
+        }
+        sources = [(feed.source.name, counters_of(feed.source)) for feed in pipeline.feeds]
+        for field, text in texts.items():
+            family = CounterMetricFamily(f"mossar_{field}", text, labels=["source"])
+            for name, counted in sources:
+                family.add_metric([name], counted.get(field, 0))
+            yield family
+        dropped = CounterMetricFamily(
+            "mossar_dropped", "Frames or events that queues had no room for", labels=["where"]
+        )
+        for (name, _), count in zip(sources, pipeline.inbox.dropped, strict=True):
+            dropped.add_metric([name], count)
+        for outlet in list(pipeline.outlets):
+            lost = outlet.dropped + int(getattr(outlet.sink, "dropped", 0))
+            dropped.add_metric([outlet.sink.name], lost)
+        yield dropped
+        yield GaugeMetricFamily(
+            "mossar_outputs_failed", "Sinks that get no more events", len(pipeline.outcome.dead_sinks)
+        )
+
+
+def _why(error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return "the port is in use; close the program that has it, or take another port"
+    return f"cannot serve: {error.strerror or error}"

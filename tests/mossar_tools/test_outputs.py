@@ -1,0 +1,84 @@
+"""Outputs that fail: full disks, folders that cannot be written, recordings that must not be lost."""
+
+import json
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from mossar_adapters.files import open_recording
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, disk_of_128k, tmp_path):
+    events, take = tmp_path / "e.jsonl", disk_of_128k / "take.msk"
+    run = ("run", "demo:", "--speed", "max", "--seconds", "60")
+    status, _, err = mossar(*run, "--to", events, "--to", take)
+    assert status == 1
+    assert f"{take}: cannot be written: No space left on device" in err
+    assert "Traceback" not in err
+    mossar(*run, "--to", tmp_path / "quiet.jsonl")
+    assert events.read_text() == (tmp_path / "quiet.jsonl").read_text()
+    assert open_recording(take).frame_count > 100
+
+
+@pytest.mark.parametrize("name", ["events.jsonl", "segments.csv"])
+def test_a_full_disk_ends_a_file_of_events_with_one_line(mossar, disk_of_128k, tmp_path, name):
+    (disk_of_128k / "filling").write_bytes(bytes(120 << 10))
+    run = ("run", "demo:", "--speed", "max", "--seconds", "600")
+    status, _, err = mossar(*run, "--to", disk_of_128k / name, "--to", tmp_path / "e.jsonl")
+    assert status == 1
+    assert len([line for line in err.splitlines() if "error" in line]) == 1
+    assert "No space left on device" in err
+    assert json.loads((tmp_path / "e.jsonl").read_text().splitlines()[-1])["event"] == "ended"
+
+
+def test_recording_on_a_full_disk_fails_with_one_line(mossar, disk_of_128k):
+    take = disk_of_128k / "take.msk"
+    status, _, err = mossar("record", "demo:", take, "--speed", "max", "--seconds", "60")
+    assert status == 1
+    assert "cannot be written: No space left on device" in err
+    assert open_recording(take).frame_count > 100
+
+
+def test_a_read_only_folder_is_an_error_while_the_stream_goes_on(mossar, read_only_disk, tmp_path):
+    events = tmp_path / "e.jsonl"
+    run = ("run", "demo:", "--speed", "max", "--seconds", "5")
+    status, _, err = mossar(*run, "--to", read_only_disk / "take.msk", "--to", events)
+    assert status == 1
+    assert "cannot be written: permission denied; the stream goes on without it" in err
+    assert json.loads(events.read_text().splitlines()[-1])["event"] == "ended"
+
+
+def test_a_read_only_folder_is_wrong_usage_where_nothing_else_is_written(mossar, read_only_disk):
+    status, _, err = mossar("run", "demo:", "--to", read_only_disk / "e.jsonl")
+    assert status == 2
+    assert "Read-only file system" in err
+
+
+def test_a_recording_that_is_there_is_never_replaced_without_force(mossar, tmp_path):
+    take = tmp_path / "take.msk"
+    take.write_bytes(b"precious")
+    for command in (("run", "demo:", "--to", take, "--to", "-"), ("record", "demo:", take)):
+        status, _, err = mossar(*command, "--speed", "max", "--seconds", "1")
+        assert status == 2
+        assert "--force replaces it" in err
+        assert take.read_bytes() == b"precious"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kill -9 is of POSIX systems")
+def test_a_recording_survives_kill_9_and_goes_on_from_the_snapshot(process, mossar, swing, tmp_path):
+    take, state = tmp_path / "take.msk", tmp_path / "state"
+    arguments = ("run", swing, "--to", take, "--snapshot", state, "--snapshot-every", "0.1")
+    running = process(*arguments, "--speed", "4")
+    until = time.monotonic() + 20
+    while not (state.exists() and take.stat().st_size > 5000):
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait(10)
+    assert 0 < open_recording(take).frame_count < 240
+    assert mossar(*arguments)[0] == 0
+    first, second = (list(open_recording(path).chunks()) for path in (swing, take))
+    assert np.array_equal(*(np.concatenate([c.positions for c in chunks]) for chunks in (first, second)))

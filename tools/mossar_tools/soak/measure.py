@@ -1,0 +1,68 @@
+"""Measure: what a process holds on to."""
+
+import gc
+import os
+import threading
+from pathlib import Path
+
+import msgspec
+
+_PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
+
+
+class Sample(msgspec.Struct, frozen=True):
+    """What the process held at a moment.
+
+    Args:
+        seconds: Since the start.
+        frames: Taken by the pipeline.
+        memory: Bytes.
+        files: Open file handles.
+        threads: Running threads.
+        median_ms: Latency, ms.
+        high_ms: Its 99th percentile, ms.
+    """
+
+    seconds: float
+    frames: int
+    memory: int
+    files: int
+    threads: int
+    median_ms: float
+    high_ms: float
+
+
+def memory() -> int:
+    """Return the memory that the process holds (resident set), bytes."""
+    gc.collect()
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * _PAGE
+
+
+def files() -> int:
+    """Return the number of open file handles."""
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+def threads() -> int:
+    """Return the number of running threads."""
+    return threading.active_count()
+
+
+class Held(msgspec.Struct, frozen=True):
+    """What a process held during a part of the time: the median of memory, the most of the others."""
+
+    memory: int
+    files: int
+    threads: int
+
+
+def early_and_late(samples: list[Sample]) -> tuple[Held, Held]:
+    """Return what was held in the second fifth of the time and in the last; in the first one caches fill."""
+    fifth = max(1, len(samples) // 5)
+    return _held(samples[fifth : 2 * fifth] or samples), _held(samples[-fifth:])
+
+
+def _held(samples: list[Sample]) -> Held:
+    memories = sorted(sample.memory for sample in samples)
+    files_held, threads_held = max(s.files for s in samples), max(s.threads for s in samples)
+    return Held(memories[len(memories) // 2], files_held, threads_held)
