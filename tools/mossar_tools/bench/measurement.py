@@ -81,10 +81,10 @@ class Took(msgspec.Struct, frozen=True):
     cpu: float
 
 
-def timed(run: Callable[[], object]) -> Took:
+def timed(run: Callable[..., object], *arguments: object) -> Took:
     """Return what a call took."""
     cpu, wall = time.process_time(), time.perf_counter()
-    run()
+    run(*arguments)
     return Took(time.perf_counter() - wall, time.process_time() - cpu)
 
 

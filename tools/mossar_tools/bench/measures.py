@@ -17,18 +17,26 @@ class Measure(NamedTuple):
 
 
 MEASURES: Final[dict[str, Measure]] = {
-    "splitting": Measure("splitting alone: joints, velocity, range, envelope, Algorithms 1 and 2", "splitting.measure"),
+    "splitting": Measure(
+        "splitting alone: joints, velocity, range, envelope, Algorithms 1 and 2", "splitting.measure"
+    ),
     "stream": Measure("end to end: positions to events, default remerge", "stream.measure"),
     "push": Measure("one frame: how long Segmenter.push takes, remerge on", "push.measure"),
     "stages": Measure("stages: where the time goes", "stages.measure"),
-    "performers": Measure("many performers in one process, default remerge, events delivered", "crowd.measure"),
+    "performers": Measure(
+        "many performers in one process, default remerge, events delivered", "crowd.measure"
+    ),
     "memory": Measure("memory of a stream", "memory.measure"),
     "start": Measure("start, in processes of their own", "start.measure"),
     "paths": Measure("path kernel: one pair of neighbouring segments, medians over pairs", "paths.measure"),
-    "hierarchy": Measure("whole Algorithm 3, positions to strengths, paper's kernel and settings", "hierarchy.measure"),
+    "hierarchy": Measure(
+        "whole Algorithm 3, positions to strengths, paper's kernel and settings", "hierarchy.measure"
+    ),
     "joints": Measure("joints: end to end in chunks of 1000", "sizes.measure_joints"),
     "window": Measure("window: end to end in chunks of 1000", "sizes.measure_window"),
-    "latency": Measure("latency: from sending a frame to receiving its event, 60 frames/s", "latency.measure"),
+    "latency": Measure(
+        "latency: from sending a frame to receiving its event, 60 frames/s", "latency.measure"
+    ),
 }
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -94,13 +95,9 @@ def _visited(pair: Pair) -> tuple[float, float]:
 
 def _pair(left: SegmentGraph, right: SegmentGraph) -> Pair:
     """Return what the path kernel sums over, in the paper's form."""
-    weights = [
-        _cosine(x, y) for x, y in zip(left.covariances, right.covariances, strict=True)
-    ]
+    weights = [_cosine(x, y) for x, y in zip(left.covariances, right.covariances, strict=True)]
     common = [edge for edge in left.edges if edge in right.edges]
-    ratios = [
-        min(left.edges[e], right.edges[e]) / max(left.edges[e], right.edges[e]) for e in common
-    ]
+    ratios = [min(left.edges[e], right.edges[e]) / max(left.edges[e], right.edges[e]) for e in common]
     return Pair(np.array(weights), np.array(common, np.int64).reshape(-1, 2), np.array(ratios))
 
 
@@ -122,8 +119,6 @@ def _segments(whole: Whole) -> list[tuple[_Segment, _Segment]]:
     weights = np.diff(whole.times, prepend=whole.times[0])
     parts = [
         (positions[a:b][weights[a:b] > 0], whole.times[a:b][weights[a:b] > 0], weights[a:b][weights[a:b] > 0])
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+        for a, b in pairwise(bounds)
     ]
-    return [
-        (left, right) for left, right in zip(parts[:-1], parts[1:], strict=True) if len(left[1]) and len(right[1])
-    ]
+    return [(left, right) for left, right in pairwise(parts) if len(left[1]) and len(right[1])]

@@ -31,7 +31,8 @@ def draw(path: Path, rows: Sequence[Measurement], about: str, palette: Palette) 
     panels = [list(own) for _, own in groupby(rows, key=lambda row: (row.part, row.unit))]
     lines = math.ceil(len(panels) / COLUMNS)
     heights = [
-        FRAME + LINE * max(len(panel) for panel in panels[i * COLUMNS : (i + 1) * COLUMNS]) for i in range(lines)
+        FRAME + LINE * max(len(panel) for panel in panels[i * COLUMNS : (i + 1) * COLUMNS])
+        for i in range(lines)
     ]
     with mpl.rc_context(style(palette)):
         figure = Figure(figsize=(WIDTH * min(COLUMNS, len(panels)), sum(heights) + 0.4), layout="constrained")

@@ -36,4 +36,4 @@ def _runs(work: Work, motion: Motion, settings: Settings) -> tuple[int, list[Too
     frames = work.some(300_000, 2000)
     chunks = motion.chunks(frames, SIZE)
     run_stream(motion, chunks[:2], settings)
-    return frames, [timed(lambda: run_stream(motion, chunks, settings)) for _ in range(work.some(3, 1))]
+    return frames, [timed(run_stream, motion, chunks, settings) for _ in range(work.some(3, 1))]

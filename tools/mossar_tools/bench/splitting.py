@@ -90,7 +90,7 @@ def runs_of_splitting(work: Work, motion: Motion, until: int) -> tuple[int, list
     frames = work.some(1_000_000, 2000)
     chunks = motion.chunks(frames, SIZE)
     run_splitting(motion, chunks[:2], until)
-    return frames, [timed(lambda: run_splitting(motion, chunks, until)) for _ in range(work.repeats)]
+    return frames, [timed(run_splitting, motion, chunks, until) for _ in range(work.repeats)]
 
 
 def measure(work: Work) -> Iterator[Measurement]:

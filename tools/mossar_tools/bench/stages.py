@@ -68,7 +68,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     drives, whole = [], []
     for _ in range(work.repeats):
         drive = _Drive(motion)
-        whole.append(timed(lambda drive=drive: drive.run(chunks)))  # type: ignore[misc]
+        whole.append(timed(drive.run, chunks))
         drives.append(drive)
     acting = [Took(drive.acting, drive.acting) for drive in drives]
     telling = [Took(drive.telling, drive.telling) for drive in drives]
@@ -77,12 +77,17 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
     yield duration(part, "remerge", "ns/frame", acting, each=frames)
     yield duration(part, "event records", "ns/frame", telling, each=frames)
-    acts, events = (max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("acts", "events"))
+    acts, events = (
+        max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("acts", "events")
+    )
     note = f"{acts} calls, {events} events in {frames} frames"
     yield duration(part, "remerge, each call", "us", acting, each=acts, note=note)
 
 
 def _less(runs: list[Took], others: list[Took]) -> list[Took]:
     """Return what runs took more than others."""
-    less = (float(np.median([other.wall for other in others])), float(np.median([other.cpu for other in others])))
+    less = (
+        float(np.median([other.wall for other in others])),
+        float(np.median([other.cpu for other in others])),
+    )
     return [Took(max(0.0, run.wall - less[0]), max(0.0, run.cpu - less[1])) for run in runs]

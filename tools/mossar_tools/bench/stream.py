@@ -24,8 +24,6 @@ def measure(work: Work) -> Iterator[Measurement]:
         for size, target in SIZES.items():
             frames = work.some(1_000_000, 2000)
             chunks = motion.chunks(frames, size)
-            events = run_stream(motion, chunks[: work.some(200, 20)], Settings())
-            runs = []
-            for _ in range(work.repeats):
-                runs.append(timed(lambda chunks=chunks, motion=motion: run_stream(motion, chunks, Settings())))
+            run_stream(motion, chunks[: work.some(200, 20)], Settings())
+            runs = [timed(run_stream, motion, chunks, Settings()) for _ in range(work.repeats)]
             yield rate("stream", f"{motion.name}, chunks of {size}", frames, runs, target)

@@ -49,13 +49,9 @@ def prepare(wholes: Sequence[Whole], *, quick: bool, tell: Callable[[str], None]
         return Work([own], own, [whole], repeats, quick, tell)
     nearest = min(usable, key=lambda whole: abs(len(whole.skeleton) - JOINTS))
     alike = [
-        whole
-        for whole in usable
-        if len(whole.skeleton) == len(nearest.skeleton) and whole.fps == nearest.fps
+        whole for whole in usable if len(whole.skeleton) == len(nearest.skeleton) and whole.fps == nearest.fps
     ]
     motions = [to_and_fro(whole.name, whole.skeleton, whole.fps or 0.0, whole.positions) for whole in alike]
     name = f"{len(alike)} real recordings, {len(nearest.skeleton)} joints"
     longest = max(motions, key=lambda motion: len(motion.times))
     return Work([joined(name, motions), own], longest, alike, repeats, quick, tell)
-
-

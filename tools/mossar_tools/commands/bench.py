@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
+import msgspec.structs
 
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
@@ -13,9 +14,12 @@ from mossar_tools.options import Options, add_messages
 from mossar_tools.values import names
 
 if TYPE_CHECKING:
-    from mossar_tools.bench.machine import Machine
+    from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.measurement import Measurement
+    from mossar_tools.evaluation.takes import Take
     from mossar_tools.whole import Whole
+
+DEMO_SEEDS = 4  # performances of each kind, for the peers
 
 DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in performer at 120 fps with 31 joints, and
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
@@ -36,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--only", metavar="NAME,NAME", type=names, help="these parts only")
     group.add_argument("--peers", action="store_true", help="compare with other libraries instead")
     group.add_argument("--quick", action="store_true", help="see that it works; the numbers say little")
-    group.add_argument("--json", metavar="FILE", dest="json_to", help="everything as JSON; - for standard output")
+    group.add_argument(
+        "--json", metavar="FILE", dest="json_to", help="everything as JSON; - for standard output"
+    )
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
     add_messages(parser)
@@ -51,14 +57,21 @@ def run(options: Options, console: Console) -> int:
         picture = check_picture(options.plot)
     from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.measures import chosen
+    from mossar_tools.bench.report import NOTES, as_json, machine_lines
     from mossar_tools.streaming import saying_if_cold
 
-    parts = chosen(options.only)
     watch = Watch()
+    if options.peers:
+        return _against_peers(options, console, watch, picture)
+    parts = chosen(options.only)
     with saying_if_cold():
-        rows = _against_peers(options, console) if options.peers else _measured(parts, options, console)
+        rows = _measured(parts, options, console)
     machine = watch.machine()
-    _put_out(options, console, machine, rows)
+    if options.json_to != "-":
+        for line in (*NOTES.splitlines(), *machine_lines(machine)):
+            console.line(line)
+    if options.json_to is not None:
+        _write(options.json_to, as_json(machine, rows), console)
     if picture is not None:
         from mossar_tools.bench.picture import draw
         from mossar_tools.palette import DARK, LIGHT
@@ -90,8 +103,56 @@ def _measured(parts: Sequence[str], options: Options, console: Console) -> "list
     return rows
 
 
-def _against_peers(options: Options, console: Console) -> "list[Measurement]":
-    raise UsageError("not yet")
+def _against_peers(options: Options, console: Console, watch: "Watch", picture: Path | None) -> int:
+    """Let other libraries and ours find the cuts of labelled recordings."""
+    from mossar_tools.bench.peers.standings import (
+        NOTES,
+        contest,
+        standing_lines,
+        standings_json,
+        usable_peers,
+    )
+    from mossar_tools.bench.report import machine_lines
+    from mossar_tools.evaluation.trial import groups_of
+    from mossar_tools.streaming import saying_if_cold
+
+    if options.only:
+        raise UsageError("--only chooses among what is measured of ours; --peers compares as a whole")
+    peers, missing = usable_peers()
+    for note in missing:
+        console.say(f"mossar: {note}")
+    with saying_if_cold():
+        repeats = 1 if options.quick else 3
+        tell = console.status
+        rows = list(contest(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True)))
+    machine = watch.machine()
+    if options.json_to != "-":
+        for line in (*standing_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):
+            console.line(line)
+    if options.json_to is not None:
+        report = {"v": 1, "machine": machine, "busy": machine.busy, "peers": standings_json(rows)}
+        _write(options.json_to, report, console)
+    if picture is not None:
+        from mossar_tools.bench.peers.picture import draw
+        from mossar_tools.palette import DARK, LIGHT
+
+        draw(picture, rows, DARK if options.dark else LIGHT)
+        console.say(f"drawn: {picture}")
+    return DONE
+
+
+def _takes(options: Options) -> "list[Take]":
+    """Return labelled takes: those of the folders given, else of the built-in performer."""
+    from mossar_tools.evaluation.performer import demo_takes
+    from mossar_tools.evaluation.takes import load_folder
+
+    if not options.sources:
+        takes = demo_takes(seeds=1 if options.quick else DEMO_SEEDS)
+        return list(takes)
+    found = []
+    for source in options.sources:
+        found += load_folder(Path(source))
+    return found
 
 
 def _recordings(options: Options) -> "list[Whole]":
@@ -108,18 +169,6 @@ def _recordings(options: Options) -> "list[Whole]":
         else:
             wholes.append(read_whole(msgspec.structs.replace(options, file=source)))
     return wholes
-
-
-def _put_out(
-    options: Options, console: Console, machine: "Machine", rows: "Sequence[Measurement]"
-) -> None:
-    from mossar_tools.bench.report import NOTES, as_json, machine_lines
-
-    if options.json_to != "-":
-        for line in (*NOTES.splitlines(), *machine_lines(machine)):
-            console.line(line)
-    if options.json_to is not None:
-        _write(options.json_to, as_json(machine, rows), console)
 
 
 def _write(target: str, report: dict[str, Any], console: Console) -> None:
