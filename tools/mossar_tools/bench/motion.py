@@ -15,6 +15,7 @@ from mossar_stream.skeleton import Skeleton
 JOINTS = 31  # of the usual skeleton of motion capture, for which the targets are stated
 FPS = 120.0  # Hz, of the built-in performer here
 BREAK = 10.0  # s between recordings: another take begins
+GOLDEN = 0.618034  # multiples of it, less whole numbers, never come together
 CROWD_FPS = 30.0  # Hz, of performers in a crowd
 
 Chunk = tuple[NDArray[np.float32], NDArray[np.float64]]
@@ -98,18 +99,20 @@ def with_joints(
         positions: (n, J, 3) m.
         count: How many there shall be, at least 2.
     """
-    have = len(skeleton)
-    if count == have:
-        return skeleton, positions
-    root = max(skeleton.root, 0)
-    others = [j for j in range(have) if j != root]
-    kept = [root, *(others[i * len(others) // (count - 1)] for i in range(min(count, have) - 1))]
-    bones = [(j, parent) for j, parent in enumerate(skeleton.parents) if parent >= 0]
-    lines = [positions[:, j] for j in kept]
-    rounds = -(-max(0, count - have) // len(bones))
-    for extra in range(count - len(kept)):
+    have, bones = len(skeleton), [(j, parent) for j, parent in enumerate(skeleton.parents) if parent >= 0]
+    if count < have:
+        root = max(skeleton.root, 0)
+        others = [j for j in range(have) if j != root]
+        kept = [root, *(others[i * len(others) // (count - 1)] for i in range(count - 1))]
+        names = tuple(skeleton.names[j] for j in kept)
+        return Skeleton(names, (-1, *(0 for _ in names[1:]))), np.ascontiguousarray(positions[:, kept])
+    lines, names, parents = [positions], list(skeleton.names), list(skeleton.parents)
+    for extra in range(count - have):
         j, parent = bones[extra % len(bones)]
-        share = np.float32((extra // len(bones) + 1) / (rounds + 1))
-        lines.append(positions[:, parent] + share * (positions[:, j] - positions[:, parent]))
-    names = tuple(f"joint{i}" for i in range(count))
-    return Skeleton(names, (-1, *(0 for _ in range(count - 1)))), np.stack(lines, axis=1)
+        share = np.float32(0.1 + 0.8 * (GOLDEN * (have + extra) % 1.0))
+        lines.append(
+            positions[:, parent, None] + share * (positions[:, j, None] - positions[:, parent, None])
+        )
+        names.append(f"{skeleton.names[j]}+{have + extra}")
+        parents.append(parent)
+    return Skeleton(tuple(names), tuple(parents), skeleton.root), np.concatenate(lines, axis=1)

@@ -12,6 +12,7 @@ from mossar_stream import path_reference
 from mossar_stream import path_sum as kernels
 from mossar_stream.compiled import entry_point
 from mossar_stream.joints import localise
+from mossar_stream.path_kernel import AT_REST
 from mossar_stream.path_reference import SegmentGraph, segment_graph
 from mossar_stream.recording import segment_recording
 from mossar_stream.settings import Settings
@@ -46,7 +47,7 @@ def sum_again(
 
 def measure(work: Work) -> Iterator[Measurement]:
     """Yield both times for each N."""
-    segments = [part for whole in work.recordings for part in _segments(whole)]
+    segments = [part for whole in work.recordings for part in segments_of(whole)]
     step = max(1, len(segments) // work.some(PAIRS, 2))
     for count in EDGES[:: work.some(1, 8)]:
         work.tell(f"paths: N = {count}")
@@ -54,7 +55,7 @@ def measure(work: Work) -> Iterator[Measurement]:
             (segment_graph(*left, count, 1), segment_graph(*right, count, 1))
             for left, right in segments[::step]
         ]
-        yield from _compared(count, [_pair(left, right) for left, right in graphs])
+        yield from _compared(count, [pair_of(left, right) for left, right in graphs])
 
 
 def _compared(count: int, pairs: Sequence[Pair]) -> Iterator[Measurement]:
@@ -93,7 +94,7 @@ def _visited(pair: Pair) -> tuple[float, float]:
     return (time.perf_counter() - began) * 1e6 * paths / reached, paths
 
 
-def _pair(left: SegmentGraph, right: SegmentGraph) -> Pair:
+def pair_of(left: SegmentGraph, right: SegmentGraph) -> Pair:
     """Return what the path kernel sums over, in the paper's form."""
     weights = [_cosine(x, y) for x, y in zip(left.covariances, right.covariances, strict=True)]
     common = [edge for edge in left.edges if edge in right.edges]
@@ -102,14 +103,17 @@ def _pair(left: SegmentGraph, right: SegmentGraph) -> Pair:
 
 
 def _cosine(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
-    scale = float(np.sqrt((x @ x) * (y @ y)))
-    return max(0.0, float(x @ y) / scale) if scale > 0.0 else 0.0
+    """Return the paper's vertex kernel; two joints at rest are alike."""
+    lengths = float(np.linalg.norm(x)), float(np.linalg.norm(y))
+    if min(lengths) <= AT_REST:
+        return float(max(lengths) <= AT_REST)
+    return max(0.0, float(x @ y) / lengths[0] / lengths[1])
 
 
 _Segment = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
-def _segments(whole: Whole) -> list[tuple[_Segment, _Segment]]:
+def segments_of(whole: Whole) -> list[tuple[_Segment, _Segment]]:
     """Return neighbouring segments of a recording, after splitting as in the paper."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, Settings.build("paper"), times=whole.times

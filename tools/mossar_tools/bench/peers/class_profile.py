@@ -75,5 +75,20 @@ CLASP = Peer(
         "threshold": (0.5, 0.6, 0.75, 0.9),
         "warm_up": (3.0,),
     },
-    {},
+    {
+        "cluster": {
+            "buffer": 10.0,
+            "window": 0.3,
+            "validation": "score_threshold",
+            "threshold": 0.5,
+            "warm_up": 3.0,
+        },
+        "motion": {
+            "buffer": 10.0,
+            "window": 0.15,
+            "validation": "score_threshold",
+            "threshold": 0.5,
+            "warm_up": 3.0,
+        },
+    },
 )

@@ -72,6 +72,9 @@ WINDOW = Peer(
         "penalty": (1.0, 4.0, 16.0, 32.0, 64.0),
         "rate": (15.0,),
     },
-    {},
+    {
+        "cluster": {"buffer": 10.0, "step": 0.25, "width": 2.0, "penalty": 32.0, "rate": 15.0},
+        "motion": {"buffer": 4.0, "step": 0.25, "width": 2.0, "penalty": 1.0, "rate": 15.0},
+    },
     knows="segments the last seconds anew at every step",
 )
