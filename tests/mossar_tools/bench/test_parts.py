@@ -1,5 +1,7 @@
 """What the numbers rest on: the motion, the clocks, and kernels that do what they are said to do."""
 
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
 from mossar_tools.bench.paths import pair_of, segments_of, sum_again
 from mossar_tools.bench.push import waits
 from mossar_tools.bench.splitting import SETTINGS, run_splitting
+from mossar_tools.bench.start import copied, first_import
 from mossar_tools.bench.work import prepare
 from mossar_tools.whole import Whole
 
@@ -109,3 +112,11 @@ def test_recordings_nearest_to_31_joints_are_measured(motion):
     assert [whole.name for whole in work.recordings] == ["right"]
     assert len(work.motions) == 2
     assert to_and_fro("a", skeleton, 30.0, positions).positions.shape == (98, 20, 3)
+
+
+def test_starts_are_those_of_the_copy():
+    with copied() as folder:
+        assert first_import(folder).wall > 0
+        (folder / "mossar_stream" / "__init__.py").write_text("raise SystemExit('the copy')")
+        with pytest.raises(subprocess.CalledProcessError):
+            first_import(folder)

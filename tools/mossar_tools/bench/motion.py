@@ -68,7 +68,7 @@ def to_and_fro(name: str, skeleton: Skeleton, fps: float, positions: NDArray[np.
         fps: Rate, Hz.
         positions: (n, J, 3) m.
     """
-    there_and_back = np.concatenate([positions, positions[-2:0:-1]])
+    there_and_back = np.ascontiguousarray(np.concatenate([positions, positions[-2:0:-1]]))
     return Motion(name, skeleton, fps, there_and_back, np.arange(len(there_and_back)) / fps)
 
 
@@ -104,8 +104,8 @@ def with_joints(
         root = max(skeleton.root, 0)
         others = [j for j in range(have) if j != root]
         kept = [root, *(others[i * len(others) // (count - 1)] for i in range(count - 1))]
-        names = tuple(skeleton.names[j] for j in kept)
-        return Skeleton(names, (-1, *(0 for _ in names[1:]))), np.ascontiguousarray(positions[:, kept])
+        fewer = tuple(skeleton.names[j] for j in kept)
+        return Skeleton(fewer, (-1, *(0 for _ in fewer[1:]))), np.ascontiguousarray(positions[:, kept])
     lines, names, parents = [positions], list(skeleton.names), list(skeleton.parents)
     for extra in range(count - have):
         j, parent = bones[extra % len(bones)]

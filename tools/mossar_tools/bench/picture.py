@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.measures import MEASURES
@@ -28,7 +28,8 @@ def draw(path: Path, rows: Sequence[Measurement], about: str, palette: Palette) 
         about: The machine.
         palette: Colours.
     """
-    panels = [list(own) for _, own in groupby(rows, key=lambda row: (row.part, row.unit))]
+    kinds = dict.fromkeys((row.part, row.unit) for row in rows)
+    panels = [[row for row in rows if (row.part, row.unit) == kind] for kind in kinds]
     lines = math.ceil(len(panels) / COLUMNS)
     heights = [
         FRAME + LINE * max(len(panel) for panel in panels[i * COLUMNS : (i + 1) * COLUMNS])
@@ -55,8 +56,13 @@ def _draw_panel(axes: Any, rows: Sequence[Measurement], palette: Palette) -> Non
     positive = [value for value in values if value > 0]
     if positive and max(positive) > WIDE * min(positive):
         axes.set_xscale("log")
+    else:
+        axes.set_xlim(left=0)
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     axes.set_yticks(list(places), [row.name for row in rows])
     axes.invert_yaxis()
     axes.set_xlabel(rows[0].unit)
     part = rows[0].part
-    axes.set_title(part if part not in MEASURES else MEASURES[part].title.partition(":")[0], loc="left")
+    title = MEASURES[part].title if part in MEASURES else part
+    axes.set_title(title.partition(":")[0].partition(",")[0], loc="left")

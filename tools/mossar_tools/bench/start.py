@@ -56,7 +56,12 @@ def copied() -> Iterator[Path]:
 def first_import(folder: Path) -> Took:
     """Return what importing the core takes in a new interpreter."""
     done = subprocess.run(  # noqa: S603 - our own interpreter
-        [sys.executable, "-c", _PROGRAM], env=_environment(folder), capture_output=True, text=True, check=True
+        [sys.executable, "-c", _PROGRAM],
+        cwd=folder,  # where Python looks first
+        env=_environment(folder),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     wall, cpu = map(float, done.stdout.split())
     return Took(wall, cpu)
@@ -71,7 +76,7 @@ def first_event(folder: Path) -> tuple[Took, str]:
     before, began = _children(), time.perf_counter()
     pipe = subprocess.PIPE
     with subprocess.Popen(  # noqa: S603 - our own interpreter
-        [sys.executable, *_DEMO], env=_environment(folder), stdout=pipe, stderr=pipe
+        [sys.executable, *_DEMO], cwd=folder, env=_environment(folder), stdout=pipe, stderr=pipe
     ) as demo:
         line = demo.stdout.readline() if demo.stdout else b""
         wall = time.perf_counter() - began

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 
 import msgspec
+import msgspec.structs
+import numpy as np
 
 from mossar_tools.bench.motion import JOINTS, Motion, joined, performer, to_and_fro
 from mossar_tools.whole import Whole
@@ -41,7 +43,12 @@ def prepare(wholes: Sequence[Whole], *, quick: bool, tell: Callable[[str], None]
     Of recordings with several skeletons those are taken whose number of joints is nearest to `JOINTS`.
     """
     own = performer(QUICK_SECONDS if quick else PERFORMER_SECONDS)
-    usable = [whole for whole in wholes if whole.fps and len(whole.times) > 2]
+    # Readers may lay positions out otherwise; copying them is not what is measured.
+    usable = [
+        msgspec.structs.replace(whole, positions=np.ascontiguousarray(whole.positions))
+        for whole in wholes
+        if whole.fps and len(whole.times) > 2
+    ]
     repeats = 2 if quick else 5
     if not usable:
         count = len(own.times) // 2 + 1

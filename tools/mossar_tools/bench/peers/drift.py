@@ -59,7 +59,10 @@ ADWIN = Peer(
         "clock": (1, 8, 32, 128),
         "place": ("now", "window"),
     },
-    {},
+    {
+        "cluster": {"delta": 1e-4, "clock": 128, "place": "window"},
+        "motion": {"delta": 0.99, "clock": 1, "place": "now"},
+    },
 )
 PAGE_HINKLEY = Peer(
     "river Page-Hinkley",
@@ -72,5 +75,8 @@ PAGE_HINKLEY = Peer(
         "threshold": (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2),
         "min_seconds": (0.1, 0.25, 1.0, 2.0, 4.0),
     },
-    {},
+    {
+        "cluster": {"delta": 0.05, "threshold": 0.05, "min_seconds": 4.0},
+        "motion": {"delta": 0.05, "threshold": 0.02, "min_seconds": 1.0},
+    },
 )
