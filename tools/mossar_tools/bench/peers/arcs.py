@@ -1,7 +1,5 @@
 """Arcs: stumpy's FLOSS, fast low-cost online semantic segmentation, on the velocity curve."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +7,11 @@ from mossar_tools.bench.peers.peer import Causal, Parameters, Peer
 
 TREMBLE = 1e-3  # m/s, of the stillness before a take, which must not be constant
 SEED = 1
+
+
+def stillness(count: int) -> NDArray[np.float64]:
+    """Return what comes before a take, (count,) m/s, so that set-up is over when the take begins."""
+    return TREMBLE * np.abs(np.random.default_rng(SEED).standard_normal(count))
 
 
 class FlossDetector(Causal):
@@ -20,19 +23,29 @@ class FlossDetector(Causal):
         subsequence: Length of the patterns, s.
         threshold: Of the corrected arc curve, below which a minimum is a cut.
         apart: s between cuts, at least.
+        rate: Hz to which frames are thinned out: each costs milliseconds.
     """
 
-    def __init__(self, fps: float, buffer: float, subsequence: float, threshold: float, apart: float) -> None:
-        self._fps, self._threshold, self._apart = fps, threshold, apart
-        self._count = round(buffer * fps)
-        self._pattern = max(4, round(subsequence * fps))
-        self._floss: Any = None
+    def __init__(
+        self, fps: float, buffer: float, subsequence: float, threshold: float, apart: float, rate: float
+    ) -> None:
+        self._thin = max(1, round(fps / rate))
+        self._fps, self._threshold, self._apart = fps / self._thin, threshold, apart
+        self._count = round(buffer * self._fps)
+        pattern = max(4, round(subsequence * self._fps))
+        self._seen = 0
         self._cuts: list[float] = []
+        from stumpy import floss, stump
+
+        still = stillness(self._count)
+        profile = stump(still, m=pattern)
+        self._floss = floss(profile, still, m=pattern, L=pattern, excl_factor=1, n_iter=100)
 
     def update(self, sample: NDArray[np.float64], time: float) -> list[float]:
         """See `Detector`."""
-        if self._floss is None:
-            self._start(float(sample[0]))
+        self._seen += 1
+        if (self._seen - 1) % self._thin:
+            return []
         self._floss.update(float(sample[0]))
         curve = self._floss.cac_1d_
         place = int(np.argmin(curve))
@@ -43,13 +56,6 @@ class FlossDetector(Causal):
             return []
         self._cuts.append(cut)
         return [cut]
-
-    def _start(self, level: float) -> None:
-        from stumpy import floss, stump
-
-        still = level + TREMBLE * np.random.default_rng(SEED).standard_normal(self._count)
-        profile = stump(still, m=self._pattern)
-        self._floss = floss(profile, still, m=self._pattern, L=self._pattern, excl_factor=1, n_iter=100)
 
 
 def _floss(fps: float, parameters: Parameters) -> FlossDetector:
@@ -66,7 +72,8 @@ FLOSS = Peer(
         "buffer": (5.0, 10.0),
         "subsequence": (0.25, 0.5),
         "threshold": (0.25, 0.45, 0.65),
-        "apart": (1.0,),
+        "apart": (0.5, 1.0),
+        "rate": (30.0,),
     },
     {},
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.bench.peers.arcs import SEED, TREMBLE
+from mossar_tools.bench.peers.arcs import stillness
 from mossar_tools.bench.peers.peer import Causal, Parameters, Peer
 
 
@@ -26,7 +26,6 @@ class ClaspDetector(Causal):
 
         self._fps = fps
         self._warm_up = round(warm_up * fps)
-        self._started = False
         self._frames = 0
         self._clasp = StreamingClaSPSegmentation(
             n_timepoints=round(buffer * fps),
@@ -36,15 +35,11 @@ class ClaspDetector(Causal):
             threshold=threshold,
             log_cps=True,
         )
+        for value in stillness(self._warm_up).tolist():
+            self._clasp.update(value)
 
     def update(self, sample: NDArray[np.float64], time: float) -> list[float]:
         """See `Detector`."""
-        if not self._started:
-            self._started = True
-            for value in float(sample[0]) + TREMBLE * np.random.default_rng(SEED).standard_normal(
-                self._warm_up
-            ):
-                self._clasp.update(float(value))
         before = len(self._clasp.change_points)
         self._clasp.update(float(sample[0]))
         self._frames += 1
@@ -72,7 +67,7 @@ CLASP = Peer(
         "buffer": (10.0,),
         "window": (0.15, 0.3, 0.6),
         "validation": ("score_threshold",),
-        "threshold": (0.5, 0.6, 0.75, 0.9),
+        "threshold": (0.3, 0.4, 0.5, 0.6, 0.75),
         "warm_up": (3.0,),
     },
     {
