@@ -35,8 +35,10 @@ class FlossDetector(Causal):
         pattern = max(4, round(subsequence * self._fps))
         self._seen = 0
         self._cuts: list[float] = []
+        import numba
         from stumpy import floss, stump
 
+        numba.set_num_threads(1)  # its threads would wait for each other longer than they work
         still = stillness(self._count)
         profile = stump(still, m=pattern)
         self._floss = floss(profile, still, m=pattern, L=pattern, excl_factor=1, n_iter=100)
@@ -70,10 +72,13 @@ FLOSS = Peer(
     _floss,
     {
         "buffer": (5.0, 10.0),
-        "subsequence": (0.25, 0.5),
-        "threshold": (0.25, 0.45, 0.65),
-        "apart": (0.5, 1.0),
+        "subsequence": (0.15, 0.25, 0.5),
+        "threshold": (0.45, 0.65, 0.8, 0.9),
+        "apart": (1.0,),
         "rate": (30.0,),
     },
-    {},
+    {
+        "cluster": {"buffer": 5.0, "subsequence": 0.25, "threshold": 0.9, "apart": 1.0, "rate": 30.0},
+        "motion": {"buffer": 5.0, "subsequence": 0.15, "threshold": 0.65, "apart": 1.0, "rate": 30.0},
+    },
 )

@@ -82,7 +82,7 @@ CLASP = Peer(
             "buffer": 10.0,
             "window": 0.15,
             "validation": "score_threshold",
-            "threshold": 0.5,
+            "threshold": 0.3,
             "warm_up": 3.0,
         },
     },
