@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
-from mossar_tools.bench.peers.contest import feeds, race
+from mossar_tools.bench.peers.contest import race
 from mossar_tools.bench.peers.peer import Parameters, Peer
 from mossar_tools.bench.peers.table import PEERS
 from mossar_tools.evaluation.metrics import median
@@ -20,8 +20,7 @@ def main() -> None:
         if sys.argv[2:] and peer.library not in sys.argv[2:]:
             continue
         for level, takes in groups.items():
-            fed = feeds(takes, peer)
-            tried = [(race(takes, peer, chosen, fed), chosen) for chosen in _combinations(peer)]
+            tried = [(race(takes, peer, chosen), chosen) for chosen in _combinations(peer)]
             tried.sort(key=lambda one: -one[0].scores.f1)
             for own, chosen in tried[:3]:
                 delay = median(own.scores.delays)

@@ -79,6 +79,6 @@ FLOSS = Peer(
     },
     {
         "cluster": {"buffer": 5.0, "subsequence": 0.25, "threshold": 0.9, "apart": 1.0, "rate": 30.0},
-        "motion": {"buffer": 5.0, "subsequence": 0.15, "threshold": 0.65, "apart": 1.0, "rate": 30.0},
+        "motion": {"buffer": 10.0, "subsequence": 0.15, "threshold": 0.8, "apart": 1.0, "rate": 30.0},
     },
 )

@@ -1,15 +1,19 @@
 """Ours: mossar-stream in the contest, with its defaults and the level of the labels."""
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
+import msgspec
+import msgspec.structs
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.events import Event, KeyFrameEvent
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings
-from mossar_tools.bench.peers.contest import Race, followed, gathered
+from mossar_tools.bench.peers.contest import Follow, Race, followed, gathered
+from mossar_tools.bench.peers.feeds import PositionFeed
 from mossar_tools.evaluation.mossar import stream
 from mossar_tools.evaluation.takes import Take
 
@@ -39,16 +43,18 @@ def _final(events: list[Event]) -> list[float]:
     return [event.time for event in events if isinstance(event, KeyFrameEvent) and event.status == "final"]
 
 
-def one_by_one(takes: list[Take]) -> Race:
+def one_by_one(takes: Sequence[Take]) -> Race:
     """Return what comes of pushing frame by frame."""
-    return gathered(takes, [followed(MossarDetector(take), take.positions, take.times) for take in takes])
+    return gathered(takes, [followed(MossarDetector(take), PositionFeed(), take) for take in takes])
 
 
-def in_chunks(takes: list[Take]) -> Race:
+def in_chunks(takes: Sequence[Take]) -> Race:
     """Return what comes of pushing chunks; the same key frames."""
-    runs = []
+    follows = []
     for take in takes:
+        contiguous = msgspec.structs.replace(take, positions=np.ascontiguousarray(take.positions))
         cpu = time.process_time()
-        found = stream(take, Settings(), "final")
-        runs.append((found, np.full(len(take.times), np.nan), time.process_time() - cpu))
-    return gathered(takes, runs)
+        found = stream(contiguous, Settings(), "final")
+        cpu = time.process_time() - cpu
+        follows.append(Follow(found, found.seconds, cpu, np.full(len(take.times), np.nan)))
+    return gathered(takes, follows)

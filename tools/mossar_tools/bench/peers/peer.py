@@ -1,18 +1,13 @@
 """Peer: what another library looks like to the contest."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 import msgspec
-import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.joints import localise
-from mossar_stream.settings import Settings
-from mossar_tools.evaluation.takes import Take
-from mossar_tools.evaluation.velocity_based import velocity
+from mossar_tools.bench.peers.feeds import FeedName
 
-Feed = Literal["curve", "poses", "positions"]
 Parameters = Mapping[str, float | str]
 
 
@@ -46,7 +41,7 @@ class Peer(msgspec.Struct, frozen=True):
         name: For the table.
         library: Import name.
         distribution: What to install.
-        feed: `curve`: mean joint speed, m/s; `poses`: coordinates relative to the centre, m; `positions`: as they are.
+        feed: `curve`: mean joint speed, m/s; `poses`: coordinates relative to the centre, m.
         make: Returns a detector for a rate, Hz, and parameters.
         grid: Values that were tried.
         best: The best of them, by level.
@@ -56,22 +51,8 @@ class Peer(msgspec.Struct, frozen=True):
     name: str
     library: str
     distribution: str
-    feed: Feed
+    feed: FeedName
     make: Callable[[float, Parameters], Detector]
     grid: Mapping[str, tuple[float | str, ...]]
     best: Mapping[str, Parameters]
     knows: str = ""
-
-
-def samples(take: Take, feed: Feed) -> NDArray[Any]:
-    """Return what a peer is fed: (n, D), or (n, J, 3) float32."""
-    if feed == "positions":
-        return take.positions
-    if feed == "poses":
-        local = localise(take.positions.astype(np.float64), take.skeleton.root)
-        return np.nan_to_num(local.reshape(len(local), -1))
-    settings = Settings(level=take.level)
-    window = settings.resolved().window or 1.0
-    times, curve = velocity(take, settings)
-    speed = curve / (window * len(take.skeleton))
-    return np.interp(take.times, times, speed)[:, None]

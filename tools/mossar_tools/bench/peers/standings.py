@@ -11,7 +11,7 @@ from mossar_adapters.extras import installed
 from mossar_stream.errors import MossarError
 from mossar_tools.bench.measurement import OWN
 from mossar_tools.bench.peers import ours, whole_file
-from mossar_tools.bench.peers.contest import Race, feeds, race
+from mossar_tools.bench.peers.contest import Race, race
 from mossar_tools.bench.peers.peer import Peer
 from mossar_tools.bench.peers.table import PEERS
 from mossar_tools.evaluation.metrics import median
@@ -21,10 +21,12 @@ from mossar_tools.evaluation.takes import Take
 WORTH = 0.5  # F1 from which a peer's speed is compared with ours
 LONG = 5.0  # s of a run that is not repeated
 TIMES = 10.0  # how much quicker we want to be than such a peer
-NOTES = """F1: mean over recordings, one-to-one within the label's tolerance; delay: median time from the true cut to the decision;
-p50, p99: time for one frame by the wall clock; frames/s: over all recordings, processor time where marked "cpu".
-Peers fed "curve" get the velocity of equation 1 ready-made; their settings are the best of a coarse grid for each
-level, chosen on the labelled recordings that the README names. ours has its defaults. * knows more than a stream."""
+NOTES = """F1: mean over recordings, one-to-one within the label's tolerance; delay: median time from the true cut to the decision
+frames/s: from positions to cuts, processor time where marked "cpu"; what a peer is fed, the mean joint speed (curve) or
+the coordinates relative to the centre (poses), is made in numpy frame by frame; alone: if it came for nothing
+p50, p99: for one frame, by the wall clock
+settings of peers: the best of a coarse grid for each level, with the truth of the labelled recordings that the README
+names in sight; ours: its defaults. * knows, or looks at, more than a stream"""
 
 
 class Standing(msgspec.Struct, frozen=True):
@@ -33,7 +35,8 @@ class Standing(msgspec.Struct, frozen=True):
     Args:
         name: Of the method.
         group: Of the recordings.
-        rates: frames/s of each run.
+        rates: frames/s of each run, from positions to cuts.
+        alone: frames/s, median, of the detector itself, if what it is fed came for nothing.
         clock: By which these are.
         f1: Mean over the recordings.
         delay: s, median; NaN where there is none.
@@ -46,6 +49,7 @@ class Standing(msgspec.Struct, frozen=True):
     name: str
     group: str
     rates: tuple[float, ...]
+    alone: float
     clock: str
     f1: float
     delay: float
@@ -92,9 +96,9 @@ def contest(
         yield _standing(f"{ours.NAME}, chunks of 64", group, partial(ours.in_chunks, takes), repeats)
         for peer in peers:
             tell(f"peers: {peer.name}, {group}")
-            fed, chosen = feeds(takes, peer), peer.best[takes[0].level]
+            chosen = peer.best[takes[0].level]
             words = ", ".join([f"fed {peer.feed}", *(f"{k}={_short(v)}" for k, v in chosen.items())])
-            run = partial(race, takes, peer, chosen, fed)
+            run = partial(race, takes, peer, chosen)
             yield _standing(peer.name, group, run, repeats, words, peer.knows)
         if installed("ruptures"):
             run = partial(whole_file.told_the_number, takes)
@@ -115,6 +119,14 @@ def _standing(
         name,
         group,
         tuple(own.frames / (own.cpu if by_cpu else own.wall) for own in races),
+        float(
+            np.median(
+                [
+                    own.frames / own.alone / (share if by_cpu else 1.0)
+                    for own, share in zip(races, shares, strict=True)
+                ]
+            )
+        ),
         "cpu" if by_cpu else "wall",
         last.scores.f1,
         median(last.scores.delays),
@@ -129,12 +141,12 @@ def standing_lines(rows: Sequence[Standing]) -> Iterator[str]:
     """Yield a table for each group, and what follows from it."""
     for group in dict.fromkeys(row.group for row in rows):
         own = [row for row in rows if row.group == group]
-        yield f"{'method, ' + group:<36}{'F1':>6}{'delay':>9}{'frames/s':>12} {'clock':<5}{'p50':>12}{'p99':>12}  settings"
+        yield f"{'method, ' + group:<36}{'F1':>6}{'delay':>9}{'frames/s':>12}{'alone':>12} {'clock':<5}{'p50':>12}{'p99':>12}  settings"
         for row in sorted(own, key=lambda one: -one.f1):
             mark = "*" if row.knows else ""
             more = f"; knows {row.knows}" if row.knows else ""
             yield (
-                f"{row.name + mark:<36}{row.f1:>6.2f}{_unit(row.delay, '.2f', 's'):>9}{row.rate:>12,.0f} {row.clock:<5}"
+                f"{row.name + mark:<36}{row.f1:>6.2f}{_unit(row.delay, '.2f', 's'):>9}{row.rate:>12,.0f}{row.alone:>12,.0f} {row.clock:<5}"
                 f"{_unit(row.p50, ',.1f', 'us'):>12}{_unit(row.p99, ',.1f', 'us'):>12}  {row.settings}{more}"
             )
         yield from conclusions(own)
@@ -167,6 +179,7 @@ def standings_json(rows: Sequence[Standing]) -> list[dict[str, Any]]:
             "name": row.name,
             "group": row.group,
             "frames_per_s": row.rate,
+            "frames_per_s_alone": row.alone,
             "runs": row.rates,
             "clock": row.clock,
             "f1": row.f1,

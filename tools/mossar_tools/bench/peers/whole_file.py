@@ -4,10 +4,9 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mossar_tools.bench.peers.contest import Race, gathered
-from mossar_tools.bench.peers.peer import samples
+from mossar_tools.bench.peers.contest import Follow, Race, gathered
+from mossar_tools.bench.peers.feeds import PoseFeed
 from mossar_tools.evaluation.found import Found
 from mossar_tools.evaluation.takes import Take
 
@@ -21,13 +20,15 @@ def told_the_number(takes: Sequence[Take]) -> Race:
     return gathered(takes, [_search(take) for take in takes])
 
 
-def _search(take: Take) -> tuple[Found, NDArray[np.float64], float]:
+def _search(take: Take) -> Follow:
     from ruptures import KernelCPD
 
-    poses = samples(take, "poses")
+    feed = PoseFeed(take)
     cpu, began = time.process_time(), time.perf_counter()
+    poses = np.array([feed.sample(own, 0.0) for own in take.positions], np.float64)
+    ready = time.perf_counter()
     step = max(1, round(take.fps / RATE))
     found = KernelCPD(kernel="rbf", min_size=2).fit(poses[::step]).predict(n_bkps=len(take.cuts))
-    wall, cpu = time.perf_counter() - began, time.process_time() - cpu
+    ended, cpu = time.perf_counter(), time.process_time() - cpu
     cuts = [float(take.times[place * step]) for place in found[:-1]]
-    return Found(cuts, seconds=wall), np.full(len(take.times), np.nan), cpu
+    return Follow(Found(cuts, seconds=ended - began), ended - ready, cpu, np.full(len(take.times), np.nan))
