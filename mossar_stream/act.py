@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
 from mossar_stream.body import flatten
-from mossar_stream.compiled import compiled, entry_point
+from mossar_stream.compiled import compiled, entry_point, spliced
 from mossar_stream.decision import decide_oldest
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
 from mossar_stream.outbox import (
@@ -161,7 +161,7 @@ def act(
             _decide_all(h, w, params[0], events)
 
 
-@compiled
+@spliced
 def _follow(h, w, params, events):
     """Say what the splitter found, and add the key frame if there is one."""
     happened = h.happened
@@ -195,7 +195,7 @@ def _put_candidate(h, events, status, frame, time, share):
     put_key_frame(h, events, status, MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH, rev, decided)
 
 
-@compiled
+@spliced
 def _decide(h, w, params, pose, events, begin):
     """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
 
@@ -222,7 +222,7 @@ def _decide(h, w, params, pose, events, begin):
     h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
 
 
-@compiled
+@spliced
 def _close_take(h, w, params, pose, events):
     """Close the last segment and rank all undecided key frames together."""
     place_last_frame(h, w.body, w.slots, params, pose, h.run_length, h.run_length < 0)
@@ -242,7 +242,7 @@ def _close_take(h, w, params, pose, events):
     rank(h, w, params, h.slot_settled)
 
 
-@compiled
+@spliced
 def _withdraw_newest(h, w, params, events):
     """Take back the newest key frame, confirmed early, since the maximum that accepts it never came."""
     newest = h.undecided - 1
@@ -261,7 +261,7 @@ def _withdraw_newest(h, w, params, events):
     h.ordinal -= 1
 
 
-@compiled
+@spliced
 def _decide_all(h, w, params, events):
     """Decide all undecided key frames by their strengths, and end the take."""
     relabel(h, w, params, events)
@@ -273,7 +273,7 @@ def _decide_all(h, w, params, events):
     h.next_frame = 0
 
 
-@compiled
+@spliced
 def _put_last_segment(h, w, params, events):
     """Put the final message about the segment from the last final key frame to the end into the outbox."""
     for d in range(h.slot):

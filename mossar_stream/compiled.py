@@ -73,6 +73,14 @@ def compiled(function: F) -> F:
     return cast("F", numba.njit(**_OPTIONS, **_INNER)(function))
 
 
+def spliced(function: F) -> F:
+    """Compile a function as a part of the one kernel that calls it (decorator).
+
+    A kernel's callees are optimised again in each of their callers; one that is spliced in is not.
+    """
+    return cast("F", numba.njit(inline="always", **_OPTIONS, **_INNER)(function))
+
+
 def entry_point(function: F) -> F:
     """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator)."""
     with _numba_cache_in(CACHE_FOLDER):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, spliced
 from mossar_stream.hierarchy import UNKNOWN
 from mossar_stream.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
 from mossar_stream.outbox import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
@@ -49,7 +49,7 @@ def decide_oldest(h, w, params, events, open_slot, end_frame):
     _leave(h, w, params, passed, frame, time)
 
 
-@compiled
+@spliced
 def _locate(h, w, params, open_slot, end_frame):
     """Return frame and time where the oldest key frame had better be, and how many others it passes."""
     key = w.keys[0]
@@ -76,7 +76,7 @@ def _put_decided(h, w, events, place, status, frame, time):
     put_key_frame(h, events, status, key.kind, identity, frame, time, share, rank, key.rev, DECIDED)
 
 
-@compiled
+@spliced
 def _leave(h, w, params, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
     oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame

@@ -8,7 +8,7 @@ are merged for good.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, spliced
 from mossar_stream.similarity import add_pose, close, merge_into, strength
 from mossar_stream.trail import load_pose
 from mossar_stream.window import BOTH, LEFT, RIGHT, span
@@ -57,7 +57,7 @@ def best_candidate(h, w, params, open_slot):
     return place
 
 
-@compiled
+@spliced
 def best_pose(h, w, params, open_slot, end_frame):
     """Return how far back in the trail the likeliest place for the oldest key frame lies; -1 to stay.
 

@@ -1,6 +1,6 @@
 """Segmenter: frames of one performer in, events out."""
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.state import CurveState, curve_state
 from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
-FLOAT32 = np.dtype(np.float32)
+FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
 _ROWS = np.zeros(1, np.int64)
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
@@ -277,9 +277,8 @@ class Segmenter:
         self._cursor[:] = 0
         stop = OUTBOX_FULL
         while stop != DONE:
-            was_open = self._header["open"]
             stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
-            if not was_open and self._header["open"]:
+            if not self._live and self._header["open"]:
                 events.append(self.opened())
             events += self._desk.empty(self._names)
             if stop == TAKE_ENDS:
@@ -340,9 +339,9 @@ class Segmenter:
         first_frame: int | None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
         """Return frames and times in the form that the kernels take."""
-        joints = len(self._plan.skeleton)
+        joints = self._one_shape[0]
         # Writeable and contiguous: other arrays would be another type to the compiler.
-        chunk = np.require(positions, np.float32, ["C", "W"])
+        chunk = _as_array(positions, FLOAT32)
         if chunk.ndim == 2:
             chunk = chunk[None]
         if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
@@ -355,7 +354,7 @@ class Segmenter:
             begin = int(self._header["next_frame"]) if first_frame is None else first_frame
             moments = constant_times(len(chunk), self._plan.fps, begin)
         else:
-            moments = np.atleast_1d(np.require(times, np.float64, ["C", "W"]))
+            moments = np.atleast_1d(_as_array(times, FLOAT64))
         if moments.shape != chunk.shape[:1]:
             raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
         if confidence is not None:
@@ -382,3 +381,10 @@ class Segmenter:
         move_row(self._memory[0], self._plan, memory[0], plan)
         self.vacate()
         self._adopt(plan, memory, Desk(plan))
+
+
+def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:
+    """Return an array of a kind; most come in the right form, and `np.require` takes as long as a frame."""
+    if type(values) is np.ndarray and values.dtype is kind and values.flags.carray:
+        return values
+    return np.require(values, kind, ["C", "W"])

@@ -116,3 +116,93 @@ def test_a_performer_is_reset_or_removed_alone(core):
     assert pool.names == ("ann",)
     with pytest.raises(FrameError):
         pool.reset("bob")
+
+
+# Many at once.
+
+
+def crowd(core, count, joints=4, frames=240, **settings):
+    """Return a pool of people who move at random, their positions (P, n, J, 3) and times."""
+    pool = Performers(Settings(range_floor=0.01, **settings))
+    for seed in range(count):
+        pool.announce(f"p{seed}", core.skeleton(joints), fps=60.0)
+    positions = np.stack([core.moving_people(s, frames, joints, losses=False)[0] for s in range(count)])
+    return pool, positions, np.arange(frames) / 60.0
+
+
+def lines_by_performer(core, events):
+    found = {}
+    for event in events:
+        found.setdefault(event.performer, []).extend(core.lines([event]))
+    return found
+
+
+def alone(core, pool, positions, times):
+    """Return the events of each performer followed by itself."""
+    found = {}
+    for name, own in zip(pool.names, positions, strict=True):
+        segmenter = Segmenter(core.skeleton(own.shape[1]), pool.settings, name, fps=60.0)
+        found[name] = core.lines(segmenter.push(own, times) + segmenter.end_take())
+    return found
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 240])
+def test_many_at_once_have_the_events_of_each_alone(core, chunk):
+    pool, positions, times = crowd(core, 70)  # more than a page
+    expected = alone(core, pool, positions, times)
+    events = []
+    for begin in range(0, 240, chunk):
+        part = slice(begin, begin + chunk)
+        events += pool.push_many(pool.names, positions[:, part], times[part])
+    assert lines_by_performer(core, events + pool.end_takes()) == expected
+    assert sum(map(len, expected.values())) > 1000
+
+
+def test_in_a_crowd_takes_end_and_rings_grow_for_one_alone(core):
+    pool, positions, times = crowd(core, 5)
+    own = np.tile(times, (5, 1))
+    own[1, 100:] += 5.0  # a gap
+    own[2] /= 20.0  # 1200 Hz where 60 Hz were announced
+    expected = {}
+    for k, name in enumerate(pool.names):
+        segmenter = Segmenter(core.skeleton(4), pool.settings, name, fps=60.0)
+        expected[name] = core.lines(segmenter.push(positions[k], own[k]) + segmenter.end_take())
+    events = pool.push_many(pool.names, positions[:, :150], own[:, :150])
+    events += pool.push_many(pool.names, positions[:, 150:], own[:, 150:])
+    assert lines_by_performer(core, events + pool.end_takes()) == expected
+
+
+def test_a_crowd_goes_on_when_settings_change_and_people_come_and_go(core):
+    pool, positions, times = crowd(core, 6)
+    first = pool.push_many(pool.names, positions[:, :100], times[:100])
+    assert {e.performer for e in first} == set(pool.names)
+    pool.change("p1", window=0.3)  # p1 leaves its page
+    pool.level = 0.01
+    pool.remove("p2")
+    pool.announce("p9", core.skeleton(4), fps=60.0)
+    names = [name for name in pool.names if name != "p9"]
+    later = pool.push_many([*names, "p9"], positions[:, 100:], times[100:])
+    assert {e.performer for e in later if e.__struct_config__.tag == "stream"} == {"p1", "p9"}
+    one = Segmenter(core.skeleton(4), Settings(range_floor=0.01, level=0.01), "p9", fps=60.0)
+    own = [e for e in later + pool.end_takes() if e.performer == "p9"]
+    expected = one.push(positions[5, 100:], times[100:]) + one.end_take()
+    assert [(e.id, e.status) for e in core.key_frames(own, "final")] == [
+        (e.id, e.status) for e in core.key_frames(expected, "final")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("names", "shape", "times", "message"),
+    [
+        (("p0", "nobody"), (2, 3, 4, 3), 3, "performer 'nobody' was not announced"),
+        (("p0", "p0"), (2, 3, 4, 3), 3, "a performer is named twice"),
+        (("p0", "p1"), (3, 3, 4, 3), 3, "2 performers need"),
+        (("p0", "p1"), (2, 3, 5, 3), 3, "positions have 5 joints; performer 'p0' has 4"),
+        (("p0", "p1"), (2, 3, 4, 3), 4, "but times"),
+    ],
+)
+def test_a_crowd_that_does_not_fit_is_refused_before_anything_is_taken_in(core, names, shape, times, message):
+    pool, _, _ = crowd(core, 2, frames=8)
+    with pytest.raises(FrameError, match=message):
+        pool.push_many(names, np.zeros(shape, np.float32), np.arange(times))
+    assert [pool[name].stats["frames"] for name in pool.names] == [0, 0]

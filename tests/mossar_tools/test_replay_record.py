@@ -43,17 +43,6 @@ def test_a_source_that_cannot_be_opened_leaves_no_recording_and_replaces_none(mo
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("command", ["record", "replay", "run"])
-def test_a_recording_is_never_written_over_itself(mossar, swing, tmp_path, command):
-    path = tmp_path / "take.msk"
-    mossar("record", swing, path)
-    before = path.read_bytes()
-    again = (path,) if command == "record" else ("--to", path)
-    status, _, err = mossar(command, path, *again, "--force")
-    assert (status, path.read_bytes()) == (2, before)
-    assert "write another file" in err
-
-
 @pytest.mark.parametrize("name", ["take.msk", "take.jsonl"])
 @pytest.mark.parametrize("command", ["record", "replay"])
 def test_a_full_disk_is_one_line_and_what_was_written_reads(mossar, small_disk, tmp_path, command, name):

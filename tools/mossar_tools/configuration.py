@@ -68,7 +68,7 @@ def _load(path: Path) -> dict[str, Any]:
 def _names() -> set[str]:
     from mossar_tools.options import Options
 
-    return {*Options.__struct_fields__, "settings"} - {"set", "file", "check"}
+    return {*Options.__struct_fields__, "settings"} - {"set", "file", "target", "check"}
 
 
 def _known() -> set[str]:

@@ -26,6 +26,8 @@ class Options(msgspec.Struct, frozen=True):
 
     sources: tuple[str, ...] = ()
     file: str = ""
+    target: str = ""
+    resume: bool = False
     to: tuple[str, ...] = ()
     preset: str = "default"
     level: str | None = None

@@ -57,7 +57,7 @@ def run(options: Options, console: Console) -> int:
     console.clear()
     if recorder.frames:
         LOGGER.info("%s: %d frames", options.file, recorder.frames)
-    else:
+    elif failure is None:
         LOGGER.warning("no frame came; %s was not written", options.file)
     if failure is not None:
         LOGGER.error("%s", failure)

@@ -36,7 +36,7 @@ class Comparison:
             take.positions, take.fps, take.skeleton, resolved, times=take.times, curves=True
         ).curves
         joints, lanes = len(take.skeleton), Shape.pad(len(take.skeleton))
-        poses = np.zeros((len(curves), 4, lanes))
+        poses = np.zeros((len(curves), 4, lanes), np.float32)
         for frame, state in enumerate(curves):
             poses[frame, :3, :joints] = state.pose.T
         times = np.array([state.time for state in curves])

@@ -45,7 +45,6 @@ class Peer(msgspec.Struct, frozen=True):
         make: Returns a detector for a rate, Hz, and parameters.
         grid: Values that were tried.
         best: The best of them, by level.
-        knows: What it knows, or does, that the others do not.
     """
 
     name: str
@@ -55,4 +54,3 @@ class Peer(msgspec.Struct, frozen=True):
     make: Callable[[float, Parameters], Detector]
     grid: Mapping[str, tuple[float | str, ...]]
     best: Mapping[str, Parameters]
-    knows: str = ""

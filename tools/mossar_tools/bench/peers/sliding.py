@@ -76,5 +76,4 @@ WINDOW = Peer(
         "cluster": {"buffer": 10.0, "step": 0.25, "width": 2.0, "penalty": 32.0, "rate": 15.0},
         "motion": {"buffer": 4.0, "step": 0.25, "width": 2.0, "penalty": 1.0, "rate": 15.0},
     },
-    knows="segments the last seconds anew at every step",
 )

@@ -26,7 +26,7 @@ frames/s: from positions to cuts, processor time where marked "cpu"; what a peer
 the coordinates relative to the centre (poses), is made in numpy frame by frame; alone: if it came for nothing
 p50, p99: for one frame, by the wall clock
 settings of peers: the best of a coarse grid for each level, with the truth of the labelled recordings that the README
-names in sight; ours: its defaults. * knows, or looks at, more than a stream"""
+names in sight; ours: its defaults. * knows more than a stream"""
 
 
 class Standing(msgspec.Struct, frozen=True):
@@ -99,7 +99,7 @@ def contest(
             chosen = peer.best[takes[0].level]
             words = ", ".join([f"fed {peer.feed}", *(f"{k}={_short(v)}" for k, v in chosen.items())])
             run = partial(race, takes, peer, chosen)
-            yield _standing(peer.name, group, run, repeats, words, peer.knows)
+            yield _standing(peer.name, group, run, repeats, words)
         if installed("ruptures"):
             run = partial(whole_file.told_the_number, takes)
             yield _standing(whole_file.NAME, group, run, repeats, "fed poses", whole_file.KNOWS)

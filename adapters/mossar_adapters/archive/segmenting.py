@@ -1,0 +1,100 @@
+"""Segmenting: one recording of an archive, offline, with all its performers."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.source import Recording
+from mossar_stream.errors import MossarError
+from mossar_stream.frames import Frames
+from mossar_stream.recording import KeyFrame, Segment, segment_recording
+from mossar_stream.settings import Settings
+
+MAX_BYTES = 2 << 30  # of positions
+
+
+class Segmented(msgspec.Struct, frozen=True):
+    """What was found in one performer's frames.
+
+    Args:
+        performer: Name.
+        fps: Nominal rate, Hz, if it is known.
+        joints: How many.
+        frames: How many.
+        seconds: From the first frame to the last one.
+        key_frames: All of Algorithm 2, with their strengths.
+        segments: Those at the level of the settings.
+        notes: What the reader found out, one line each.
+    """
+
+    performer: str
+    fps: float | None
+    joints: int
+    frames: int
+    seconds: float
+    key_frames: list[KeyFrame]
+    segments: list[Segment]
+    notes: tuple[str, ...]
+
+
+def segment_file(path: Path, settings: Settings, reading: ReadOptions) -> list[Segmented]:
+    """Return what is found in a recording, one entry for each performer.
+
+    Args:
+        path: A file.
+        settings: How to segment.
+        reading: How to read.
+
+    Raises:
+        MossarError: If it cannot be read, or is too large to be held in memory.
+    """
+    recording = open_recording(path, reading)
+    chunks = _chunks(recording)
+    if not chunks:
+        raise FileError(path, "there is no frame in the file")
+    return [_segmented(recording, performer, found, settings) for performer, found in chunks.items()]
+
+
+def problem(error: Exception) -> str:
+    """Return an error as one line for the errors table."""
+    text = " ".join(str(error).split())
+    return text if isinstance(error, MossarError) else f"internal error: {type(error).__name__}: {text}"
+
+
+def _chunks(recording: Recording) -> dict[str, list[Frames]]:
+    """Return the frames of each performer; sizes are checked while they are read."""
+    found: dict[str, list[Frames]] = {}
+    taken = 0
+    for frames in recording.chunks():
+        taken += frames.positions.nbytes
+        if max(taken, (recording.frame_count or 0) * len(recording.skeleton) * 12) > MAX_BYTES:
+            raise FileError(recording.path, "too long to be held in memory; mossar run takes it as a stream")
+        if len(frames):
+            found.setdefault(frames.performer, []).append(frames)
+    return found
+
+
+def _segmented(recording: Recording, performer: str, chunks: list[Frames], settings: Settings) -> Segmented:
+    times = np.concatenate([frames.times for frames in chunks])
+    positions = np.concatenate([_certain(frames) for frames in chunks])
+    result = segment_recording(positions, recording.fps, recording.skeleton, settings, times=times)
+    return Segmented(
+        performer,
+        recording.fps,
+        len(recording.skeleton),
+        len(times),
+        float(times[-1] - times[0]),
+        result.key_frames,
+        result.segments,
+        recording.notes,
+    )
+
+
+def _certain(frames: Frames) -> NDArray[np.float32]:
+    """Return positions with NaN where there is no confidence."""
+    if frames.confidence is None:
+        return frames.positions
+    return np.where(frames.confidence[:, :, None] > 0, frames.positions, np.float32(np.nan))

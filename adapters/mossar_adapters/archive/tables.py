@@ -1,0 +1,119 @@
+"""Tables: what a job writes, part by part.
+
+    recordings/   one row for each performer of each file that was read; its part is written last
+    key_frames/   all key frames of Algorithm 2, with their strengths
+    segments/     those at the level of the settings
+    errors/       files that could not be read, and why
+
+A part is whole when its file in `recordings` is there; what a killed job left of others is deleted before the next one
+begins. So every file stands in `recordings` or `errors` exactly once.
+"""
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from pathlib import PurePosixPath
+from typing import Any
+
+import msgspec
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from mossar_adapters.archive.places import Place
+from mossar_adapters.archive.segmenting import Segmented
+
+LAST = "recordings"  # the table whose part makes the others count
+
+_FILE = [("path", pa.string())]
+_WHO = [*_FILE, ("performer", pa.string())]
+SCHEMAS: dict[str, pa.Schema] = {
+    "key_frames": pa.schema(
+        [
+            *_WHO,
+            ("frame", pa.int64()),
+            ("time", pa.float64()),
+            ("kind", pa.string()),
+            ("velocity", pa.float64()),
+            ("strength", pa.float64()),
+        ]
+    ),
+    "segments": pa.schema(
+        [
+            *_WHO,
+            ("start_frame", pa.int64()),
+            ("end_frame", pa.int64()),
+            ("start_time", pa.float64()),
+            ("end_time", pa.float64()),
+            ("state", pa.string()),
+            ("active_joints", pa.list_(pa.string())),
+            ("similarity", pa.float64()),
+        ]
+    ),
+    "errors": pa.schema([*_FILE, ("error", pa.string())]),
+    "recordings": pa.schema(
+        [
+            *_WHO,
+            ("fps", pa.float64()),
+            ("joints", pa.int32()),
+            ("frames", pa.int64()),
+            ("seconds", pa.float64()),
+            ("notes", pa.list_(pa.string())),
+        ]
+    ),
+}
+
+Rows = dict[str, list[dict[str, Any]]]
+
+
+def no_rows() -> Rows:
+    """Return empty tables."""
+    return {name: [] for name in SCHEMAS}
+
+
+def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
+    """Add what was found in a file."""
+    for one in found:
+        who = {"path": path, "performer": one.performer}
+        rows["recordings"].append(
+            {
+                **who,
+                "fps": one.fps,
+                "joints": one.joints,
+                "frames": one.frames,
+                "seconds": one.seconds,
+                "notes": one.notes,
+            }
+        )
+        rows["key_frames"] += [{**who, **msgspec.structs.asdict(key)} for key in one.key_frames]
+        rows["segments"] += [{**who, **msgspec.structs.asdict(part)} for part in one.segments]
+
+
+def part_name(paths: Iterable[str]) -> str:
+    """Return the name of the part that holds these files."""
+    return f"part-{hashlib.sha256(chr(0).join(paths).encode()).hexdigest()[:16]}.parquet"
+
+
+def write_part(place: Place, name: str, rows: Rows) -> None:
+    """Write a part of all tables; the one that makes it count comes last."""
+    for table in sorted(SCHEMAS, key=lambda table: table == LAST):
+        if rows[table] or table == LAST:
+            with place.write(f"{table}/{name}") as stream:
+                pq.write_table(pa.Table.from_pylist(rows[table], SCHEMAS[table]), stream)
+
+
+def delete_unfinished(place: Place) -> None:
+    """Delete what a killed job left of parts that do not count."""
+    files = {table: place.paths(table) for table in SCHEMAS}
+    whole = {PurePosixPath(path).name for path in files[LAST]}
+    for path in [path for paths in files.values() for path in paths]:
+        if PurePosixPath(path).name not in whole or PurePosixPath(path).name.startswith("."):
+            place.delete(path)
+
+
+def done_paths(place: Place, tables: Sequence[str] = (LAST, "errors")) -> set[str]:
+    """Return the files that stand in these tables."""
+    done: set[str] = set()
+    for table in tables:
+        for path in place.paths(table):
+            with place.read(path) as stream:
+                done.update(pq.read_table(stream, columns=["path"]).column("path").to_pylist())
+    return done

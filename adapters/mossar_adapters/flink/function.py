@@ -1,0 +1,107 @@
+"""Function: what Flink calls for each record and each timer of a performer.
+
+The state written with a record is what a restart gets with the records behind it, so the events after a failure are
+those there would have been without: byte for byte, which lets receivers drop what they get twice by id and rev.
+"""
+
+import logging
+import math
+import time
+from collections.abc import Iterator
+
+from pyflink.common import Types
+from pyflink.datastream import KeyedProcessFunction, RuntimeContext, TimeDomain
+from pyflink.datastream.state import ValueStateDescriptor
+from pyflink.metrics import Counter
+
+from mossar_adapters.flink.following import Following, Line
+from mossar_adapters.flink.job import Takes
+from mossar_stream.errors import FrameError
+from mossar_stream.events import Event, to_json
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import Settings
+from mossar_stream.skeleton import Skeleton
+
+END_OF_TIME = (1 << 63) - 1  # ms; the watermark at the end of files, and of a job that is drained
+STATE = "segmenter"  # name of the state; another one would not find what was saved
+
+_log = logging.getLogger("mossar.flink")
+
+
+class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no types
+    """Segments the records of a performer; yields events as JSON.
+
+    Args:
+        settings: Of the segmenters.
+        takes: When takes end without a frame that says so.
+    """
+
+    def __init__(self, settings: Settings, takes: Takes) -> None:
+        self._settings = settings
+        self._takes = takes
+
+    def open(self, runtime_context: RuntimeContext) -> None:
+        """Begin with nothing but what the engine kept."""
+        # An array of bytes as such crashes thread mode where there is no value yet.
+        self._state = runtime_context.get_state(ValueStateDescriptor(STATE, Types.PICKLED_BYTE_ARRAY()))
+        metrics = runtime_context.get_metrics_group()
+        self._taken: Counter = metrics.counter("mossar_records")
+        self._refused: Counter = metrics.counter("mossar_refused_records")
+        self._following = Following(self._settings)
+        # Compiled before the first record instead of with it.
+        Segmenter(Skeleton(("a", "b"), (-1, 0)), self._settings)
+
+    def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
+        """Take a record in."""
+        performer, now = ctx.get_current_key(), time.time()
+        try:
+            line, events = self._following.take(performer, value, now, self._state.value)
+        except FrameError as error:
+            self._refused.inc()
+            _log.warning("performer %s: a record was refused: %s", performer, error)
+            return
+        self._taken.inc()
+        self._state.update(line.segmenter.snapshot())
+        if line.due == math.inf:
+            ctx.timer_service().register_event_time_timer(END_OF_TIME)
+        self._look_after(line, now + (self._takes.idle or self._takes.forget), ctx)
+        yield from _lines(events)
+
+    def on_timer(self, timestamp: int, ctx: KeyedProcessFunction.OnTimerContext) -> Iterator[str]:
+        """End the take of a performer of whom no more comes; forget one who has left long ago."""
+        del timestamp
+        performer, now = ctx.get_current_key(), time.time()
+        line = self._following.line(performer, now, self._state.value)
+        if line is None:
+            return
+        if ctx.time_domain() == TimeDomain.EVENT_TIME:
+            yield from self._end_take(line, "end of stream")
+            return
+        line.due = math.inf
+        quiet = now - line.heard
+        if quiet >= self._takes.forget:
+            self._following.forget(performer)
+            self._state.clear()
+            ctx.timer_service().delete_event_time_timer(END_OF_TIME)
+        elif 0 < self._takes.idle <= quiet:
+            self._look_after(line, line.heard + self._takes.forget, ctx)
+            # The reason that the core gives when the next frame's time shows the pause.
+            yield from self._end_take(line, "gap")
+        else:
+            self._look_after(line, line.heard + (self._takes.idle or self._takes.forget), ctx)
+
+    def _look_after(self, line: Line, due: float, ctx: KeyedProcessFunction.Context) -> None:
+        """Set a timer unless an earlier one is set: it moves on when it fires, cheaper than one for each record."""
+        if due < line.due:
+            line.due = due
+            ctx.timer_service().register_processing_time_timer(int(due * 1000) + 1)  # ms, not before `due`
+
+    def _end_take(self, line: Line, reason: str) -> Iterator[str]:
+        events = line.segmenter.end_take(reason)
+        if events:
+            self._state.update(line.segmenter.snapshot())
+        return _lines(events)
+
+
+def _lines(events: list[Event]) -> Iterator[str]:
+    return (to_json(event).decode() for event in events)

@@ -1,0 +1,64 @@
+"""Segmenting one recording of an archive; no engine is needed."""
+
+import numpy as np
+import pytest
+
+from mossar_adapters.archive import segmenting
+from mossar_adapters.archive.segmenting import problem, segment_file
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.files import FileError, MskWriter, ReadOptions
+from mossar_adapters.source import Meta
+from mossar_stream import Settings, Skeleton, segment_recording
+from mossar_stream.frames import Frames
+
+WHOLE = Settings(range="file")
+
+
+@pytest.fixture
+def performance(tmp_path):
+    path = tmp_path / "two.msk"
+    with MskWriter(path) as writer:
+        for item in DemoSource.from_url("demo:?performers=2&seconds=5", speed="max").items():
+            writer.write(item)
+    return path
+
+
+def test_each_performer_is_segmented_as_a_recording_of_its_own(performance):
+    found = segment_file(performance, WHOLE, ReadOptions())
+    assert [(one.performer, one.frames, one.fps) for one in found] == [("p1", 300, 60.0), ("p2", 300, 60.0)]
+    meta, *chunks = DemoSource.from_url("demo:?seconds=5", speed="max").items()
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    times = np.concatenate([chunk.times for chunk in chunks])
+    direct = segment_recording(positions, 60.0, meta.skeleton, WHOLE, times=times)
+    assert found[0].key_frames == direct.key_frames
+    assert found[0].segments == direct.segments
+    assert found[0].seconds == pytest.approx(299 / 60)
+
+
+def test_one_performer_is_read_where_that_is_asked_for(performance):
+    (found,) = segment_file(performance, WHOLE, ReadOptions(performer="p2"))
+    assert found.performer == "p2"
+
+
+def test_joints_without_confidence_are_missing(tmp_path):
+    positions = np.zeros((60, 2, 3), np.float32)
+    positions[30:, 1, 0] = np.linspace(0, 1, 30)
+    sure = np.ones((60, 2), np.float32)
+    sure[:, 1] = 0
+    with MskWriter(tmp_path / "a.msk") as writer:
+        writer.write(Meta("p1", Skeleton(("hip", "hand"), (-1, 0)), 30.0))
+        writer.write(Frames(positions, np.arange(60) / 30, sure))
+    (found,) = segment_file(tmp_path / "a.msk", WHOLE, ReadOptions())
+    assert found.key_frames == []
+
+
+def test_what_is_too_long_for_the_memory_is_refused_before_it_is_read(performance, monkeypatch):
+    monkeypatch.setattr(segmenting, "MAX_BYTES", 1000)
+    with pytest.raises(FileError, match="too long to be held in memory"):
+        segment_file(performance, WHOLE, ReadOptions())
+
+
+def test_problems_are_one_line():
+    assert problem(FileError("a.bvh", "bad")) == "a.bvh: bad"
+    assert problem(KeyError("x\ny")) == r"internal error: KeyError: 'x\ny'"
+    assert "\n" not in problem(ValueError("two\nlines"))

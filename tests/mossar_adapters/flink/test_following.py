@@ -1,0 +1,118 @@
+"""Following: the events are those of direct runs, wherever the live segmenters are lost."""
+
+import numpy as np
+import pytest
+
+from mossar_adapters.flink.following import Following
+from mossar_adapters.flink.records import records_of
+from mossar_adapters.source import Meta
+from mossar_stream import Settings
+from mossar_stream.errors import FrameError, SnapshotError
+from mossar_stream.events import to_json
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+
+class Engine:
+    """What an engine does with a following: keeps snapshots, and loses the following now and then."""
+
+    def __init__(self, most=4096):
+        self.most = most
+        self.kept = {}
+        self.now = 0.0
+        self.fail()
+
+    def fail(self):
+        self.following = Following(Settings(), self.most)
+
+    def take(self, performer, record):
+        line, events = self.following.take(performer, record, self.now, lambda: self.kept.get(performer))
+        self.kept[performer] = line.segmenter.snapshot()
+        return [to_json(event) for event in events]
+
+    def end(self, performer):
+        line = self.following.line(performer, self.now, lambda: self.kept.get(performer))
+        return [to_json(event) for event in line.segmenter.end_take("end of stream")]
+
+
+@pytest.fixture(scope="module")
+def people(flink):
+    return flink.generated(3, 6)
+
+
+@pytest.mark.parametrize("lost_every", [1, 7, 10**6])
+@pytest.mark.parametrize("most", [1, 4096])
+def test_events_are_those_of_direct_runs(flink, people, lost_every, most):
+    engine, found = Engine(most), {meta.performer: [] for meta, _ in people}
+    lines = [[*records_of(meta), *records_of(frames)] for meta, frames in people]
+    for count, turn in enumerate(zip(*lines, strict=True)):
+        if count % lost_every == lost_every - 1:
+            engine.fail()
+        for performer, record in zip(found, turn, strict=True):
+            found[performer] += engine.take(performer, record)
+    for performer, events in found.items():
+        events += engine.end(performer)
+    assert found == flink.direct(people)
+
+
+def test_records_read_again_after_a_failure_give_the_same_events(people):
+    (meta, frames), *_ = people
+    records = [*records_of(meta), *records_of(frames)]
+    engine = Engine()
+    for record in records[:12]:
+        engine.take("g0", record)
+    kept = dict(engine.kept)
+    once = [engine.take("g0", record) for record in records[12:]]
+    engine.kept = kept
+    engine.fail()
+    assert [engine.take("g0", record) for record in records[12:]] == once
+
+
+def test_a_performer_who_was_never_described_gets_a_skeleton_by_the_number_of_joints():
+    engine = Engine()
+    positions = np.zeros((2, 33, 3), np.float32)
+    for record in records_of(Frames(positions, np.arange(2) / 30, None, "ann")):
+        engine.take("ann", record)
+    line = engine.following.line("ann", 0.0, lambda: None)
+    assert "nose" in line.segmenter.skeleton.names
+    (record,) = records_of(Frames(positions[:, :5], np.arange(2) / 30, None, "bob"))
+    assert b'"started"' in engine.take("bob", record)[0]
+
+
+def test_the_same_meta_again_changes_nothing_and_another_skeleton_ends_the_take(people):
+    (meta, frames), *_ = people
+    engine = Engine()
+    for record in [*records_of(meta), *records_of(frames)]:
+        engine.take("g0", record)
+    (again,) = records_of(meta)
+    assert engine.take("g0", again) == []
+    (other,) = records_of(Meta("g0", Skeleton(("hip", "hand"), (-1, 0))))
+    assert b'"another skeleton"' in engine.take("g0", other)[-1]
+
+
+def test_frames_that_do_not_fit_change_nothing(people):
+    (meta, frames), *_ = people
+    engine = Engine()
+    for record in [*records_of(meta), *records_of(frames)]:
+        engine.take("g0", record)
+    before = dict(engine.kept)
+    (misfit,) = records_of(Frames(np.zeros((1, 2, 3), np.float32), np.array([99.0]), None, "g0"))
+    with pytest.raises(FrameError, match="this skeleton needs"):
+        engine.take("g0", misfit)
+    assert engine.following.line("g0", 0.0, lambda: None).segmenter.snapshot() == before["g0"]
+
+
+def test_who_is_forgotten_begins_anew_and_a_stranger_is_nobody(people):
+    (meta, _), *_ = people
+    engine = Engine()
+    (record,) = records_of(meta)
+    engine.take("g0", record)
+    engine.following.forget("g0")
+    assert engine.following.line("g0", 0.0, lambda: None) is None
+    line = engine.following.line("g0", 5.0, lambda: engine.kept["g0"])
+    assert (line.heard, line.due) == (5.0, float("inf"))
+
+
+def test_a_damaged_snapshot_is_said():
+    with pytest.raises(SnapshotError):
+        Following(Settings()).line("ann", 0.0, lambda: b"nothing")

@@ -1,0 +1,60 @@
+"""`mossar archive`: a folder or bucket of recordings into Parquet tables."""
+
+import argparse
+import time
+
+from mossar_tools.console import LOGGER, Console
+from mossar_tools.errors import DONE
+from mossar_tools.options import Options, add_body, add_messages, add_settings
+
+DESCRIPTION = """Segment all recordings of a folder or bucket on Ray Data, offline, with the range of each whole file:
+tables of key frames with their strengths, of segments, of recordings, and of the files that could not be read."""
+EXAMPLES = """  mossar archive recordings tables
+  mossar archive recordings tables --resume          after it was cut short, or recordings were added
+  mossar archive s3://bucket/mocap s3://bucket/tables --level cluster
+  python -c "import pandas; print(pandas.read_parquet('tables/segments'))"
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="IN", help="a folder, or a URL such as s3://bucket/folder")
+    parser.add_argument("target", metavar="OUT", help="where the tables go: a folder or a URL")
+    parser.add_argument("--resume", action="store_true", help="go on where a job was cut short")
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    from mossar_adapters.extras import needed
+
+    settings = options.settings(range="file")
+    needed("ray", "archive", "mossar archive")
+    needed("pyarrow", "archive", "mossar archive")
+    from mossar_adapters.archive.job import Progress, run
+
+    def tell(progress: Progress) -> None:
+        share = (progress.done + progress.broken) / progress.recordings
+        console.status(
+            f"{progress.done + progress.broken} of {progress.recordings} recordings ({share:.0%}), "
+            f"{progress.broken} broken, {progress.frames / (time.monotonic() - began):.0f} frames/s"
+        )
+
+    began = time.monotonic()
+    found = run(options.file, options.target, settings, options.reading(), resume=options.resume, tell=tell)
+    seconds = time.monotonic() - began
+    console.clear()
+    passed_over = f"; {found.passed_over} other files passed over" if found.passed_over else ""
+    LOGGER.info(
+        "%s: %d of %d recordings segmented, %d broken (table errors)%s; %d frames in %.0f s",
+        options.target,
+        found.done,
+        found.recordings,
+        found.broken,
+        passed_over,
+        found.frames,
+        seconds,
+    )
+    return DONE

@@ -1,0 +1,37 @@
+"""`mossar flink`: live streams of many performers on Apache Flink."""
+
+import argparse
+from pathlib import Path
+
+from mossar_tools.console import LOGGER, Console
+from mossar_tools.errors import DONE, FAILED
+from mossar_tools.options import Options, add_messages
+
+DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
+performer; events to a topic, files, or at once to a sink. What to do stands in a TOML file; the README explains it."""
+EXAMPLES = """  mossar flink job.toml                                          on this machine
+  flink run -py .../mossar_tools/__main__.py flink job.toml      on a cluster
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="JOB.toml", help="what to do")
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    del console
+    from mossar_adapters.flink.engine import JobFailedError, latest_checkpoint, run
+    from mossar_adapters.flink.job import read_job
+
+    job = read_job(Path(options.file))
+    if job.checkpoints.resume and (latest := latest_checkpoint(job.checkpoints.folder)) is not None:
+        LOGGER.info("going on from the checkpoint in %s", latest)
+    try:
+        run(job)
+    except JobFailedError as error:
+        LOGGER.error("%s", error)
+        return FAILED
+    return DONE
