@@ -12,8 +12,8 @@ import numpy as np
 
 import mossar_stream
 
-_QUIET_LOAD = 0.5  # load average below which nobody else is at work
-_QUIET_CORES = 0.15  # cores that others use, likewise
+_QUIET_CORES = 0.15  # cores that others may use on a machine that counts as idle
+_QUIET_LOAD = 0.5  # load average, likewise, where the system does not tell who works
 _STAT, _INFO = Path("/proc/stat"), Path("/proc/cpuinfo")
 _IDLE = (3, 4)  # fields of /proc/stat's first line: idle and waiting for a disk
 _STOLEN = 7
@@ -43,9 +43,9 @@ class Machine(msgspec.Struct, frozen=True):
     @property
     def busy(self) -> bool:
         """Whether neighbours loaded the machine."""
-        return (self.load is not None and self.load[0] > _QUIET_LOAD) or (
-            self.others is not None and self.others + (self.stolen or 0.0) > _QUIET_CORES
-        )
+        if self.others is None:
+            return self.load is not None and self.load[0] > _QUIET_LOAD
+        return self.others + (self.stolen or 0.0) > _QUIET_CORES
 
 
 class Watch:
