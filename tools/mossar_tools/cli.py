@@ -26,6 +26,7 @@ COMMANDS: Final[dict[str, str]] = {
     "record": "write what arrives to a file that replay reproduces with its timing",
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
     "evaluate": "accuracy against labelled recordings, or demo:; --grid, --plot, --json",
+    "bench": "speed, delay and memory on this machine; --peers adds other libraries; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
     "adapters": "what can be read and written, which extras are missing; --check URL",

@@ -117,8 +117,24 @@ def _frame_maps(port: int, joints: int, fps: float, opened: contextlib.ExitStack
     return send
 
 
-def delay(transport: str, seconds: float) -> str:
-    """Let a performer move at 60 frames/s, and say how long its events took.
+class Delays(msgspec.Struct, frozen=True):
+    """How long events took.
+
+    Args:
+        frames: Sent, and segmented.
+        seconds: From sending a frame to receiving the message that it caused, for each message.
+        inside_p50: ms, median of the delay inside `mossar run`.
+        inside_p99: ms.
+    """
+
+    frames: int
+    seconds: list[float]
+    inside_p50: float
+    inside_p99: float
+
+
+def delays(transport: str, seconds: float) -> Delays:
+    """Let a performer move at 60 frames/s before `mossar run`, and return how long its events took.
 
     Args:
         transport: `osc` or `zmq`, for the way in and the way out.
@@ -132,13 +148,20 @@ def delay(transport: str, seconds: float) -> str:
         run = opened.enter_context(OutsideRun(into, out, "--emit", "key_frame"))
         sink = open_frame_sink(into if osc else into.replace("+bind", "") + "?wait=120")
         opened.callback(sink.close)
-        delays = np.array(list(_timed(sink, client, DemoSource(seconds=seconds, speed="max")))) * 1000
+        found = list(_timed(sink, client, DemoSource(seconds=seconds, speed="max")))
         stats = run.settled_stats()["p1"]
-    median, high = np.quantile(delays, (0.5, 0.99))
+    return Delays(stats["frames"], found, stats["latency_p50_ms"], stats["latency_p99_ms"])
+
+
+def delay(transport: str, seconds: float) -> str:
+    """Return in words what `delays` finds."""
+    found = delays(transport, seconds)
+    taken = np.array(found.seconds) * 1000
+    median, high = np.quantile(taken, (0.5, 0.99))
     return (
-        f"{transport}: {stats['frames']} frames at 60 per second, {len(delays)} key-frame messages; from sending a frame "
-        f"to receiving its message: median {median:.2f} ms, 99 % {high:.2f} ms, longest {delays.max():.2f} ms "
-        f"(of these inside mossar run: median {stats['latency_p50_ms']:.2f} ms, 99 % {stats['latency_p99_ms']:.2f} ms)"
+        f"{transport}: {found.frames} frames at 60 per second, {len(taken)} key-frame messages; from sending a frame "
+        f"to receiving its message: median {median:.2f} ms, 99 % {high:.2f} ms, longest {taken.max():.2f} ms "
+        f"(of these inside mossar run: median {found.inside_p50:.2f} ms, 99 % {found.inside_p99:.2f} ms)"
     )
 
 

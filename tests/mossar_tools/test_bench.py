@@ -1,0 +1,67 @@
+import json
+
+import pytest
+
+from mossar_adapters.extras import installed
+from mossar_tools.bench.measures import MEASURES
+from mossar_tools.cli import main
+
+LEFT_OUT = {"latency", "start"}  # they start processes; see below
+
+
+def test_everything_is_measured_and_put_out(capsys, tmp_path):
+    report, picture = tmp_path / "speed.json", tmp_path / "speed.svg"
+    only = ",".join(name for name in MEASURES if name not in LEFT_OUT)
+    arguments = ["bench", "--quick", "--only", only, "--json", str(report), "--plot", str(picture)]
+    assert main(arguments) == 0
+    shown = capsys.readouterr().out
+    found = json.loads(report.read_text())
+    assert {row["part"] for row in found["measurements"]} == set(MEASURES) - LEFT_OUT
+    for row in found["measurements"]:
+        assert row["min"] <= row["median"] <= row["max"]
+        assert row["name"] in shown
+    assert {"cpu", "cores", "versions", "load", "others"} <= set(found["machine"])
+    assert "numba" in shown
+    assert "loaded the machine" in shown
+    assert picture.stat().st_size > 10_000
+
+
+def test_processes_of_their_own_are_measured(capsys):
+    assert main(["bench", "--quick", "--only", "start,latency", "--json", "-"]) == 0
+    rows = json.loads(capsys.readouterr().out)["measurements"]
+    names = [row["name"] for row in rows]
+    assert names[0] == "import mossar_stream"
+    assert 0 < rows[0]["median"] < 2.0
+    assert {"osc, in and out: p50", "zmq, in and out: p99"} < set(names)
+
+
+def test_a_recording_is_measured_beside_the_performer(capsys, swing):
+    assert main(["bench", str(swing), "--quick", "--only", "splitting"]) == 0
+    shown = capsys.readouterr().out
+    assert "1 real recordings, 4 joints" in shown
+    assert "built-in performer" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--only", "speed"], "nothing is called 'speed'"),
+        (["nowhere.bvh"], "nowhere.bvh"),
+        (["--plot", "speed.gif"], "pictures are"),
+        (["--peers", "--only", "push"], "compares as a whole"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
+    assert main(["bench", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert problem in err
+    assert len(err.splitlines()) == 1
+
+
+def test_peers_that_are_missing_are_one_line(capsys):
+    if any(installed(name) for name in ("river", "stumpy", "claspy", "ruptures")):
+        pytest.skip("there are peers")
+    assert main(["bench", "--peers"]) == 2
+    err = capsys.readouterr().err
+    assert "pip install 'mossar-stream[peers]'" in err
+    assert len(err.splitlines()) == 1

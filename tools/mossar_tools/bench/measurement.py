@@ -1,0 +1,126 @@
+"""Measurement: a number from repeated runs, by both clocks, and what it should be."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+Unit = Literal["frames/s", "ns/frame", "ns", "us", "ms", "s", "MB", "kB", "performers", ""]
+OWN = 0.9  # share of the time that a run must have had the processor for the wall clock to say something
+HALF = 2.0  # by how much a target may be missed while neighbours load the machine
+
+
+class Target(msgspec.Struct, frozen=True):
+    """What a number should be.
+
+    Args:
+        limit: In the measurement's unit.
+        at_least: Whether larger is better.
+        halved: Whether half of it is acceptable while neighbours load the machine.
+    """
+
+    limit: float
+    at_least: bool = False
+    halved: bool = True
+
+    def verdict(self, value: float, *, busy: bool) -> str:
+        """Return `met`, `half (busy)` or `missed`."""
+        if self._met(value, self.limit):
+            return "met"
+        eased = self.limit / HALF if self.at_least else self.limit * HALF
+        return "half (busy)" if busy and self.halved and self._met(value, eased) else "missed"
+
+    def _met(self, value: float, limit: float) -> bool:
+        return value >= limit if self.at_least else value <= limit
+
+
+class Measurement(msgspec.Struct, frozen=True):
+    """One row of the table.
+
+    Args:
+        part: Which of the measures it belongs to.
+        name: What was measured.
+        unit: Of the values.
+        wall: One value for each run, by the wall clock, or of what has no clock.
+        cpu: The same by processor time; empty where that says nothing.
+        target: What it should be.
+        note: For people to read.
+    """
+
+    part: str
+    name: str
+    unit: Unit
+    wall: tuple[float, ...]
+    cpu: tuple[float, ...] = ()
+    target: Target | None = None
+    note: str = ""
+    clock: Literal["wall", "cpu", ""] = ""
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """What is shown: by the clock that says something."""
+        return self.cpu if self.clock == "cpu" else self.wall
+
+    @property
+    def value(self) -> float:
+        """The median over the runs."""
+        return float(np.median(self.values))
+
+
+class Took(msgspec.Struct, frozen=True):
+    """What one run took.
+
+    Args:
+        wall: s.
+        cpu: s of processor time of this process.
+    """
+
+    wall: float
+    cpu: float
+
+
+def timed(run: Callable[..., object], *arguments: object) -> Took:
+    """Return what a call took."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    run(*arguments)
+    return Took(time.perf_counter() - wall, time.process_time() - cpu)
+
+
+def rate(
+    part: str, name: str, frames: int, runs: Sequence[Took], target: float | None = None, note: str = ""
+) -> Measurement:
+    """Return frames per second; `frames` were taken in by each run."""
+    by_wall, by_cpu = _by_clocks(runs, lambda seconds: frames / seconds)
+    limit = None if target is None else Target(target, at_least=True)
+    return Measurement(part, name, "frames/s", by_wall, by_cpu, limit, note, _clock(runs))
+
+
+def duration(
+    part: str,
+    name: str,
+    unit: Unit,
+    runs: Sequence[Took],
+    target: float | None = None,
+    note: str = "",
+    *,
+    each: float = 1.0,
+) -> Measurement:
+    """Return what a run took, in a unit of time, divided by `each`."""
+    scale = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ns/frame": 1e9}[unit] / each
+    by_wall, by_cpu = _by_clocks(runs, lambda seconds: seconds * scale)
+    limit = None if target is None else Target(target)
+    return Measurement(part, name, unit, by_wall, by_cpu, limit, note, _clock(runs))
+
+
+def _by_clocks(
+    runs: Sequence[Took], made: Callable[[float], float]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    floor = 1e-9  # a clock that does not tick between two looks
+    return tuple(made(max(run.wall, floor)) for run in runs), tuple(made(max(run.cpu, floor)) for run in runs)
+
+
+def _clock(runs: Sequence[Took]) -> Literal["wall", "cpu"]:
+    share = float(np.median([run.cpu / max(run.wall, 1e-9) for run in runs]))
+    return "wall" if share >= OWN else "cpu"

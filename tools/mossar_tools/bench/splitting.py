@@ -1,0 +1,100 @@
+"""Splitting alone: joints, velocity, range, envelope and splitter (Algorithms 1 and 2), without summaries and remerge.
+
+The kernel here is the beginning of `mossar_stream.stream.advance`, from the same parts.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.block import Plan
+from mossar_stream.body import POINT
+from mossar_stream.compiled import entry_point
+from mossar_stream.joints import first_joints, step_joints
+from mossar_stream.layout import HEADER, HEADER_BYTES
+from mossar_stream.ranges import normalise
+from mossar_stream.settings import Settings
+from mossar_stream.splitter import CONFIRMED, CROSSED, follow_curve, start_curve
+from mossar_stream.velocity import travel
+from mossar_tools.bench.measurement import Measurement, Took, rate, timed
+from mossar_tools.bench.motion import Chunk, Motion
+from mossar_tools.bench.work import Work
+
+VELOCITY, SPLITTING = 0, 1  # how far to go
+TARGET = 10e6  # frames/s
+SIZE = 1000  # frames of a chunk
+SETTINGS = Settings(noise_margin=0.0)  # the noise estimate is no part of Algorithms 1 and 2
+
+
+@entry_point
+def split_frames(
+    memory: NDArray[np.uint8],
+    index: int,
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    until: int,
+) -> int:
+    """Take frames of one performer in.
+
+    Args:
+        memory: (P, row) bytes.
+        index: Row of the performer.
+        positions: (n, J, 3) float32 m.
+        times: (n,) s, increasing.
+        until: VELOCITY or SPLITTING.
+
+    Returns:
+        Key frames confirmed.
+    """
+    row = memory[index]
+    h = row[:HEADER_BYTES].view(HEADER)[0]
+    seen = row[h.at_seen : h.at_seen + 8 * h.lanes].view(np.float64)
+    body = row[h.at_body : h.at_seen].view(np.float32)
+    ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
+    ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
+    points = positions.reshape(-1).view(POINT)
+    found = 0
+    for i in range(len(times)):
+        time = times[i]
+        frame = points[i * h.joints : (i + 1) * h.joints]
+        first = h.open == 0
+        weight, displacement = 0.0, 0.0
+        if first:
+            h.open = 1
+            first_joints(h, seen, body, frame, time)
+        else:
+            weight = min(time - h.time, h.max_gap)
+            displacement = step_joints(h, seen, body, frame, time)
+        velocity = travel(h, ring_time, ring_step, time, displacement)
+        if until == SPLITTING:
+            value, scale = normalise(h, velocity, weight)
+            if first:
+                start_curve(h, value, scale)
+            elif follow_curve(h, value, scale, h.next_frame, time) & (CROSSED | CONFIRMED):
+                h.candidate = -1
+                found += 1
+        h.time = time
+        h.next_frame += 1
+    return found
+
+
+def run_splitting(motion: Motion, chunks: list[Chunk], until: int = SPLITTING) -> int:
+    """Split a motion from its beginning and return the number of key frames."""
+    memory = Plan(motion.skeleton, SETTINGS, motion.fps).new_rows(1)
+    return sum(split_frames(memory, 0, positions, times, until) for positions, times in chunks)
+
+
+def runs_of_splitting(work: Work, motion: Motion, until: int) -> tuple[int, list[Took]]:
+    """Return the frames of a run, and what the runs took."""
+    frames = work.some(1_000_000, 2000)
+    chunks = motion.chunks(frames, SIZE)
+    run_splitting(motion, chunks[:2], until)
+    return frames, [timed(run_splitting, motion, chunks, until) for _ in range(work.repeats)]
+
+
+def measure(work: Work) -> Iterator[Measurement]:
+    """Yield the rate for each motion."""
+    for motion in work.motions:
+        frames, runs = runs_of_splitting(work, motion, SPLITTING)
+        yield rate("splitting", f"{motion.name}, chunks of {SIZE}", frames, runs, TARGET)
