@@ -15,6 +15,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
+MOST_PAGES = 8  # kinds of performers that share pages
 
 
 class Performers:
@@ -91,6 +92,8 @@ class Performers:
         """Return where performers with this skeleton and rate sit."""
         key = skeleton, fps
         if key not in self._pages:
+            while len(self._pages) >= MOST_PAGES:  # who sits in them stays there
+                del self._pages[next(iter(self._pages))]
             if fps is not None:
                 constant_times(0, fps)
             self._pages[key] = Pages(Plan(skeleton, self._settings, fps))
