@@ -125,6 +125,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("noise_smooth", "i8"),  # whether the last displacement was smoothed
     ("noise_heard", "f8"),  # s, of movement
     ("noise_time", "f8"),  # s, since the last frame that was not a repetition
+    ("noise_step", "f8"),  # s, usual time between frames
     ("noise_span", "f8"),  # s, that the following leaky sums stand for
     ("noise_path", "f8"),  # m
     ("noise_squares", "f8"),  # m², of the last displacements

@@ -41,6 +41,9 @@ TURNED = -0.1  # correlation of successive displacements below which they are no
 FIRST = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
+UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
+BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
+SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
 
 
 @compiled
@@ -59,8 +62,11 @@ def calm_noise(h, body, displacement, dt):
     h.noise_time += dt
     if displacement > 0.0 or dt <= 0.0:
         turned = _turned(h, body)
-        if h.noise_time > 0.0:
+        if _is_even(h):
             _listen(h, turned, displacement)
+        else:
+            h.noise_squares = 0.0  # nothing can be compared with this displacement
+        h.noise_time = 0.0
     if dt <= 0.0 or not _is_loud(h):
         h.noise_floor = 0.0
         h.noise_smooth = 0
@@ -81,6 +87,19 @@ def _turned(h, body):
     scale = np.sqrt(squares * h.noise_squares)
     h.noise_squares = squares
     return product / scale if scale > 0.0 else 0.0
+
+
+@compiled
+def _is_even(h):
+    """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
+    step = h.noise_time
+    if step <= 0.0:
+        return False
+    if h.noise_step == 0.0 or step < h.noise_step:
+        h.noise_step = max(step, SHORTER * h.noise_step)
+    even = step <= min(LONGEST, max(BRIEF, UNEVEN * h.noise_step))
+    h.noise_step = max(h.noise_step, min(step, LONGER * h.noise_step))
+    return even
 
 
 @compiled
@@ -106,7 +125,6 @@ def _listen(h, turned, displacement):
     h.noise_path = keep * (h.noise_path + displacement)
     h.noise_turn = keep * (h.noise_turn + turned * time)
     h.noise_heard += time
-    h.noise_time = 0.0
     is_noise = h.noise_turn < TURNED * h.noise_span
     if is_noise:
         h.noise_known = 1

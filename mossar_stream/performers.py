@@ -1,7 +1,9 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,6 +18,14 @@ from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
 MOST_PAGES = 8  # kinds of performers that share pages
+MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
+
+
+class Absent(NamedTuple):
+    """What outlasts a segmenter."""
+
+    counts: dict[str, int]  # see `Segmenter.counts`
+    changes: dict[str, object]  # settings of the performer's own
 
 
 class Performers:
@@ -23,7 +33,8 @@ class Performers:
 
     Args:
         settings: Defaults to `Settings()`.
-        most: How many performers are followed at once; the one idle for longest makes room for a new one.
+        most: How many performers are followed at once; the one idle for longest makes room for a new one, and
+            goes on with the next take when it is announced again.
 
     Example:
         >>> import numpy as np
@@ -42,6 +53,7 @@ class Performers:
         self._most = most
         self._pages: dict[tuple[Skeleton, float | None], Pages] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
+        self._absent: dict[str, Absent] = {}  # in the order in which they left
 
     def __contains__(self, performer: str) -> bool:
         return performer in self._segmenters
@@ -63,7 +75,9 @@ class Performers:
         return self._settings.replace(level=self._level)
 
     def announce(self, performer: str, skeleton: Skeleton, fps: float | None = None) -> list[Event]:
-        """Take note of a performer, or of its new skeleton, which ends its take; the next one has the next number.
+        """Take note of a performer, or of its new skeleton, which ends its take.
+
+        The next take has the next number, and settings of the performer's own stay in force.
 
         Args:
             performer: Name.
@@ -77,15 +91,28 @@ class Performers:
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return []
-        events = self.remove(name, "another skeleton") if known is not None else []
+        events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
-            events += self.remove(next(iter(self._segmenters)), "too many performers")
+            events += self._dismiss(next(iter(self._segmenters)), "too many performers")
         segmenter = self._pages_for(skeleton, fps).seat(name)
-        if known is not None:
-            segmenter.carry_on(known)
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
+        before = self._absent.pop(name, None)
+        if before is not None:
+            segmenter.carry_on(before.counts)
+            segmenter.change(**before.changes)
         self._segmenters[name] = segmenter
+        return events
+
+    def _dismiss(self, name: str, reason: str) -> list[Event]:
+        """End a performer's take and free its memory, but keep in mind where it was."""
+        segmenter = self._segmenters[name]
+        events = self.remove(name, reason)
+        own, common = (msgspec.structs.asdict(settings) for settings in (segmenter.settings, self.settings))
+        changes = {field: value for field, value in own.items() if value != common[field]}
+        self._absent[name] = Absent(segmenter.counts, changes)
+        if len(self._absent) > MOST_ABSENT:
+            del self._absent[next(iter(self._absent))]
         return events
 
     def _pages_for(self, skeleton: Skeleton, fps: float | None) -> Pages:

@@ -1,5 +1,6 @@
 """Segmenter: frames of one performer in, events out."""
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -115,13 +116,10 @@ class Segmenter:
         segmenter.seat = seat
         return segmenter
 
-    def carry_on(self, other: "Segmenter") -> None:
-        """Number takes and count frames on from another segmenter of the same performer."""
-        self._count_on(other._header)  # noqa: SLF001 - its own class
-
-    def _count_on(self, before: NDArray[np.void]) -> None:
+    def carry_on(self, counts: Mapping[str, int]) -> None:
+        """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
         for name in ("take", *COUNTERS):
-            self._header[name] = before[name]
+            self._header[name] = counts[name]
 
     def opened(self) -> StreamEvent:
         """Return the event that a take has started; for who runs the row of a pool."""
@@ -158,6 +156,11 @@ class Segmenter:
     def stats(self) -> dict[str, int]:
         """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
         return {name: int(self._header[name]) for name in COUNTERS}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """`take` and `stats`, for a segmenter that carries on."""
+        return {"take": self.take, **self.stats}
 
     @property
     def state(self) -> CurveState | None:
@@ -203,10 +206,10 @@ class Segmenter:
             plan.prepare(self._memory[0], int(self._header["row"]))
         else:
             events = self.end_take("settings changed")
-            before = self._header.copy()
+            counts = self.counts
             self.vacate()
             self._adopt(plan, plan.new_rows(1), Desk(plan))
-            self._count_on(before)
+            self.carry_on(counts)
         self.level = level
         return events
 

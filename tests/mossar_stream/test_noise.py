@@ -93,3 +93,16 @@ def test_a_reset_forgets_the_noise(core):
     assert segmenter._header["noise"] > 0
     segmenter.reset()
     assert segmenter._header["noise"] == 0
+
+
+@pytest.mark.parametrize("loss", [0.3, 0.5])
+def test_where_frames_are_lost_noise_is_still_told_from_motion(core, loss):
+    rng = np.random.default_rng(4)
+    times = np.arange(3600) / 60.0
+    moving = np.zeros((3600, 4, 3))
+    moving[:, 1:, 0] = (0.3 * np.sin(2 * np.pi * 2.0 * times))[:, None]  # to and fro, twice a second
+    kept = rng.random(3600) >= loss
+    for positions, is_noise in ((moving, False), (rng.normal(0, 0.03, moving.shape), True)):
+        segmenter = Segmenter(core.skeleton(4), Settings())
+        segmenter.push(positions[kept], times[kept])
+        assert (segmenter._header["noise"] > 0) == is_noise

@@ -67,6 +67,24 @@ def test_the_one_idle_for_longest_makes_room(core):
     assert len(pool) == 2
 
 
+def test_who_had_to_make_room_goes_on_with_the_next_take_and_its_own_settings(core):
+    pool = Performers(SETTINGS, most=2)
+    for name in ("ann", "bob"):
+        pool.announce(name, core.skeleton(4))
+        pushed(pool, core, name, 0, slice(0, 50))
+    pool.change("ann", sig_threshold=0.4)
+    pool.announce("ann", Skeleton(("a", "b")))
+    assert pool["ann"].settings.sig_threshold == 0.4, "also with another skeleton"
+    pool.announce("eve", core.skeleton(4))
+    pool.announce("bob", core.skeleton(4))
+    started, *_ = pushed(pool, core, "bob", 0, slice(100, 150))
+    assert (started.performer, started.take) == ("bob", 1)
+    assert pool["bob"].stats["frames"] == 100
+    assert pool["bob"].settings == pool.settings
+    pool.announce("ann", core.skeleton(4))
+    assert pool["ann"].settings == pool.settings.replace(sig_threshold=0.4)
+
+
 def test_at_least_one_performer_is_followed():
     with pytest.raises(ValueError, match="at least one performer"):
         Performers(most=0)

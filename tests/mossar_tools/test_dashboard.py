@@ -86,8 +86,13 @@ def until(window, condition, *, seconds=SOON / 1000):
 
 
 def drag(window, name, share):
-    """Drag the slider called so to a share of its width."""
+    """Drag the slider called so to a share of its width; again if the page moved under the pointer."""
     box = window.locator(f"label:text-is('{name}')").locator("xpath=ancestor::*[.//*[@role='slider']][1]")
+    until(window, lambda: drag_once(window, box, share))
+
+
+def drag_once(window, box, share):
+    """Drag a slider and return whether it came along."""
     track = box.locator("[class*=Slider-trackContainer], [class*=Slider-root]").first.bounding_box()
     thumb = box.locator("[role=slider]").first.bounding_box()
     y = thumb["y"] + thumb["height"] / 2
@@ -95,6 +100,11 @@ def drag(window, name, share):
     window.mouse.down()
     window.mouse.move(track["x"] + share * track["width"], y, steps=8)
     window.mouse.up()
+    value, low, high = (
+        float(box.locator("[role=slider]").first.get_attribute(f"aria-value{part}"))
+        for part in ("now", "min", "max")
+    )
+    return abs(value - low - share * (high - low)) < 0.1 * (high - low)
 
 
 def press(window, name):

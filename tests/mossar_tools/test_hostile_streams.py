@@ -47,8 +47,6 @@ def asked(port, request, seconds=10):
         asking.connect(f"tcp://127.0.0.1:{port}")
         asking.send(json.dumps(request).encode())
         answer = json.loads(asking.recv())
-        if seconds > 1 and "busy" in answer.get("error", ""):  # with what it was flooded with
-            return asked(port, request, seconds - 1)
         assert "value" in answer, answer
         return answer["value"]
 
@@ -131,7 +129,6 @@ def rubbish():
         yield encode("/mossar/frame", "sidb", "back", k, -float(k), b"\0\0\x80\x3f" * 6)
 
 
-@pytest.mark.xfail(reason="control answers too late in a flood of new performers and skeletons", strict=False)
 def test_rubbish_floods_and_readers_that_never_read_do_no_harm(start, ports):
     zmq_in, osc_in, zmq_out, ws_out, control = ports
     running = start()

@@ -29,7 +29,6 @@ from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
 from mossar_stream.events import Event, KeyFrameEvent
 from mossar_stream.frames import Frames
-from mossar_stream.settings import Settings
 from mossar_tools.soak.measure import memory
 
 FPS = 60.0
@@ -125,13 +124,14 @@ def main() -> int:
     return 0 if same and result.key_frames and result.missing == 0 and high - low < 5 else 1
 
 
-def flooded(rate: float, seconds: float, phase: float = PHASE) -> Result:
+def flooded(rate: float, seconds: float, phase: float = PHASE, drain: float = 0.0) -> Result:
     """Run a pipeline and a good sender, and flood the port.
 
     Args:
         rate: Datagrams of rubbish per second; 0 for none.
         seconds: How long.
         phase: Seconds before the flood, and of the take after it.
+        drain: Seconds after the flood that a busy machine gets to empty the socket, before frames must arrive.
     """
     context = multiprocessing.get_context("spawn")
     source, listening = OscSource(parse_url("osc://127.0.0.1:0")), Listening()
@@ -149,16 +149,15 @@ def flooded(rate: float, seconds: float, phase: float = PHASE) -> Result:
         if over.is_set():
             pipeline.stop()
 
-    # Frames lost at random look like a noisy sensor, which is remembered; that measure is left out here.
-    pipeline = Pipeline([source], [listening], Settings(noise_margin=0.0), tick=tick)
+    pipeline = Pipeline([source], [listening], tick=tick)
     pipeline.run()
     facts: dict[str, Any] = dict(told.get(timeout=10) for _ in range(4))
     for sender in senders:
         sender.join()
-    return _result(listening, facts, phase, source.counters.kernel_drops)
+    return _result(listening, facts, phase, drain, source.counters.kernel_drops)
 
 
-def _result(listening: Listening, facts: dict[str, Any], phase: float, drops: int) -> Result:
+def _result(listening: Listening, facts: dict[str, Any], phase: float, drain: float, drops: int) -> Result:
     """Return what was seen; the times of frames are seconds since the good sender began."""
     began, flood_began, flood_ended = facts["began"], facts["flood began"], facts["flood ended"]
     times = np.array(listening.times)
@@ -173,7 +172,8 @@ def _result(listening: Listening, facts: dict[str, Any], phase: float, drops: in
         [size for moment, size in listening.memory if a <= moment < b] or [0]
         for a, b in ((began, flood_began), (flood_began, flood_ended), (flood_ended, float("inf")))
     ]
-    due = [k / FPS for k in range(int(np.ceil(last * FPS)), int(np.ceil(last * FPS)) + NEXT)]
+    next_frame = int(np.ceil((last + drain) * FPS))
+    due = [k / FPS for k in range(next_frame, next_frame + NEXT)]
     missing = sum(not bool((np.abs(times - moment) < 1e-6).any()) for moment in due)
     final: list[tuple[str, float]] = [
         (event.kind, round(event.time - calm, 6))

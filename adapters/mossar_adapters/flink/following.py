@@ -114,7 +114,7 @@ class Following:
         if line is None:
             return new, []
         events = line.segmenter.end_take("another skeleton")
-        new.segmenter.carry_on(line.segmenter)
+        new.segmenter.carry_on(line.segmenter.counts)
         return new, events
 
     def _begin(self, performer: str, meta: Meta, now: float) -> Line:

@@ -1,7 +1,7 @@
 """Naming: performers of several sources under names of their own, and how far each source was read."""
 
 import logging
-from collections.abc import Container, Sequence
+from collections.abc import Iterable, Sequence
 
 from mossar_adapters.pipeline.snapshot import Position
 from mossar_stream.frames import Frames
@@ -18,7 +18,9 @@ class Naming:
 
     def __init__(self, sources: Sequence[str]) -> None:
         self._sources = list(sources)
-        self._names: list[dict[str, str]] = [{} for _ in sources]  # from the source's name to ours
+        self._names: list[dict[str, str]] = [
+            {} for _ in sources
+        ]  # from the source's name to ours, last used last
         self._owners: dict[str, int] = {}  # from our name to the source
         self._frames: list[dict[str, int]] = [{} for _ in sources]  # taken so far, by the source's name
 
@@ -28,7 +30,9 @@ class Naming:
     def name(self, source: int, performer: str) -> str:
         """Return our name for a performer of a source; the first source with a name keeps it."""
         names = self._names[source]
-        if performer not in names:
+        if performer in names:
+            names[performer] = names.pop(performer)
+        else:
             names[performer] = self._free(performer)
             self._owners[names[performer]] = source
             if names[performer] != performer:
@@ -36,6 +40,11 @@ class Naming:
                     "%s: performer %s is called %s here", self._sources[source], performer, names[performer]
                 )
         return names[performer]
+
+    @property
+    def names(self) -> set[str]:
+        """Our names for all performers."""
+        return set(self._owners)
 
     def known(self, source: int, performer: str) -> str | None:
         """Return our name for a performer of a source, None if it was never named."""
@@ -54,10 +63,11 @@ class Naming:
         counts = self._frames[source]
         counts[frames.performer] = counts.get(frames.performer, 0) + len(frames)
 
-    def forget(self, kept: Container[str]) -> None:
-        """Forget the performers whose names are not among those kept."""
+    def forget(self, kept: Iterable[str], most: int) -> None:
+        """Forget performers, but for those called `kept` and the `most` of each source that were named last."""
+        keep = set(kept)
         for names, frames in zip(self._names, self._frames, strict=True):
-            for performer in [own for own, name in names.items() if name not in kept]:
+            for performer in [own for own, name in list(names.items())[:-most] if name not in keep]:
                 del self._owners[names.pop(performer)]
                 frames.pop(performer, None)
 

@@ -33,7 +33,7 @@ from mossar_stream.settings import Settings
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _LEAVE = 1.0  # s given to a reader to end
-_NAMES = 4 * MAX_PERFORMERS  # names, after which those of performers who are followed no more are forgotten
+_NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
 
@@ -98,6 +98,7 @@ class Pipeline:
         self.latency: dict[str, Latency] = {}  # of each performer
         self.times: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
+        self._metas: dict[str, Meta] = {}  # as announced last, of each performer
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -184,17 +185,20 @@ class Pipeline:
 
     def _name(self, source: int, performer: str) -> str:
         """Return our name for a performer of a source; a flood of names does not take memory."""
-        if len(self.naming) > _NAMES:
-            kept = set(self.pool.names)
-            self.naming.forget(kept)
+        if len(self.naming) > _NAMES * len(self.feeds):
+            self.naming.forget(self.pool.names, MAX_PERFORMERS)
+            kept = self.naming.names
             self.upkeep.keep(kept)
-            for table in (self.latency, self.times, self.unusable):
+            for table in (self.latency, self.times, self.unusable, self._metas):
                 for name in set(table) - kept:
                     del table[name]
         return self.naming.name(source, performer)
 
     def _announce(self, meta: Meta, source: int) -> None:
-        meta = msgspec.structs.replace(meta, performer=self._name(source, meta.performer))
+        self._follow(msgspec.structs.replace(meta, performer=self._name(source, meta.performer)), source)
+
+    def _follow(self, meta: Meta, source: int) -> None:
+        self._metas[meta.performer] = meta
         try:
             events = self.pool.announce(meta.performer, meta.skeleton, meta.fps)
         except FrameError as error:
@@ -209,6 +213,9 @@ class Pipeline:
         name = self._name(arrival.source, frames.performer)
         self.naming.count(arrival.source, frames)
         frames = msgspec.structs.replace(frames, performer=name)
+        if name not in self.pool and name in self._metas:  # others had taken its place
+            self.upkeep.leave(name)
+            self._follow(self._metas[name], arrival.source)
         self.upkeep.heard(self, arrival, name)
         before = self.times.get(name, (0.0, None))[1]
         frames = self._within_time(frames)

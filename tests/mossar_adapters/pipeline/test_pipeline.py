@@ -8,7 +8,6 @@ import pytest
 
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
-from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import MossarError, SettingsError
 from mossar_stream.events import KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
@@ -174,14 +173,29 @@ def test_another_skeleton_begins_the_next_take_and_ids_stay_unique(stage):
     assert sink.of(StatsEvent)[-1].frames == 120
 
 
+def test_who_had_to_make_room_and_comes_back_is_followed_again(stage, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 2)
+    sink = stage.Collected()
+    names = ("ann", "bob", "eve")
+    items = [item for name in names for item in (stage.meta(name), stage.wave(0, 30, name))]
+    again = [0.5, stage.wave(30, 60, "ann")]  # longer than a stall
+    outcome = Pipeline([stage.Script([*items, *again], live=True)], [sink]).run()
+    assert outcome.frames == 150
+    changes = [
+        (e.event, e.take, e.reason) for e in sink.events if e.performer == "ann" and hasattr(e, "event")
+    ]
+    assert changes[:2] == [("started", 0, ""), ("ended", 0, "too many performers")]
+    assert changes[2:] == [("started", 1, ""), ("ended", 1, "end of stream")]
+
+
 def test_a_flood_of_performers_neither_takes_memory_nor_ends_the_run(stage, monkeypatch):
     monkeypatch.setattr("mossar_adapters.pipeline.pipeline._NAMES", 40)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 8)
     monkeypatch.setattr("mossar_adapters.pipeline.watch.STALL", 0.05)
     sink = stage.Collected()
     people = [f"someone{k}" for k in range(100)]
     items = [item for name in people for item in (stage.meta(name), stage.wave(0, 2, name))]
     pipeline = Pipeline([stage.Script([*items, 0.2, stage.meta(), stage.wave(0, 60)], live=True)], [sink])
-    pipeline.pool = Pool(pipeline.settings, most=8)
     outcome = pipeline.run()
     assert outcome.frames == 260
     assert len(pipeline.naming) <= 41
@@ -202,7 +216,7 @@ def test_stopping_flushes_the_take(stage):
 def test_seconds_end_the_run_at_the_frame(stage):
     sink = stage.Collected()
     outcome = Pipeline([stage.demo(None)], [sink], seconds=2.0).run()
-    assert outcome.frames == 120
+    assert outcome.frames == 150
     assert outcome.complete
 
 
