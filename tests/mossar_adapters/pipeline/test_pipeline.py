@@ -216,7 +216,7 @@ def test_stopping_flushes_the_take(stage):
 def test_seconds_end_the_run_at_the_frame(stage):
     sink = stage.Collected()
     outcome = Pipeline([stage.demo(None)], [sink], seconds=2.0).run()
-    assert outcome.frames == 150
+    assert outcome.frames == 120
     assert outcome.complete
 
 
