@@ -103,7 +103,8 @@ class Batch:
     def take(self) -> list[Meta | Frames | Left]:
         """Return everything collected since the last call."""
         for performer, line in self._lines.items():
-            self._finish(performer, line)
+            if line.times:
+                self._finish(performer, line)
         ready, self._ready = self._ready, []
         return ready
 
@@ -120,10 +121,11 @@ class Batch:
     def _finish(self, performer: str, line: _Line) -> None:
         if not line.times:
             return
-        positions = np.stack(line.positions)
+        positions = np.array(line.positions)
         with np.errstate(invalid="ignore"):
-            present = (np.abs(positions) < FARTHEST).all(axis=2)
-        positions[~present] = np.nan
-        confidence = np.stack(line.confidence) if line.confidence else None
+            sound = np.abs(positions) < FARTHEST
+        if not sound.all():
+            positions[~sound.all(axis=2)] = np.nan
+        confidence = np.array(line.confidence) if line.confidence else None
         self._ready.append(Frames(positions, np.array(line.times), confidence, performer))
         line.positions, line.confidence, line.times = [], [], []

@@ -52,6 +52,8 @@ class WebSocketSink:
         MossarError: If the port cannot be had, an option is wrong or the extra `web` is not installed.
     """
 
+    prompt = True
+
     def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
         needed("websockets", "web", address.url)
         address.check(OPTIONS)
@@ -128,7 +130,9 @@ class WebSocketSink:
         await self._stop.wait()
         waiting = [client.emptied() for client in self._clients]
         if waiting:
-            await asyncio.wait([asyncio.ensure_future(task) for task in waiting], timeout=_DRAIN)
+            _, late = await asyncio.wait([asyncio.ensure_future(task) for task in waiting], timeout=_DRAIN)
+            for task in late:
+                task.cancel()
         server.close()
         await server.wait_closed()
 

@@ -2,9 +2,11 @@
 
 import re
 
+import numpy as np
 import pytest
 
-from mossar_tools.load import delay, load
+from mossar_tools.delay import delays, in_words
+from mossar_tools.load import load
 from mossar_tools.wires import WIRES, Trial, compared
 
 
@@ -15,8 +17,13 @@ def test_a_light_load_arrives_whole(transport):
 
 
 def test_delays_are_those_of_every_message():
-    said = delay("zmq", 4.0)
-    assert re.match(r"zmq: 240 frames at 60 per second, \d+ key-frame messages; from sending", said), said
+    found = delays("zmq", 4.0)
+    assert found.frames == len(found.echoed) == 240
+    assert len(found.through) > 5
+    assert 0 < min(found.echoed) < np.median(found.through) < 1.0
+    said = in_words("zmq", found)
+    assert said.startswith(f"zmq: 240 frames at 60 per second, {len(found.through)} key-frame messages"), said
+    assert re.search(r"added +median -?\d+\.\d\d ms, 99 % ", said), said
 
 
 def test_a_wire_is_compared_with_the_recording():

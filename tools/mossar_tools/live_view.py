@@ -43,6 +43,7 @@ class LiveView:
         self.score = Score([source for source in sources if isinstance(source, DemoSource)])
         self._console = console
         self.visible = visible
+        self.prompt = not visible  # counting takes no time; a terminal may be paused
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
         self._times: dict[str, float] = {}  # s, of the last frame of each performer
         self._first: dict[str, float] = {}  # s, of the first frame of each performer

@@ -10,7 +10,6 @@ import socket
 import struct
 import sys
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import msgspec
@@ -21,8 +20,10 @@ from mossar_stream.errors import MossarError
 MAX_DATAGRAM = 65_535  # bytes
 WANTED_BUFFER = 4 << 20  # bytes; the usual default holds a tenth of a second of single-joint messages
 DRAIN = 512  # datagrams read before the frames in them are handed on
+_TOGETHER = 4 << 20  # bytes of them
 _RXQ_OVFL, _TIMESTAMPNS = 40, 35  # Linux's SO_RXQ_OVFL and SO_TIMESTAMPNS, which the socket module lacks
 _LINUX = sys.platform == "linux"
+_drops, _moment = struct.Struct("=I"), struct.Struct("=qq")  # of datagrams; s and ns since 1970
 
 
 class Datagram(msgspec.Struct, frozen=True):
@@ -58,24 +59,34 @@ class DatagramSocket:
         """Seconds since the socket was opened."""
         return time.monotonic() - self._opened
 
-    def wait(self, seconds: float) -> bool:
-        """Return whether something can be read, within `seconds`."""
-        return bool(self._selector.select(seconds))
+    def waits(self) -> bool:
+        """Return whether something can be read now."""
+        return bool(self._selector.select(0))
 
-    def drain(self) -> Iterator[Datagram]:
-        """Yield what has come, at most `DRAIN` datagrams."""
-        for _ in range(DRAIN):
+    def receive(self, seconds: float) -> list[Datagram]:
+        """Return what has come, at most `DRAIN` datagrams; wait for the first of them for `seconds`.
+
+        All are read before any is looked at, so that a stall of this program does not fill the system's buffer.
+        """
+        found: list[Datagram] = []
+        self._socket.settimeout(seconds)
+        size = 0
+        while len(found) < DRAIN and size < _TOGETHER:
             try:
                 data, host, port, age = self._read()
-            except BlockingIOError:
-                return
+            except (BlockingIOError, TimeoutError):
+                break
             except ConnectionError:  # Windows reports here that an earlier answer of ours found nobody
                 continue
             except OSError as error:
                 if error.errno == errno.EMSGSIZE:  # Windows again, for what does not fit
                     continue
                 raise
-            yield Datagram(data, host, port, time.monotonic() - self._opened - age)
+            if not found:
+                self._socket.settimeout(0)
+            found.append(Datagram(data, host, port, time.monotonic() - self._opened - age))
+            size += len(data)
+        return found
 
     def close(self) -> None:
         """Release the port. May be called twice."""
@@ -90,9 +101,9 @@ class DatagramSocket:
         age = 0.0
         for _, kind, value in notes:
             if kind == _RXQ_OVFL:
-                self.kernel_drops = struct.unpack("=I", value[:4])[0]
+                self.kernel_drops = _drops.unpack_from(value)[0]
             elif kind == _TIMESTAMPNS and len(value) == 16:
-                seconds, nanoseconds = struct.unpack("=qq", value)
+                seconds, nanoseconds = _moment.unpack(value)
                 age = time.time() - seconds - nanoseconds * 1e-9
         return data, sender[0], sender[1], age if 0 <= age < 60 else 0.0  # else the clock was set meanwhile
 

@@ -26,6 +26,8 @@ class OscSink:
         MossarError: If the host is unknown or an option is wrong.
     """
 
+    prompt = True
+
     def __init__(self, address: Address) -> None:
         address.check({})
         self.name = address.url

@@ -75,7 +75,7 @@ class Intake(msgspec.Struct):
         self,
         performer: str,
         skeleton: Skeleton,
-        positions: NDArray[np.float64],
+        positions: NDArray[np.float64] | NDArray[np.float32],
         arrival: float,
         *,
         time: float | None = None,
@@ -96,7 +96,7 @@ class Intake(msgspec.Struct):
         if self.batch.skeleton(performer) is not skeleton:
             self.batch.announce(Meta(performer, skeleton, self.options.fps, unit))
         with np.errstate(over="ignore"):
-            exact = positions.astype(np.float32)
+            exact = positions.astype(np.float32, copy=False)
         shares = None
         if confidence is not None:
             shares = np.clip(np.nan_to_num(confidence), 0.0, 1.0).astype(np.float32)

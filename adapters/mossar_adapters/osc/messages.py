@@ -1,6 +1,6 @@
 """OSC datagrams taken apart into messages, in the order in which they were written.
 
-Numbers and text, which come by the thousand, are read here; python-osc reads all other arguments. Bundles are
+Numbers, text and blobs, which come by the thousand, are read here; python-osc reads all other arguments. Bundles are
 walked here, because its own walk sorts by time tags (a sender with a skewed clock would have its bundles
 shuffled) and never ends on a negative size. Time tags are ignored.
 """
@@ -9,7 +9,7 @@ import functools
 import math
 import re
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from pythonosc.osc_message import OscMessage, ParseError
@@ -25,14 +25,14 @@ _SIZES = {"i": 4, "f": 4, "s": 4, "b": 4, "h": 8, "d": 8, "t": 8, "r": 4, "m": 4
 _int32 = struct.Struct(">i")
 
 
-def messages(datagram: bytes) -> Iterator[tuple[str, Sequence[Any]]]:
-    """Yield address and arguments of each message in a datagram.
+def messages(datagram: bytes) -> Iterable[tuple[str, Sequence[Any]]]:
+    """Return address and arguments of each message in a datagram, to be gone through once.
 
     Raises:
         FrameError: If the datagram is damaged or has arguments of an unknown type; the messages before the
-            damage have been yielded.
+            damage are there.
     """
-    return _walk(datagram, 0)
+    return (_message(datagram),) if datagram[:1] == b"/" else _walk(datagram, 0)
 
 
 def numbers(arguments: Sequence[Any], start: int, count: int) -> tuple[float, ...]:
@@ -130,12 +130,12 @@ class _Layout(NamedTuple):
     Args:
         address: With the leading slash.
         size: Least number of bytes of the arguments; python-osc would fill in zeros.
-        parts: Structs for runs of numbers, None for text; None altogether if python-osc is to read it.
+        parts: Structs for runs of numbers, else the tag; None altogether if python-osc is to read it.
     """
 
     address: str
     size: int
-    parts: tuple[struct.Struct | None, ...] | None
+    parts: tuple[struct.Struct | str, ...] | None
 
 
 @functools.lru_cache(maxsize=4096)
@@ -151,20 +151,27 @@ def _layout(header: bytes, tags_at: int) -> _Layout:
         if tag not in _SIZES:
             raise FrameError(f"unknown type tag {tag!r}")
     parts = None
-    if not set(tags) - set("ifhds"):
-        runs = re.findall("s|[ifhd]+", tags)
-        parts = tuple(None if run == "s" else struct.Struct(">" + run.replace("h", "q")) for run in runs)
+    if not set(tags) - set("ifhdsb"):
+        runs = re.findall("s|b|[ifhd]+", tags)
+        parts = tuple(run if run in "sb" else struct.Struct(">" + run.replace("h", "q")) for run in runs)
     return _Layout(address, sum(_SIZES[tag] for tag in tags), parts)
 
 
-def _arguments(packet: bytes, at: int, parts: Sequence[struct.Struct | None]) -> Sequence[Any]:
+def _arguments(packet: bytes, at: int, parts: Sequence[struct.Struct | str]) -> Sequence[Any]:
     found: list[Any] = []
     for part in parts:
-        if part is None:
+        if not isinstance(part, str):
+            found += part.unpack_from(packet, at)
+            at += part.size
+        elif part == "s":
             end = packet.index(b"\0", at)
             found.append(packet[at:end].decode())
             at = (end // 4 + 1) * 4
         else:
-            found += part.unpack_from(packet, at)
-            at += part.size
+            size = _int32.unpack_from(packet, at)[0]
+            at += 4
+            if not 0 <= size <= len(packet) - at:
+                raise FrameError("a message is cut off")
+            found.append(packet[at : at + size])
+            at += (size + 3) // 4 * 4
     return found

@@ -66,8 +66,7 @@ class Mossar:
         blob = arguments[3] if len(arguments) > 3 else None
         if not isinstance(blob, bytes) or len(blob) % 12 or not 12 <= len(blob) <= 12 * MAX_JOINTS:
             raise FrameError("a frame has performer, seq, t and a blob of 12 bytes per joint")
-        with np.errstate(invalid="ignore"):  # NaNs that signal
-            positions = np.frombuffer(blob, ">f4").reshape(-1, 3).astype(np.float64)
+        positions = np.frombuffer(blob, ">f4").reshape(-1, 3).astype(np.float32)
         skeleton = self._skeletons.get(name)
         if skeleton is None:
             skeleton = Skeleton(tuple(f"joint{i}" for i in range(len(positions))), root=-1)

@@ -73,10 +73,8 @@ class OscSource:
         try:
             quiet = self._socket.now
             while not self._closed:
-                heard = self._socket.wait(TICK if self._pending() else POLL)
-                if heard:
-                    for datagram in self._socket.drain():
-                        self.take(datagram)
+                for datagram in self._socket.receive(TICK if self._pending() else POLL):
+                    self.take(datagram)
                 found = self.collected()
                 yield from found
                 if found:
@@ -115,7 +113,7 @@ class OscSource:
 
     def collected(self) -> list[Meta | Frames | Left]:
         """Return what has come together since the last call, frames that nothing more comes for included."""
-        if not self._socket.wait(0):
+        if self._pending() and not self._socket.waits():
             self._idle()
         return self._batch.take()
 

@@ -35,7 +35,10 @@ class Arrival(msgspec.Struct, frozen=True):
 
 
 class Inbox:
-    """Hands arrivals of several sources over, fairly. Every method may be called from any thread.
+    """Hands arrivals of several sources over, fairly. Every method may be called from any thread, `get` from one.
+
+    Frames come some milliseconds apart and find the processor cold: what a condition variable does in Python
+    costs as much then as a frame's own way through the source. So whoever waits for arrivals waits for a lock.
 
     Args:
         drops: For each source, whether its oldest frames are dropped when its queue is full.
@@ -51,7 +54,11 @@ class Inbox:
         self._urgent: deque[Arrival] = deque()
         self._next = 0  # source whose turn it is
         self._closed = False
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._room_made = threading.Condition(self._lock)
+        self._writers = 0  # that wait for room
+        self._bell = threading.Lock()  # held, but for the moment after something has come
+        self._bell.acquire()
 
     def put(self, arrival: Arrival) -> bool:
         """Add an arrival; wait for room if its source does not drop, or sends anything but frames without end.
@@ -60,29 +67,50 @@ class Inbox:
             False if the inbox was closed: the source need not go on.
         """
         source, count = arrival.source, _frames_in(arrival)
-        with self._changed:
+        with self._lock:
             while not self._closed and self._must_wait(source, count):
-                self._changed.wait()
+                self._writers += 1
+                self._room_made.wait()
+                self._writers -= 1
             if self._closed:
                 return False
             while self._drops[source] and self._is_full(source, count):
                 self._drop_oldest(source)
             self._queues[source].append(arrival)
             self._frames[source] += count
-            self._changed.notify_all()
+            self._ring()
         return True
 
     def ask(self, request: Callable[[], None]) -> None:
         """Have something done by the thread that segments, before what waits."""
-        with self._changed:
+        with self._lock:
             self._urgent.append(Arrival(-1, request, 0.0))
-            self._changed.notify_all()
+            self._ring()
 
     def get(self, timeout: float) -> Arrival | None:
         """Return the next arrival, None after `timeout` seconds without one."""
-        with self._changed:
-            if not self._urgent and not any(self._queues):
-                self._changed.wait(timeout)
+        while (arrival := self._next_arrival()) is None:  # the bell may have rung for what is taken already
+            if not self._bell.acquire(timeout=timeout):
+                return None
+        return arrival
+
+    def oldest(self) -> dict[int, float]:
+        """Return for each source of which something waits when the oldest of that arrived, monotonic s."""
+        with self._lock:
+            return {source: queue[0].at for source, queue in enumerate(self._queues) if queue}
+
+    def close(self) -> None:
+        """Let no more in; writers that wait return."""
+        with self._lock:
+            self._closed = True
+            self._room_made.notify_all()
+
+    def _ring(self) -> None:
+        if self._bell.locked():
+            self._bell.release()
+
+    def _next_arrival(self) -> Arrival | None:
+        with self._lock:
             if self._urgent:
                 return self._urgent.popleft()
             for _ in self._queues:
@@ -91,20 +119,10 @@ class Inbox:
                 if self._queues[source]:
                     arrival = self._queues[source].popleft()
                     self._frames[source] -= _frames_in(arrival)
-                    self._changed.notify_all()
+                    if self._writers:
+                        self._room_made.notify_all()
                     return arrival
         return None
-
-    def oldest(self) -> dict[int, float]:
-        """Return for each source of which something waits when the oldest of that arrived, monotonic s."""
-        with self._changed:
-            return {source: queue[0].at for source, queue in enumerate(self._queues) if queue}
-
-    def close(self) -> None:
-        """Let no more in; writers that wait return."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
 
     def _is_full(self, source: int, count: int) -> bool:
         return self._frames[source] > 0 and self._frames[source] + count > self._room

@@ -1,4 +1,8 @@
-"""Outlet: one thread that feeds one sink, so that a slow or dead sink never stalls the stream."""
+"""Outlet: one thread that feeds one sink, so that a slow or dead sink never stalls the stream.
+
+A sink that says `prompt = True` never waits for anybody. It is fed at once by whoever brings the events, since waking
+a thread takes longer than sending; its own thread looks after it in quiet times.
+"""
 
 import logging
 import threading
@@ -45,12 +49,12 @@ _NOTHING = Parcel([])
 
 
 class Outlet:
-    """Hands parcels to a sink in a thread of its own.
+    """Hands parcels to a sink, in a thread of its own unless the sink is prompt.
 
     Args:
         sink: Where they go; one that has `send_frames` gets frames as well.
         waits: Whether to wait for room instead of dropping the oldest parcels.
-        delivered: Called in the outlet's thread with each parcel that was handed over.
+        delivered: Called with each parcel that was handed over, by the thread that did it.
         gives_up: Asked while waiting for room; True means that the program is to end.
         emission: Which events the sink gets; None for all.
         room: What the queue holds.
@@ -77,18 +81,22 @@ class Outlet:
         self._queue: deque[Parcel] = deque()
         self._size = 0
         self._busy = False
+        self._given_up = False  # whether the sink was waited for in vain
         self._ending = False
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._thread = threading.Thread(target=self._deliver, name=f"write {sink.name}", daemon=True)
+        self.prompt = bool(getattr(sink, "prompt", False))
         self._takes_frames = hasattr(sink, "send_frames")
         self._takes_events = hasattr(sink, "send")
+        self._takes_starts = hasattr(sink, "begin_take")
 
     def start(self) -> None:
         """Begin to deliver."""
         self._thread.start()
 
     def put(self, parcel: Parcel) -> None:
-        """Queue a parcel."""
+        """Hand a parcel over, or queue it."""
         if self.error is not None or not self._wants(parcel):
             return
         if isinstance(parcel.item, list):
@@ -96,7 +104,10 @@ class Outlet:
             if not wanted:
                 return
             parcel = Parcel(wanted, parcel.arrived_at)
-        with self._changed:
+        with self._lock:
+            if self.prompt and not self._queue and not self._busy:
+                self._hand_over_now(parcel)
+                return
             while self._waits and self._size >= self._room and not self._ended():
                 self._changed.wait(_NAP)
             while self._size >= self._room and self._drop_oldest():
@@ -109,12 +120,14 @@ class Outlet:
         """Wait until everything is handed over; return whether it was.
 
         A sink that is waited for gets all the time it takes, until the program is to end; then, and any other,
-        `PATIENCE` seconds.
+        `PATIENCE` seconds, once.
         """
         while self._waits and not self._ended():
             if self.drain(_NAP):
                 return True
-        return self.drain(PATIENCE)
+        done = self.drain(0 if self._given_up else PATIENCE)
+        self._given_up = not done
+        return done
 
     def drain(self, timeout: float) -> bool:
         """Wait until everything is handed over; return whether it was."""
@@ -144,7 +157,7 @@ class Outlet:
         if isinstance(parcel.item, Meta):
             return True
         if isinstance(parcel.item, TakeStart):
-            return hasattr(self.sink, "begin_take")
+            return self._takes_starts
         return self._takes_frames if isinstance(parcel.item, Frames) else self._takes_events
 
     def _drop_oldest(self) -> bool:
@@ -162,25 +175,35 @@ class Outlet:
         try:
             while (parcel := self._next()) is not None:
                 self._hand_over(parcel)
-                if parcel is not _NOTHING:
-                    self._delivered(parcel)
-                with self._changed:
+                with self._lock:
                     self._busy = False
                     self._changed.notify_all()
             self.sink.close()
         except Exception as error:  # noqa: BLE001 - a sink of any kind must not end the stream
-            with self._changed:
-                self.error = error
-                self._queue.clear()
-                self._changed.notify_all()
+            with self._lock:
+                self._fail(error)
+
+    def _hand_over_now(self, parcel: Parcel) -> None:
+        try:
+            self._hand_over(parcel)
+        except Exception as error:  # noqa: BLE001 - as above
+            self._fail(error)
+
+    def _fail(self, error: Exception) -> None:
+        self.error = error
+        self._queue.clear()
+        self._changed.notify_all()
 
     def _next(self) -> Parcel | None:
         with self._changed:
-            while not self._queue and not self._ending:
-                if not self._changed.wait(_QUIET) and self._takes_events:
+            quiet = False
+            while not self._queue:
+                if self._ending or self.error is not None:
+                    return None
+                if quiet and self._takes_events:
+                    self._busy = True
                     return _NOTHING
-            if not self._queue:
-                return None
+                quiet = not self._changed.wait(_QUIET)
             self._busy = True
             parcel = self._queue.popleft()
             self._size -= parcel.size()
@@ -197,6 +220,8 @@ class Outlet:
             cast("FrameSink", self.sink).send_frames(item)
         else:
             cast("Sink", self.sink).send(item)
+        if parcel is not _NOTHING:
+            self._delivered(parcel)
 
 
 class _Clocked(Protocol):

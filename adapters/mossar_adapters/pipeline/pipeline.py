@@ -1,6 +1,6 @@
 """Pipeline: sources -> inbox -> segmenters -> outlets.
 
-    reader thread per source ──▶ inbox ──▶ this thread: pool of segmenters ──▶ outlet thread per sink
+    reader thread per source ──▶ inbox ──▶ this thread: pool of segmenters ──▶ outlet per sink, with a thread
 
 Everything that changes a segmenter happens in the thread that calls `run`. Readers and writers have bounded
 queues, so that neither a burst nor a slow receiver takes memory, and no sink stalls the stream.
@@ -107,6 +107,8 @@ class Pipeline:
         emission = Emission(emit)
         self.outlets = [self._outlet(sink, emission) for sink in sinks]
         self.outlets += [self._outlet(view, Emission()) for view in views]
+        # Those who are fed by this thread come before threads wake up that want the processor.
+        self.outlets.sort(key=lambda outlet: not outlet.prompt)
         self.upkeep = upkeep or Upkeep()
         self._seconds = seconds
         self._tick = tick
@@ -212,7 +214,8 @@ class Pipeline:
     def _push(self, frames: Frames, arrival: Arrival) -> None:
         name = self._name(arrival.source, frames.performer)
         self.naming.count(arrival.source, frames)
-        frames = msgspec.structs.replace(frames, performer=name)
+        if frames.performer != name:
+            frames = msgspec.structs.replace(frames, performer=name)
         if name not in self.pool and name in self._metas:  # others had taken its place
             self.upkeep.leave(name)
             self._follow(self._metas[name], arrival.source)
@@ -227,12 +230,13 @@ class Pipeline:
             self._refuse(frames, error)
             return
         self.outcome.frames += len(frames)
-        starts = take_starts(events, frames, before, self.settings.max_pause)
+        parcels = [Parcel(frames, arrival.at)]
+        parcels += map(Parcel, take_starts(events, frames, before, self.settings.max_pause))
+        if events:
+            parcels.append(Parcel(events, arrival.at))
         for outlet in self.outlets:
-            outlet.put(Parcel(frames, arrival.at))
-            for start in starts:
-                outlet.put(Parcel(start))
-        self.send(events, arrival.at)
+            for parcel in parcels:
+                outlet.put(parcel)
 
     def _let_go(self, left: Left, source: int) -> None:
         name = self.naming.known(source, left.performer)

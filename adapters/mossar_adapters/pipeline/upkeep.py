@@ -127,11 +127,12 @@ class Upkeep:
 
     def end(self, pipeline: "Pipeline") -> None:
         """Send the last stats, say what was lost, and write the last snapshot."""
+        if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
+            for outlet in pipeline.outlets:
+                outlet.settle()
         if self._stats:
             self.send_stats(pipeline)
         if self._path is not None:
-            for outlet in pipeline.outlets:
-                outlet.settle()
             self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
         for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
             if dropped:

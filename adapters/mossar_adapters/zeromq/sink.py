@@ -15,7 +15,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.frame_codec import to_json, to_msgpack
 from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
-from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
+from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
 
@@ -40,6 +40,8 @@ class ZmqSink:
     Raises:
         MossarError: If the socket cannot be had or an option is wrong.
     """
+
+    prompt = True
 
     def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
         address.check(OPTIONS)
@@ -145,11 +147,8 @@ class Publisher:
 
     def serve(self) -> None:
         """Answer new subscriptions with the metas they ask for."""
-        while True:
-            try:
-                request = self._socket.recv(zmq.NOBLOCK)
-            except zmq.Again:
-                return
+        while can_read(self._socket):
+            request = self._socket.recv()
             if request[:1] != _SUBSCRIBE:
                 continue
             self._subscribed = True

@@ -16,7 +16,7 @@ from mossar_adapters.frame_codec import from_json, from_msgpack
 from mossar_adapters.live import Counters
 from mossar_adapters.map_intake import MapIntake
 from mossar_adapters.source import Left, Meta
-from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, open_socket
+from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
@@ -55,7 +55,11 @@ class ZmqSource:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         try:
             topic = address.options.get("topic", "").encode()
-            wanted: dict[int, int | bytes] = {zmq.RCVHWM: QUEUE, zmq.SUBSCRIBE: topic}
+            wanted: dict[int, int | bytes] = {
+                zmq.RCVHWM: QUEUE,
+                zmq.RCVTIMEO: POLL_MS,
+                zmq.SUBSCRIBE: topic,
+            }
             self._socket = open_socket(self._context, zmq.SUB, address, wanted)
         except BaseException:
             self._context.term()
@@ -71,9 +75,12 @@ class ZmqSource:
         self._running = True
         try:
             while not self._closed:
-                if self._socket.poll(POLL_MS) == 0:
+                try:
+                    parts = self._socket.recv_multipart()
+                except zmq.Again:
                     yield None
                     continue
+                self.take(parts)
                 self._drain()
                 yield from self.collected()
         finally:
@@ -116,11 +123,9 @@ class ZmqSource:
 
     def _drain(self) -> None:
         for _ in range(DRAIN):
-            try:
-                parts = self._socket.recv_multipart(zmq.NOBLOCK)
-            except zmq.Again:
+            if not can_read(self._socket):
                 return
-            self.take(parts)
+            self.take(self._socket.recv_multipart())
 
     def _use(self, parts: Sequence[bytes]) -> None:
         if len(parts) > 2:

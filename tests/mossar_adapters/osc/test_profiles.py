@@ -302,6 +302,8 @@ def test_rubbish_is_counted_and_the_stream_goes_on(open_wire, hear):
         encode("/VMC/Ext/T", "s", "now"),
         encode("/bodies/1/joints/Head", "fffs", 0, 0, 0, "Sleeping"),
         encode("/mossar/frame", "sidb", "p1", 0, 0.0, b"12345"),
+        encode("/mossar/frame", "sidb", "p1", 0, 0.0, b"1" * 24)[:-12],
+        encode("/mossar/frame", "sid", "p1", 0, 0.0).replace(b",sid", b",sidb\0\0\0") + b"\xff" * 4,
         encode("/mossar/meta", "sss", "p1", "a", "a"),
         *(random.bytes(int(n)) for n in random.integers(1, 2000, 200)),
         *(b"#bundle\0" + random.bytes(int(n)) for n in random.integers(8, 2000, 200)),

@@ -77,6 +77,50 @@ def test_a_sink_that_fails_is_left_alone_afterwards():
     assert str(outlet.error) == "no space left for 1 events"
 
 
+class Prompt(Slow):
+    """A sink that never waits, and knows who called it."""
+
+    prompt = True
+
+    def __init__(self):
+        super().__init__()
+        self.threads = []
+        self.quiet = threading.Event()
+
+    def send(self, events):
+        self.threads.append(threading.current_thread())
+        self.takes += [event.take for event in events]
+        if not events:
+            self.quiet.set()
+
+
+def test_a_prompt_sink_is_fed_at_once_and_looked_after_in_quiet_times(monkeypatch):
+    monkeypatch.setattr("mossar_adapters.pipeline.outlet._QUIET", 0.01)
+    sink = Prompt()
+    outlet = Outlet(sink, waits=False)
+    outlet.start()
+    assert sink.quiet.wait(5)
+    for take in range(50):
+        outlet.put(events(take))
+        time.sleep(0.001)
+    outlet.close()
+    assert sink.takes == list(range(50))
+    assert threading.current_thread() in sink.threads
+
+
+def test_a_prompt_sink_that_fails_is_left_alone_afterwards():
+    class Broken(Prompt):
+        def send(self, events):
+            raise OSError(f"no route for {len(events)} events")
+
+    outlet = Outlet(Broken(), waits=False)
+    outlet.start()
+    outlet.put(events(0))
+    outlet.put(events(1))
+    assert str(outlet.error) == "no route for 1 events"
+    outlet.close()
+
+
 def test_delivery_is_reported_with_the_time_of_arrival():
     delivered = []
     sink = Slow()

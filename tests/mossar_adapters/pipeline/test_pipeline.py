@@ -98,6 +98,17 @@ def test_frames_that_do_not_fit_are_counted_and_the_stream_goes_on(stage, caplog
     assert sum("cannot be used" in message for message in caplog.messages) == 2
 
 
+def test_the_last_stats_know_the_delays_of_a_slow_sink_too(stage):
+    class Slow(stage.Collected):
+        def send(self, events):
+            time.sleep(0.02)
+            super().send(events)
+
+    sink = Slow()
+    Pipeline([stage.demo(3.0)], [sink], upkeep=Upkeep(stats=100)).run()
+    assert sink.of(StatsEvent)[-1].latency_p99_ms > 20
+
+
 def test_stats_tell_frames_rate_and_delays(stage):
     sink = stage.Collected()
     Pipeline([stage.demo()], [sink], upkeep=Upkeep(stats=100)).run()

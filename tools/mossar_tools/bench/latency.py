@@ -2,23 +2,27 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from mossar_tools.bench.measurement import Measurement
+from mossar_tools.bench.measurement import Measurement, Target
 from mossar_tools.bench.work import Work
-from mossar_tools.load import RATES, delays
+from mossar_tools.delay import delays
+from mossar_tools.load import RATES
 
 SECONDS = 20.0
+_LABELS = ("p50", "p99", "longest")
+_ADDED = {"p50": Target(1.0), "p99": Target(5.0)}
 
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield the delays over OSC and ZeroMQ, in and out, at 60 frames/s."""
+    """Yield the delays over OSC and ZeroMQ, in and out, at 60 frames/s, and what they are more than a plain echo's."""
     for transport in RATES:
         work.tell(f"latency: {transport}")
         found = delays(transport, work.some(int(SECONDS), 3))
-        note = f"{len(found.seconds)} messages; inside mossar run {found.inside_p50:.2f} and {found.inside_p99:.2f} ms"
-        for label, share in (("p50", 0.5), ("p99", 0.99), ("longest", 1.0)):
-            value = float(np.quantile(found.seconds, share)) * 1e3
-            name = f"{transport}, in and out: {label}"
-            yield Measurement("latency", name, "ms", (value,), note=note, clock="wall")
-            note = ""
+        note = f"{len(found.through)} messages; inside mossar run {found.inside_p50:.2f} and {found.inside_p99:.2f} ms"
+        through, echoed = (dict(zip(_LABELS, values, strict=True)) for values in found.quantiles_ms())
+        added = {label: through[label] - echoed[label] for label in _ADDED}
+        for what, values in (("in and out", through), ("plain echo", echoed), ("added", added)):
+            for label, value in values.items():
+                target = _ADDED[label] if what == "added" else None
+                name = f"{transport}, {what}: {label}"
+                yield Measurement("latency", name, "ms", (value,), target=target, note=note, clock="wall")
+                note = ""

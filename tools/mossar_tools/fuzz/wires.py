@@ -138,7 +138,7 @@ def _datagrams(metas: Sequence[Meta], chunks: Sequence[Frames], profiles: Sequen
             sink.announce(meta)
         for chunk in chunks:
             sink.send_frames(chunk)
-            found += [datagram.data for datagram in socket.drain()]
+            found += [datagram.data for datagram in socket.receive(0)]
         sink.close()
     socket.close()
     return found
