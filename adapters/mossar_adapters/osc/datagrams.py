@@ -10,7 +10,7 @@ import socket
 import struct
 import sys
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -22,6 +22,8 @@ WANTED_BUFFER = 4 << 20  # bytes; the usual default holds a tenth of a second of
 DRAIN = 512  # datagrams read before the frames in them are handed on
 _TOGETHER = 4 << 20  # bytes of them
 _RXQ_OVFL, _TIMESTAMPNS = 40, 35  # Linux's SO_RXQ_OVFL and SO_TIMESTAMPNS, which the socket module lacks
+_OLDEST = 60.0  # s that a datagram may have waited for us
+_LOOKS, _BRIEF = 4, 2e-5  # looks at two clocks at most, and s between them that will do
 _LINUX = sys.platform == "linux"
 _drops, _moment = struct.Struct("=I"), struct.Struct("=qq")  # of datagrams; s and ns since 1970
 
@@ -68,12 +70,12 @@ class DatagramSocket:
 
         All are read before any is looked at, so that a stall of this program does not fill the system's buffer.
         """
-        found: list[Datagram] = []
+        found: list[_Read] = []
         self._socket.settimeout(seconds)
         size = 0
         while len(found) < DRAIN and size < _TOGETHER:
             try:
-                data, host, port, age = self._read()
+                read = self._read()
             except (BlockingIOError, TimeoutError):
                 break
             except ConnectionError:  # Windows reports here that an earlier answer of ours found nobody
@@ -84,28 +86,63 @@ class DatagramSocket:
                 raise
             if not found:
                 self._socket.settimeout(0)
-            found.append(Datagram(data, host, port, time.monotonic() - self._opened - age))
-            size += len(data)
-        return found
+            found.append(read)
+            size += len(read.data)
+        return self._dated(found)
 
     def close(self) -> None:
         """Release the port. May be called twice."""
         self._selector.close()
         self._socket.close()
 
-    def _read(self) -> tuple[bytes, str, int, float]:
+    def _read(self) -> "_Read":
         if not self._tells:
             data, sender = self._socket.recvfrom(MAX_DATAGRAM)
-            return data, sender[0], sender[1], 0.0
+            return _Read(data, sender[0], sender[1], None)
         data, notes, _, sender = self._socket.recvmsg(MAX_DATAGRAM, 128)
-        age = 0.0
+        stamp = None
         for _, kind, value in notes:
             if kind == _RXQ_OVFL:
                 self.kernel_drops = _drops.unpack_from(value)[0]
             elif kind == _TIMESTAMPNS and len(value) == 16:
                 seconds, nanoseconds = _moment.unpack(value)
-                age = time.time() - seconds - nanoseconds * 1e-9
-        return data, sender[0], sender[1], age if 0 <= age < 60 else 0.0  # else the clock was set meanwhile
+                stamp = seconds + nanoseconds * 1e-9
+        return _Read(data, sender[0], sender[1], stamp)
+
+    def _dated(self, found: "list[_Read]") -> list[Datagram]:
+        """Return datagrams with their arrival on our clock."""
+        if not found:
+            return []
+        now = self.now
+        ahead = _ahead() + self._opened
+        dated = []
+        for data, host, port, stamp in found:
+            arrival = now if stamp is None else min(stamp - ahead, now)
+            if now - arrival > _OLDEST:  # the system's clock was set meanwhile
+                arrival = now
+            dated.append(Datagram(data, host, port, arrival))
+        return dated
+
+
+class _Read(NamedTuple):
+    """A datagram, its sender's host and port, and when it came by the system's clock, s since 1970, or None."""
+
+    data: bytes
+    host: str
+    port: int
+    stamp: float | None
+
+
+def _ahead() -> float:
+    """Return how far the system's clock is ahead of the monotonic one, s."""
+    # A program that is interrupted between two looks would be off by as long, and frames out of order.
+    looks = []
+    for _ in range(_LOOKS):
+        before, system, after = time.monotonic(), time.time(), time.monotonic()
+        looks.append((after - before, system - (before + after) / 2))
+        if after - before < _BRIEF:
+            break
+    return min(looks)[1]
 
 
 def resolve(address: Address, *, passive: bool) -> tuple[socket.AddressFamily, Any]:
