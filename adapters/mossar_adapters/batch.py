@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.source import Left, Meta
+from mossar_adapters.steady import Steady
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -20,6 +21,7 @@ class _Line(msgspec.Struct):
 
     meta: Meta | None = None
     count: int = 0  # frames so far, for times at a given rate
+    steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
     positions: list[NDArray[np.float32]] = msgspec.field(default_factory=list)
     confidence: list[NDArray[np.float32]] = msgspec.field(default_factory=list)
     times: list[float] = msgspec.field(default_factory=list)
@@ -29,7 +31,7 @@ class Batch:
     """Collects what arrived since the reader last looked, and hands it out in order for each performer.
 
     Args:
-        fps: Rate in Hz: frames without a time of their own get frame number / fps instead of their arrival.
+        fps: Rate in Hz: frames without a time of their own get frame number / fps instead of their arrival, steadied.
     """
 
     def __init__(self, fps: float | None = None) -> None:
@@ -81,7 +83,7 @@ class Batch:
         if line.times and (confidence is None) != (not line.confidence):
             self._finish(performer, line)
         if time is None:
-            time = arrival if self.fps is None else line.count / self.fps
+            time = line.steady.time(arrival) if self.fps is None else line.count / self.fps
         line.count += 1
         line.times.append(time)
         line.positions.append(positions)

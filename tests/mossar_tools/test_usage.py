@@ -58,6 +58,7 @@ def save(path, count, joints, positions=None):
         (["segment", "demo:", "--keep", "-1"], "is not a whole number from 0"),
         (["replay", "demo:"], "where to?"),
         (["replay", "osc://127.0.0.1:9", "--to", "-"], "sends recordings and demo:, not live streams"),
+        (["replay", "demo:?seconds=1", "--to", "-", "--loop"], "--loop is for recordings"),
         (["record", "demo:", "take.txt"], "recordings are written as .msk"),
         (["adapters", "--check", "missing.bvh"], "missing.bvh: cannot be opened"),
     ],
