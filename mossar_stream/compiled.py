@@ -9,7 +9,8 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -22,32 +23,61 @@ from mossar_stream.inner import InnerCompiler
 F = TypeVar("F", bound=Callable[..., object])
 
 
+LONGEST_UNUSED = 30 * 86400.0  # s
+MOST_FOLDERS = 8  # some megabytes each
+
+
 def _digest() -> str:
     files = sorted(Path(__file__).parent.glob("*.py"))
     facts = [f"{file.name}:{(stat := file.stat()).st_mtime_ns}:{stat.st_size}" for file in files]
     return hashlib.sha256("\n".join([numba.__version__, *facts]).encode()).hexdigest()[:16]
 
 
-def _cache_folder() -> Path:
-    """Return the folder for compiled kernels, made if need be, and remove those of older sources."""
-    name = f"kernels-{_digest()}"
-    own = Path(__file__).parent / "__pycache__"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream"
-    for parent in (own, home, Path(tempfile.gettempdir()) / "mossar-stream"):
+def cache_folder(parents: Iterable[Path], name: str) -> tuple[Path, bool]:
+    """Return a folder for compiled kernels, made if need be, and whether other processes will find it, too.
+
+    Several environments may share a parent, each with a folder of its own: other versions of numba, or of this
+    package. So folders of other names are removed only when they were not used for `LONGEST_UNUSED`, or when
+    `MOST_FOLDERS` others were used later.
+
+    Args:
+        parents: Where it may be, the best first; the first that can be written to.
+        name: Of the folder, beginning with "kernels-".
+    """
+    for parent in parents:
         folder = parent / name
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            # Only the owner may set a time. Kernels are code: none is loaded from somebody else's folder.
+            os.utime(folder, (time.time(), time.time()))
         except OSError:
             continue
         if os.access(folder, os.W_OK):
-            for stale in parent.glob("kernels-*"):
-                if stale != folder:
-                    shutil.rmtree(stale, ignore_errors=True)
-            return folder
-    return Path(tempfile.mkdtemp(prefix="mossar-stream-"))
+            _remove_unused(parent, folder)
+            return folder, True
+    return Path(tempfile.mkdtemp(prefix="mossar-stream-")), False
 
 
-CACHE_FOLDER = _cache_folder()
+def _remove_unused(parent: Path, own: Path) -> None:
+    """Remove other folders of kernels that nobody seems to use any more."""
+    used: list[tuple[float, Path]] = []
+    for folder in set(parent.glob("kernels-*")) - {own}:
+        with contextlib.suppress(OSError):  # another process may be removing it
+            used.append((folder.stat().st_mtime, folder))
+    for place, (when, folder) in enumerate(sorted(used, reverse=True)):
+        if place >= MOST_FOLDERS or when < time.time() - LONGEST_UNUSED:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _usual_parents() -> list[Path]:
+    return [
+        Path(__file__).parent / "__pycache__",
+        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream",
+        Path(tempfile.gettempdir()) / "mossar-stream",
+    ]
+
+
+CACHE_FOLDER, CACHE_LASTS = cache_folder(_usual_parents(), f"kernels-{_digest()}")
 
 
 @contextlib.contextmanager
