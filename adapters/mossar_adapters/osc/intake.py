@@ -1,7 +1,7 @@
 """What every profile is given: one message at a time in, whole frames out."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import msgspec
 import numpy as np
@@ -95,9 +95,16 @@ class Intake(msgspec.Struct):
         """
         if self.batch.skeleton(performer) is not skeleton:
             self.batch.announce(Meta(performer, skeleton, self.options.fps, unit))
-        with np.errstate(over="ignore"):
-            exact = positions.astype(np.float32, copy=False)
+        exact = _narrowed(positions)
         shares = None
         if confidence is not None:
             shares = np.clip(np.nan_to_num(confidence), 0.0, 1.0).astype(np.float32)
         self.batch.add(performer, exact, arrival=arrival, time=time, confidence=shares)
+
+
+def _narrowed(positions: NDArray[np.float64] | NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return positions as float32; what is too large becomes infinite."""
+    if positions.dtype == np.float32:
+        return cast("NDArray[np.float32]", positions)
+    with np.errstate(over="ignore"):
+        return positions.astype(np.float32)
