@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
 from mossar_stream.body import flatten
-from mossar_stream.compiled import compiled, entry_point, spliced
+from mossar_stream.compiled import bare_entry_point, compiled, spliced
 from mossar_stream.decision import decide_oldest
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
 from mossar_stream.outbox import (
@@ -88,7 +88,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     return np.zeros(8 * numbers, np.uint8)
 
 
-@entry_point
+@bare_entry_point
 def act(
     memory: NDArray[np.uint8],
     index: int,

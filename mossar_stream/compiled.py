@@ -60,7 +60,11 @@ def _numba_cache_in(folder: Path) -> Iterator[None]:
 
 # No fastmath: it gains nothing here, and it permits dropping NaN checks and reordering sums, which breaks the
 # frame-for-frame equality with the reference.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+#
+# No reference counts either: kernels work on views of arrays that their caller holds, and counting who looks at them,
+# atomically, was a quarter of the time. The few that make arrays of their own are `allocating`.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": True}
+_BARE: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True}
 
 
@@ -70,6 +74,14 @@ def compiled(function: F) -> F:
     It has no wrapper for calls from Python, which saves a third of the time to compile everything; calling it
     from Python would crash.
     """
+    return cast("F", numba.njit(**_BARE, **_INNER)(function))
+
+
+def allocating(function: F) -> F:
+    """Compile a function that only other kernels call and that makes arrays, for itself or the `allocating` (decorator).
+
+    A kernel without reference counts would never free an array that it got from here.
+    """
     return cast("F", numba.njit(**_OPTIONS, **_INNER)(function))
 
 
@@ -78,13 +90,22 @@ def spliced(function: F) -> F:
 
     A kernel's callees are optimised again in each of their callers; one that is spliced in is not.
     """
-    return cast("F", numba.njit(inline="always", **_OPTIONS, **_INNER)(function))
+    return cast("F", numba.njit(inline="always", **_BARE, **_INNER)(function))
 
 
 def entry_point(function: F) -> F:
-    """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator)."""
+    """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator).
+
+    It may make arrays.
+    """
     with _numba_cache_in(CACHE_FOLDER):
         return cast("F", numba.njit(cache=True, **_OPTIONS)(function))
+
+
+def bare_entry_point(function: F) -> F:
+    """Compile like an `entry_point`, but without reference counts: it makes no arrays (decorator)."""
+    with _numba_cache_in(CACHE_FOLDER):
+        return cast("F", numba.njit(cache=True, **_BARE)(function))
 
 
 class _Teller(event.Listener):
