@@ -121,15 +121,15 @@ def add_frame(params, slot, body, pose, joints, time, weight, moving):
     slot[DURATION] += weight
     lanes = pose.shape[1]
     for first in range(0, lanes, PAGE):
-        _gather(body[first // PAGE * PAGE_SIZE :], min(PAGE, lanes - first), np.float32(weight))
+        _gather(body[first // PAGE * PAGE_SIZE :], np.float32(weight))
     if params.offsets > 0:
         _add_pairs(params, slot, pose, joints, weight)
 
 
 @compiled
-def _gather(page, count, weight):
+def _gather(page, weight):
     """Add the features of a page's joints to the sums that wait."""
-    for j in range(count):
+    for j in range(PAGE):
         x, y, z, speed = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z], page[j + LOG_SPEED]
         page[j + SUM_X] += weight * x
         page[j + SUM_Y] += weight * y

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mossar_stream.block import Plan
 from mossar_stream.desk import Desk
 from mossar_stream.events import Event
-from mossar_stream.layout import HEADER, HEADER_BYTES
+from mossar_stream.layout import HEADER, HEADER_BYTES, new_memory
 from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.stream import DONE, RING_FULL, TAKE_ENDS
@@ -39,7 +39,7 @@ class Page:
     def __init__(self, plan: Plan, desk: Desk) -> None:
         self._plan = plan
         self._desk = desk
-        self._memory = np.zeros((ROWS, plan.row_bytes), np.uint8)
+        self._memory = new_memory(ROWS, plan.row_bytes)
         self._headers = self._memory[:, :HEADER_BYTES].view(HEADER)[:, 0]
         self._free = list(range(ROWS))[::-1]
         self._used: set[int] = set()
