@@ -10,6 +10,7 @@ from mossar_stream.compiled import compiled
 from mossar_stream.similarity import close, merge_into
 from mossar_stream.similarity import strength as merge_cost
 
+NONE = np.int64(-1)
 UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
 
 
@@ -27,7 +28,7 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
         bounds: (count + 2,) identities of the boundaries: left end, key frames, right end.
         memo: Costs remembered from earlier calls; may be empty.
         both: (slot,) room for a summary.
-        links: (3, count + 1) int64, room for links between neighbours.
+        links: (5, count + 1) int64, room for links between neighbours.
         costs: (count,) room for the costs of the merges.
         tempo: Costs are divided by this.
         strengths: (K,) set to the strength of each key frame.
@@ -35,12 +36,19 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
     """
     before, after = links[0], links[1]  # key frames beside each one; -1 and count for none
     node = links[2]  # the segment that ends at each key frame, and at the right end
+    waiting, newest = (
+        links[3],
+        links[4],
+    )  # chains of nodes that belong to another one and are not merged into it yet
     for i in range(count + 1):
         before[i] = i - 1
         after[i] = i + 1
-        node[i] = i
+        node[i] = newest[i] = i
+        waiting[i] = NONE
     for i in range(count):
-        costs[i] = _cost(params, nodes[i], nodes[i + 1], bounds[i], bounds[i + 1], bounds[i + 2], memo, both)
+        costs[i] = _cost(
+            params, nodes, waiting, newest, i, i + 1, bounds[i], bounds[i + 1], bounds[i + 2], memo, both
+        )
     highest = 0.0
     for step in range(count):
         x = _cheapest(costs, count)
@@ -50,22 +58,42 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
         costs[x] = np.inf
         left, right = before[x], after[x]
         merged = node[x]
-        merge_into(params, nodes[merged], nodes[node[right]])
-        close(params, nodes[merged])
+        waiting[newest[merged]] = node[right]
+        newest[merged] = newest[node[right]]
         node[right] = merged
         before[right] = left
         if right < count:
-            later = nodes[node[after[right]]]
+            later = node[after[right]]
             end = bounds[after[right] + 1]
             costs[right] = _cost(
-                params, nodes[merged], later, bounds[left + 1], bounds[right + 1], end, memo, both
+                params,
+                nodes,
+                waiting,
+                newest,
+                merged,
+                later,
+                bounds[left + 1],
+                bounds[right + 1],
+                end,
+                memo,
+                both,
             )
         if left >= 0:
             after[left] = right
-            earlier = nodes[node[left]]
+            earlier = node[left]
             start = bounds[before[left] + 1]
             costs[left] = _cost(
-                params, earlier, nodes[merged], start, bounds[left + 1], bounds[right + 1], memo, both
+                params,
+                nodes,
+                waiting,
+                newest,
+                earlier,
+                merged,
+                start,
+                bounds[left + 1],
+                bounds[right + 1],
+                memo,
+                both,
             )
 
 
@@ -79,13 +107,65 @@ def _cheapest(costs, count):
 
 
 @compiled
-def _cost(params, left, right, a, b, c, memo, both):
+def _cost(params, nodes, waiting, newest, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    if len(memo) == 0 or UNKNOWN in (a, c):
-        return merge_cost(params, left, right, both)
-    place = ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
-    known = memo[place]
-    if known.left != a or known.middle != b or known.right != c:
+    if UNKNOWN in (a, c) or not is_known(memo, a, b, c):
+        _complete(params, nodes, waiting, newest, left)
+        _complete(params, nodes, waiting, newest, right)
+        cost = merge_cost(params, nodes[left], nodes[right], both)
+        if UNKNOWN in (a, c):
+            return cost
+        remember(memo, a, b, c, cost)
+        return cost
+    return recall(memo, a, b, c)
+
+
+@compiled
+def _complete(params, nodes, waiting, newest, own):
+    """Merge what belongs to a node into it: not before it is needed, for most costs are remembered."""
+    other = waiting[own]
+    if other == NONE:
+        return
+    while other != NONE:
+        merge_into(params, nodes[own], nodes[other])
+        other = waiting[other]
+    close(params, nodes[own])
+    waiting[own] = NONE
+    newest[own] = own
+
+
+@compiled
+def _memo_place(memo, a, b, c):
+    return ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
+
+
+@compiled
+def is_known(memo, a, b, c):
+    """Tell whether the cost of merging the segments between three boundaries is remembered."""
+    if len(memo) == 0:
+        return False
+    known = memo[_memo_place(memo, a, b, c)]
+    return known.left == a and known.middle == b and known.right == c
+
+
+@compiled
+def recall(memo, a, b, c):
+    """Return a cost that is remembered."""
+    return memo[_memo_place(memo, a, b, c)].strength
+
+
+@compiled
+def remember(memo, a, b, c, cost):
+    """Remember a cost, in place of another one."""
+    if len(memo) > 0:
+        known = memo[_memo_place(memo, a, b, c)]
         known.left, known.middle, known.right = a, b, c
-        known.strength = merge_cost(params, left, right, both)
-    return known.strength
+        known.strength = cost
+
+
+@compiled
+def forget(memo, left):
+    """Forget what is remembered of segments that begin at a boundary."""
+    for i in range(len(memo)):
+        if memo[i].left == left:
+            memo[i].middle = UNKNOWN

@@ -318,7 +318,7 @@ def hierarchy_of(params, positions, times, bounds):
         np.arange(count + 2),
         np.zeros(0, MEMO),
         np.empty(nodes.shape[1]),
-        np.empty((3, count + 1), np.int64),
+        np.empty((5, count + 1), np.int64),
         np.empty(count),
         strengths,
         order,
