@@ -75,6 +75,7 @@ class Window(NamedTuple):
     bounds: NDArray[np.int64]  # (W + 4,), see hierarchy.py
     fallen: NDArray[np.int64]  # (W + 4,)
     active: NDArray[np.int64]  # (W + 4,)
+    places: NDArray[np.int64]  # (W + 4,), see hierarchy.py
     links: NDArray[np.int64]  # (5, W + 4)
     costs: NDArray[np.float64]  # (W + 4,)
     strengths: NDArray[np.float64]  # (W + 4,)
@@ -86,7 +87,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
     window, slot, lanes = plan.shape.window, plan.shape.slot, plan.shape.lanes
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * lanes + 10 * (window + 4)
+    numbers = (window + SCRATCH_ROWS) * slot + 2 * lanes + 11 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)
 
 
@@ -122,8 +123,8 @@ def act(
     scratch = h.capacity + SCRATCH_ROWS
     summaries = room[: 8 * scratch * h.slot]
     kept = room[len(summaries) : len(summaries) + 16 * lanes]
-    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(10, h.capacity + 4)
-    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(10, h.capacity + 4)[2:]
+    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(11, h.capacity + 4)
+    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(11, h.capacity + 4)[2:]
     w = Window(
         row[h.at_body : h.at_seen].view(np.float32),
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
@@ -145,7 +146,8 @@ def act(
         integers[0],
         integers[1],
         integers[2],
-        integers[3:],
+        integers[3],
+        integers[4:],
         numbers[0],
         numbers[1],
     )

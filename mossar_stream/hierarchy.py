@@ -11,11 +11,12 @@ from mossar_stream.similarity import close, merge_into
 from mossar_stream.similarity import strength as merge_cost
 
 NONE = np.int64(-1)
+WAITING, NEWEST = 3, 4  # rows of the links
 UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
 
 
 @compiled
-def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strengths, order):
+def fall(params, segments, places, nodes, count, bounds, memo, both, links, costs, tempo, strengths, order):
     """Run Algorithm 3 until no key frame is left.
 
     Similarities that an earlier iteration, or an earlier call, has computed are reused. On ties the earliest
@@ -23,7 +24,9 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
 
     Args:
         params: Parameters of the similarity measure.
-        nodes: (count + 1, slot) summaries of the segments between the key frames, closed; used up.
+        segments: (any, slot) summaries, closed; left alone.
+        places: (count + 1,) which of them lie between the key frames; used up.
+        nodes: (count + 1, slot) room for merged ones.
         count: Number of key frames, K.
         bounds: (count + 2,) identities of the boundaries: left end, key frames, right end.
         memo: Costs remembered from earlier calls; may be empty.
@@ -36,19 +39,16 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
     """
     before, after = links[0], links[1]  # key frames beside each one; -1 and count for none
     node = links[2]  # the segment that ends at each key frame, and at the right end
-    waiting, newest = (
-        links[3],
-        links[4],
-    )  # chains of nodes that belong to another one and are not merged into it yet
+    # Chains of nodes that belong to another one and are not merged into it yet: the next, and the last, of each.
+    waiting, newest = links[WAITING], links[NEWEST]
     for i in range(count + 1):
         before[i] = i - 1
         after[i] = i + 1
         node[i] = newest[i] = i
         waiting[i] = NONE
     for i in range(count):
-        costs[i] = _cost(
-            params, nodes, waiting, newest, i, i + 1, bounds[i], bounds[i + 1], bounds[i + 2], memo, both
-        )
+        a, b, c = bounds[i], bounds[i + 1], bounds[i + 2]
+        costs[i] = _cost(params, segments, places, nodes, links, i, i + 1, a, b, c, memo, both)
     highest = 0.0
     for step in range(count):
         x = _cheapest(costs, count)
@@ -62,39 +62,16 @@ def fall(params, nodes, count, bounds, memo, both, links, costs, tempo, strength
         newest[merged] = newest[node[right]]
         node[right] = merged
         before[right] = left
+        a, b = bounds[left + 1], bounds[right + 1]
         if right < count:
             later = node[after[right]]
-            end = bounds[after[right] + 1]
-            costs[right] = _cost(
-                params,
-                nodes,
-                waiting,
-                newest,
-                merged,
-                later,
-                bounds[left + 1],
-                bounds[right + 1],
-                end,
-                memo,
-                both,
-            )
+            c = bounds[after[right] + 1]
+            costs[right] = _cost(params, segments, places, nodes, links, merged, later, a, b, c, memo, both)
         if left >= 0:
             after[left] = right
             earlier = node[left]
-            start = bounds[before[left] + 1]
-            costs[left] = _cost(
-                params,
-                nodes,
-                waiting,
-                newest,
-                earlier,
-                merged,
-                start,
-                bounds[left + 1],
-                bounds[right + 1],
-                memo,
-                both,
-            )
+            c = bounds[before[left] + 1]
+            costs[left] = _cost(params, segments, places, nodes, links, earlier, merged, c, a, b, memo, both)
 
 
 @compiled
@@ -107,31 +84,43 @@ def _cheapest(costs, count):
 
 
 @compiled
-def _cost(params, nodes, waiting, newest, left, right, a, b, c, memo, both):
+def _cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    if UNKNOWN in (a, c) or not is_known(memo, a, b, c):
-        _complete(params, nodes, waiting, newest, left)
-        _complete(params, nodes, waiting, newest, right)
-        cost = merge_cost(params, nodes[left], nodes[right], both)
-        if UNKNOWN in (a, c):
-            return cost
+    fleeting = UNKNOWN in (a, c)
+    if not fleeting and is_known(memo, a, b, c):
+        return recall(memo, a, b, c)
+    _complete(params, segments, places, nodes, links, left)
+    _complete(params, segments, places, nodes, links, right)
+    one = nodes[left] if places[left] == NONE else segments[places[left]]
+    other = nodes[right] if places[right] == NONE else segments[places[right]]
+    cost = merge_cost(params, one, other, both)
+    if not fleeting:
         remember(memo, a, b, c, cost)
-        return cost
-    return recall(memo, a, b, c)
+    return cost
 
 
 @compiled
-def _complete(params, nodes, waiting, newest, own):
-    """Merge what belongs to a node into it: not before it is needed, for most costs are remembered."""
-    other = waiting[own]
-    if other == NONE:
+def _complete(params, segments, places, nodes, links, own):
+    """Merge what belongs to a node into it: not before it is needed, for most costs are remembered.
+
+    Many performers' segments together are more than any cache holds; those that are not looked at cost nothing.
+    """
+    waiting = links[WAITING]
+    following = waiting[own]
+    if following == NONE:
         return
-    while other != NONE:
-        merge_into(params, nodes[own], nodes[other])
-        other = waiting[other]
-    close(params, nodes[own])
+    merged = nodes[own]
+    if places[own] != NONE:
+        for d in range(len(merged)):
+            merged[d] = segments[places[own], d]
+        places[own] = NONE
+    while following != NONE:
+        place = places[following]
+        merge_into(params, merged, nodes[following] if place == NONE else segments[place])
+        following = waiting[following]
+    close(params, merged)
     waiting[own] = NONE
-    newest[own] = own
+    links[NEWEST, own] = own
 
 
 @compiled

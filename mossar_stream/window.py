@@ -86,16 +86,15 @@ def rank(h, w, params, open_slot):
     if count <= 0:
         return
     h.pace = pace(h, w.body)
-    nodes = w.scratch[NODES:]
     w.bounds[0] = h.left_ordinal
     for i in range(count + 1):
-        slot = w.order[i] if i < h.undecided else open_slot
-        for d in range(h.slot):
-            nodes[i, d] = w.slots[slot, d]
+        w.places[i] = w.order[i] if i < h.undecided else open_slot
         w.bounds[i + 1] = w.keys[i].ordinal if i < h.undecided else UNKNOWN
     fall(
         params,
-        nodes,
+        w.slots,
+        w.places,
+        w.scratch[NODES:],
         count,
         w.bounds,
         w.memo,
@@ -173,19 +172,24 @@ def span(h, w, params, begin, end, open_slot, target):
         open_slot: Slot of the open segment.
         target: Row of the scratch.
     """
-    _join(h, w, params, begin, end, open_slot, target)
+    _join(h, w, params, begin, end, open_slot, target, h.slot)
     close(params, w.scratch[target])
 
 
 @compiled
-def _join(h, w, params, begin, end, open_slot, target):
-    """Do the same, but leave the summary open."""
+def _join(h, w, params, begin, end, open_slot, target, size):
+    """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
     own = w.scratch[target]
     slot = w.order[begin] if begin < h.undecided else open_slot
-    for d in range(h.slot):
+    for d in range(size):
         own[d] = w.slots[slot, d]
     for i in range(begin + 1, end + 1):
-        merge_into(params, own, w.slots[w.order[i] if i < h.undecided else open_slot])
+        slot = w.order[i] if i < h.undecided else open_slot
+        if size == h.slot:
+            merge_into(params, own, w.slots[slot])
+        else:
+            for d in range(size):
+                own[d] += w.slots[slot, d]
 
 
 @compiled
@@ -204,7 +208,6 @@ def put_segment(h, w, params, events, start, end, status):
     first = h.ordinal - h.undecided
     from_left = start == h.left_ordinal
     begin = 0 if from_left else start - first + 1
-    _join(h, w, params, begin, end, NO_SLOT, OWN)
     event = next_event(h, events, SEGMENT)
     event.id = h.left_id if from_left else w.keys[begin - 1].frame
     event.frame = h.left_frame if from_left else w.keys[begin - 1].frame
@@ -212,17 +215,22 @@ def put_segment(h, w, params, events, start, end, status):
     event.end_id = w.keys[end].frame
     event.until_frame = w.keys[end].frame
     event.until_time = w.keys[end].time
-    left = BEFORE
+    left, right = BEFORE, w.keys[end].ordinal
+    before = 0
     if not from_left:
         earlier = w.keys[begin - 1].before
         before = 0 if earlier in (NOT_STANDING, h.left_ordinal) else earlier - first + 1
-        _join(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS)
         left = h.left_ordinal if before == 0 else earlier
     has_previous = not from_left or h.has_before == 1
-    if from_left and has_previous:
-        for d in range(h.slot):
+    # Where the cost is remembered, what people are told needs no more than the heads of the summaries.
+    size = PATH + h.lanes if is_known(w.memo, left, start, right) else h.slot
+    _join(h, w, params, begin, end, NO_SLOT, OWN, size)
+    if not from_left:
+        _join(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS, size)
+    elif has_previous:
+        for d in range(size):
             w.scratch[PREVIOUS, d] = w.slots[h.slot_before, d]
-    describe(h, w, params, event, has_previous, status, left, start, w.keys[end].ordinal)
+    describe(h, w, params, event, has_previous, status, left, start, right)
     places = h.capacity + 2
     line = places if from_left else start % places
     column = (first + end) % places
