@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
 from mossar_stream.body import flatten
-from mossar_stream.compiled import bare_entry_point, compiled, spliced
+from mossar_stream.compiled import compiled, frame_entry_point, spliced
 from mossar_stream.decision import decide_oldest
 from mossar_stream.hierarchy import UNKNOWN
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
@@ -91,7 +91,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     return np.zeros(8 * numbers, np.uint8)
 
 
-@bare_entry_point
+@frame_entry_point
 def act(
     memory: NDArray[np.uint8],
     index: int,

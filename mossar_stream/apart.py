@@ -16,7 +16,7 @@ import numba
 import numba.core.cgutils
 from numba.extending import intrinsic
 
-from mossar_stream.compiled import bare_entry_point
+from mossar_stream.compiled import entry_point
 
 _llvm: Any = numba.core.cgutils
 _kernels: dict[str, tuple[Any, Any]] = {}  # by name: kernel, signature or type of the result
@@ -33,7 +33,7 @@ def apart(name: str, signature: Any) -> Callable[[Callable[..., Any]], Callable[
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        kernel: Any = function if hasattr(function, "py_func") else bare_entry_point(function)
+        kernel: Any = function if hasattr(function, "py_func") else entry_point(function)
         _kernels[name] = kernel, signature
 
         def resolve(_context: Any, *arguments: Any) -> Any:

@@ -9,14 +9,22 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import event
+from numba.extending import overload
+
+from mossar_stream.inner import InnerCompiler
 
 F = TypeVar("F", bound=Callable[..., object])
+
+
+LONGEST_UNUSED = 30 * 86400.0  # s
+MOST_FOLDERS = 8  # some megabytes each
 
 
 def _digest() -> str:
@@ -25,26 +33,51 @@ def _digest() -> str:
     return hashlib.sha256("\n".join([numba.__version__, *facts]).encode()).hexdigest()[:16]
 
 
-def _cache_folder() -> Path:
-    """Return the folder for compiled kernels, made if need be, and remove those of older sources."""
-    name = f"kernels-{_digest()}"
-    own = Path(__file__).parent / "__pycache__"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream"
-    for parent in (own, home, Path(tempfile.gettempdir()) / "mossar-stream"):
+def cache_folder(parents: Iterable[Path], name: str) -> tuple[Path, bool]:
+    """Return a folder for compiled kernels, made if need be, and whether other processes will find it, too.
+
+    Several environments may share a parent, each with a folder of its own: other versions of numba, or of this
+    package. So folders of other names are removed only when they were not used for `LONGEST_UNUSED`, or when
+    `MOST_FOLDERS` others were used later.
+
+    Args:
+        parents: Where it may be, the best first; the first that can be written to.
+        name: Of the folder, beginning with "kernels-".
+    """
+    for parent in parents:
         folder = parent / name
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            # Only the owner may set a time. Kernels are code: none is loaded from somebody else's folder.
+            os.utime(folder, (time.time(), time.time()))
         except OSError:
             continue
         if os.access(folder, os.W_OK):
-            for stale in parent.glob("kernels-*"):
-                if stale != folder:
-                    shutil.rmtree(stale, ignore_errors=True)
-            return folder
-    return Path(tempfile.mkdtemp(prefix="mossar-stream-"))
+            _remove_unused(parent, folder)
+            return folder, True
+    return Path(tempfile.mkdtemp(prefix="mossar-stream-")), False
 
 
-CACHE_FOLDER = _cache_folder()
+def _remove_unused(parent: Path, own: Path) -> None:
+    """Remove other folders of kernels that nobody seems to use any more."""
+    used: list[tuple[float, Path]] = []
+    for folder in set(parent.glob("kernels-*")) - {own}:
+        with contextlib.suppress(OSError):  # another process may be removing it
+            used.append((folder.stat().st_mtime, folder))
+    for place, (when, folder) in enumerate(sorted(used, reverse=True)):
+        if place >= MOST_FOLDERS or when < time.time() - LONGEST_UNUSED:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _usual_parents() -> list[Path]:
+    return [
+        Path(__file__).parent / "__pycache__",
+        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream",
+        Path(tempfile.gettempdir()) / "mossar-stream",
+    ]
+
+
+CACHE_FOLDER, CACHE_LASTS = cache_folder(_usual_parents(), f"kernels-{_digest()}")
 
 
 @contextlib.contextmanager
@@ -60,27 +93,16 @@ def _numba_cache_in(folder: Path) -> Iterator[None]:
 
 # No fastmath: it gains nothing here, and it permits dropping NaN checks and reordering sums, which breaks the
 # frame-for-frame equality with the reference.
-#
-# No reference counts either: kernels work on views of arrays that their caller holds, and counting who looks at them,
-# atomically, was a quarter of the time. The few that make arrays of their own are `allocating`.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": True}
-_BARE: dict[str, Any] = {**_OPTIONS, "_nrt": False}
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True}
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_NO_COUNTING: dict[str, Any] = {"_nrt": False}  # callees inherit it
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": InnerCompiler}
 
 
 def compiled(function: F) -> F:
     """Compile a function that only other kernels call (decorator).
 
-    It has no wrapper for calls from Python, which saves a third of the time to compile everything; calling it
-    from Python would crash.
-    """
-    return cast("F", numba.njit(**_BARE, **_INNER)(function))
-
-
-def allocating(function: F) -> F:
-    """Compile a function that only other kernels call and that makes arrays, for itself or the `allocating` (decorator).
-
-    A kernel without reference counts would never free an array that it got from here.
+    It has neither a wrapper for calls from Python nor machine code, which saves half the time to compile
+    everything; calling it from Python would crash.
     """
     return cast("F", numba.njit(**_OPTIONS, **_INNER)(function))
 
@@ -90,22 +112,29 @@ def spliced(function: F) -> F:
 
     A kernel's callees are optimised again in each of their callers; one that is spliced in is not.
     """
-    return cast("F", numba.njit(inline="always", **_BARE, **_INNER)(function))
+    return cast("F", numba.njit(inline="always", **_OPTIONS, **_INNER)(function))
+
+
+def chosen_by_type(function: Callable[..., object]) -> Callable[[F], F]:
+    """Let a function's result, given the types of the arguments, be the kernel for calls of `function` (decorator)."""
+    options: Any = {**_OPTIONS, **_INNER}
+    return cast("Callable[[F], F]", overload(function, jit_options=options))
 
 
 def entry_point(function: F) -> F:
-    """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator).
-
-    It may make arrays.
-    """
+    """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator)."""
     with _numba_cache_in(CACHE_FOLDER):
         return cast("F", numba.njit(cache=True, **_OPTIONS)(function))
 
 
-def bare_entry_point(function: F) -> F:
-    """Compile like an `entry_point`, but without reference counts: it makes no arrays (decorator)."""
+def frame_entry_point(function: F) -> F:
+    """Do the same for a kernel that makes no arrays, nor do those that it calls (decorator).
+
+    Then nobody need count references to arrays, which costs frames a fifth of their time. Kernels that stand
+    apart may make arrays.
+    """
     with _numba_cache_in(CACHE_FOLDER):
-        return cast("F", numba.njit(cache=True, **_BARE)(function))
+        return cast("F", numba.njit(cache=True, **_OPTIONS, **_NO_COUNTING)(function))
 
 
 class _Teller(event.Listener):

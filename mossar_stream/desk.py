@@ -7,10 +7,14 @@ from numpy.typing import NDArray
 
 from mossar_stream.act import act, make_room
 from mossar_stream.apart import publish
+from mossar_stream.beside import beside
 from mossar_stream.block import Plan
+from mossar_stream.compiled import CACHE_FOLDER
 from mossar_stream.events import Event
 from mossar_stream.outbox import empty_outbox, make_outbox
 from mossar_stream.run import ACT, ADVANCE, run
+from mossar_stream.settings import Settings, SimilarityName
+from mossar_stream.skeleton import Skeleton
 
 BATCH = 512  # events that there is room for besides those of one frame
 
@@ -68,8 +72,25 @@ class Desk:
 
 
 def _warm_up(plan: Plan, desk: Desk) -> None:
-    """Compile the kernels, or load them, by a take of two frames."""
+    """Compile the kernels, or load them; on two cores if there are two."""
     memory = plan.new_rows(1)
+    with beside(__name__, plan.given.similarity):
+        publish(ACT, memory, 0, plan.params, desk.room, desk.outbox, 0)
+    _publish_advance(plan, memory)
+
+
+def _publish_advance(plan: Plan, memory: NDArray[np.uint8]) -> None:
     frames, times = np.zeros((2, plan.shape.joints, 3), np.float32), np.arange(2) / 100.0
     publish(ADVANCE, memory, 0, plan.params, frames, times)
-    publish(ACT, memory, 0, plan.params, desk.room, desk.outbox, 0)
+
+
+def compile_beside(folder: str, similarity: SimilarityName) -> None:
+    """Compile what `_warm_up` leaves to another process, if this one has the same cache.
+
+    Args:
+        folder: Of the cache.
+        similarity: Measure to compile for.
+    """
+    if folder == str(CACHE_FOLDER):
+        plan = Plan(Skeleton(("a", "b"), (-1, 0)), Settings(similarity=similarity), None)
+        _publish_advance(plan, plan.new_rows(1))

@@ -15,7 +15,7 @@ mirrored or coinciding joints do, are chosen alike whatever the order of merges.
 
 import numpy as np
 
-from mossar_stream.compiled import allocating, compiled
+from mossar_stream.compiled import compiled
 from mossar_stream.summary import DURATION
 
 STILL = 1e-5  # m; float32 coordinates some metres from the origin are no finer
@@ -23,7 +23,7 @@ COINCIDENT = 1e-3  # m
 PRECISION = 1e9  # steps of RRJRD per 1
 
 
-@allocating
+@compiled
 def add_distances(params, slot, pose, weight):
     """Add the distances of all joint pairs (i, i + k mod J), k = 1 … J/2, before the slot's duration.
 
@@ -89,7 +89,7 @@ def _relative_range(params, slot, pair):
     return np.rint((high - low) / mean * PRECISION) / PRECISION
 
 
-@allocating
+@compiled
 def set_edges(params, slot):
     """Set the list of edges: their number, then pairs in increasing order, then their RRJRD."""
     most, joints, lanes = params.edges, params.joints, params.lanes

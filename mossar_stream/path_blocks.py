@@ -16,7 +16,7 @@ from llvmlite import ir
 from numba import int64
 from numba.extending import intrinsic
 
-from mossar_stream.compiled import allocating, compiled
+from mossar_stream.compiled import compiled
 
 
 def _lowest(_context: Any, _mask: Any) -> Any:
@@ -31,7 +31,7 @@ def _lowest(_context: Any, _mask: Any) -> Any:
 lowest = cast("Callable[[Any], Any]", intrinsic(_lowest))
 
 
-@allocating
+@compiled
 def depth_first_sum(near, link, inner, ends):
     """Sum the paths of a block by visiting each of them; result as in `path_sum.block_sum`."""
     n = len(near)
@@ -113,7 +113,7 @@ def find_twins(near, link, inner, ends, twins):
     return count, states
 
 
-@allocating
+@compiled
 def _group_links(link, twins, count):
     """Return the weight of an edge from a group to another or within it, (count, count), and the groups around."""
     step = np.empty((count, count))
@@ -125,7 +125,7 @@ def _group_links(link, twins, count):
     return step, around
 
 
-@allocating
+@compiled
 def subset_sum(link, inner, ends, twins, count):
     """Sum the paths of a block by the sets they cover; as in `path_sum.block_sum`.
 

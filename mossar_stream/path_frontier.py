@@ -13,7 +13,7 @@ states lie in an open-addressing hash table whose size is a power of two: `keys`
 
 import numpy as np
 
-from mossar_stream.compiled import allocating, compiled
+from mossar_stream.compiled import compiled
 from mossar_stream.path_blocks import lowest
 
 FRONTIER_SLOTS = np.int64(13)  # four bits each, and two for the number of ends, in one int64
@@ -32,7 +32,7 @@ TOO_SMALL = np.int64(-1)  # in place of a number of states: the table is too sma
 SCATTER = np.int64(0x1E3779B97F4A7C15)  # odd, near 2^61 · golden ratio: spreads the keys
 
 
-@allocating
+@compiled
 def elimination_order(near, order):
     """Find an order of settling the vertices of a block that keeps the frontier narrow.
 
@@ -57,7 +57,7 @@ def elimination_order(near, order):
     return best, width
 
 
-@allocating
+@compiled
 def _greedy_order(near, start, limit, order):
     """Settle from `start` on whatever adds fewest vertices to the frontier; give up at the limit."""
     cost = 0.0
@@ -95,7 +95,7 @@ def _greedy_order(near, start, limit, order):
     return cost, width
 
 
-@allocating
+@compiled
 def frontier_sum(near, link, inner, ends, order):
     """Sum the paths of a block by settling its vertices one by one; result as in `path_sum.block_sum`.
 

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.apart import apart, publish
 from mossar_stream.body import STEP_BEFORE, place
-from mossar_stream.compiled import allocating, compiled
+from mossar_stream.compiled import compiled
 from mossar_stream.errors import SettingsError
 from mossar_stream.graph import add_distances, merge_distances, set_edges
 from mossar_stream.layout import LANES
@@ -256,12 +256,6 @@ def _merge(params, target, other):
 @apart("mossar.kernel", float64(_PARAMS, _SLOT, _SLOT))
 def _kernel(params, left, right):
     """Return K of two closed segments."""
-    return _compare(params, left, right)
-
-
-@allocating
-def _compare(params, left, right):
-    """Return the sum over the paths of the edges that both segments have."""
     weights = np.empty(params.joints)
     for j in range(params.joints):
         weights[j] = _vertex_kernel(params, left, right, params.covariances_at + j * params.covariance)

@@ -14,7 +14,7 @@ paper visits them one by one. Their weighted sum needs no such visit:
 
 import numpy as np
 
-from mossar_stream.compiled import allocating
+from mossar_stream.compiled import compiled
 from mossar_stream.path_blocks import depth_first_sum, find_twins, subset_sum
 from mossar_stream.path_frontier import FRONTIER_SLOTS, elimination_order, frontier_sum
 
@@ -24,7 +24,7 @@ NONE = np.int64(0)
 MOST_STATES = 2**17  # of 17 vertices are 18 MB
 
 
-@allocating
+@compiled
 def path_sum(vertex_weights, edges, edge_weights):
     """Sum the products of weights over all simple paths of an undirected graph.
 
@@ -62,7 +62,7 @@ def path_sum(vertex_weights, edges, edge_weights):
     return total
 
 
-@allocating
+@compiled
 def _component_sum(first, neighbour, link, vertex_weights, below, root, scratch):
     """Sum the paths of length >= 1 of one component, block by block as Tarjan's search completes them.
 
@@ -117,7 +117,7 @@ def _component_sum(first, neighbour, link, vertex_weights, below, root, scratch)
         held = begin
 
 
-@allocating
+@compiled
 def _neighbour_lists(vertex_weights, edges, edge_weights):
     """List the neighbours of each vertex, leaving out the edges on which every path weighs nothing.
 
@@ -150,7 +150,7 @@ def _neighbour_lists(vertex_weights, edges, edge_weights):
     return first, neighbour, link
 
 
-@allocating
+@compiled
 def _graph_block_sum(first, neighbour, link, vertex_weights, below, parent, waiting, begin, held, place):
     """Number the vertices of a block, the parent 0, collect the edges between them, and sum its paths.
 
@@ -188,7 +188,7 @@ def _graph_block_sum(first, neighbour, link, vertex_weights, below, parent, wait
     return block_sum(near, inside, inner, ends)
 
 
-@allocating
+@compiled
 def block_sum(near, link, inner, ends):
     """Sum the paths of one block, as described in `path_blocks`, by the method that should cost least.
 

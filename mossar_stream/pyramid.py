@@ -19,7 +19,7 @@ import numpy as np
 from numba import float64, int64, void
 
 from mossar_stream.apart import apart
-from mossar_stream.compiled import allocating, compiled
+from mossar_stream.compiled import compiled
 from mossar_stream.layout import LANES
 from mossar_stream.summary import DURATION
 
@@ -68,7 +68,7 @@ def _place(params, slot, time):
     return number - np.int64(clock[FIRST])
 
 
-@allocating
+@compiled
 def _mix(own, means, lanes, weight):
     """Add other means with their weight to a bin: weight, means, and what their difference adds to the products."""
     own[0] += weight
@@ -145,7 +145,7 @@ def merge_moments(params, target, other):
         _merge_bin(target[to : to + size], other[source : source + size], params.lanes)
 
 
-@allocating
+@compiled
 def set_covariances(params, slot):
     """Set the pyramid of every joint; a part without a frame has no covariance, so 0."""
     whole = np.empty(params.bin_size)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.act import FOLLOW, act
 from mossar_stream.apart import apart
-from mossar_stream.compiled import bare_entry_point
+from mossar_stream.compiled import frame_entry_point
 from mossar_stream.outbox import EVENT
 from mossar_stream.stream import DONE, HAPPENED, STOPS, advance
 
@@ -20,7 +20,7 @@ _act = apart(ACT, void)(act)
 FOLLOWS = np.int64(FOLLOW)
 
 
-@bare_entry_point
+@frame_entry_point
 def run(
     memory: NDArray[np.uint8],
     rows: NDArray[np.int64],

@@ -26,10 +26,10 @@ from types import ModuleType
 
 import numpy as np
 from numba import types
-from numba.extending import overload
 from numpy.typing import NDArray
 
 from mossar_stream import likelihood, path_kernel
+from mossar_stream.compiled import chosen_by_type
 from mossar_stream.settings import ResolvedSettings, SimilarityName
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
@@ -105,41 +105,41 @@ def similarity(params, cost, left, right):
     raise NotImplementedError
 
 
-@overload(add_frame)
+@chosen_by_type(add_frame)
 def _add_frame(params, slot, body, pose, joints, time, weight, moving):
     return _chosen(params, "add_frame")
 
 
-@overload(add_pose)
+@chosen_by_type(add_pose)
 def _add_pose(params, slot, pose, joints, time, weight):
     return _chosen(params, "add_pose")
 
 
-@overload(pour)
+@chosen_by_type(pour)
 def _pour(params, slot, body, lanes):
     return _chosen(params, "pour")
 
 
-@overload(merge_into)
+@chosen_by_type(merge_into)
 def _merge_into(params, target, other):
     return _chosen(params, "merge_into")
 
 
-@overload(close)
+@chosen_by_type(close)
 def _close(params, slot):
     return _chosen(params, "close")
 
 
-@overload(strength)
+@chosen_by_type(strength)
 def _strength(params, left, right, both):
     return _chosen(params, "strength")
 
 
-@overload(parting)
+@chosen_by_type(parting)
 def _parting(params, left, right, both):
     return _chosen(params, "parting")
 
 
-@overload(similarity)
+@chosen_by_type(similarity)
 def _similarity(params, cost, left, right):
     return _chosen(params, "similarity")

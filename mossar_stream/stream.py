@@ -29,7 +29,7 @@ from mossar_stream.body import (
     center_of,
     flatten,
 )
-from mossar_stream.compiled import bare_entry_point, compiled
+from mossar_stream.compiled import compiled, frame_entry_point
 from mossar_stream.joints import first_joints, step_joints
 from mossar_stream.layout import HEADER, HEADER_BYTES, MARK, MEMO
 from mossar_stream.noise import calm_noise
@@ -48,7 +48,7 @@ AVERAGED, FILTERED = 1, 2  # in h.smoothing
 MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
 
-@bare_entry_point
+@frame_entry_point
 def advance(
     memory: NDArray[np.uint8],
     index: int,

@@ -7,6 +7,7 @@ import zmq
 
 from mossar_adapters.address import Address
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
+from mossar_adapters.zeromq.guarded import GuardedContext
 from mossar_stream.errors import MossarError
 
 _POLL = 100  # ms
@@ -27,7 +28,7 @@ class ZmqControl:
         address.check(CURVE_OPTIONS)
         self.name = address.url
         self._answer = answer
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._context = GuardedContext()
         try:
             self._socket = open_socket(self._context, zmq.REP, address, {})
         except MossarError:

@@ -12,14 +12,12 @@ does not have are passed over, so that one file serves several commands::
 """
 
 import argparse
-import tomllib
 from pathlib import Path
 from typing import Any
 
+from mossar_adapters.toml_file import read_toml
 from mossar_stream.errors import MossarError
 from mossar_tools.errors import UsageError
-
-MAX_BYTES = 1 << 20
 
 
 def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
@@ -32,7 +30,7 @@ def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str,
     Raises:
         UsageError: If the file cannot be read, or a key or value is impossible.
     """
-    content = _load(path)
+    content = read_toml(path, "configuration", UsageError)
     settings = content.pop("settings", {})
     sources = content.pop("sources", [])
     if not isinstance(settings, dict):
@@ -50,19 +48,6 @@ def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str,
     if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001
         found["sources"] = sources
     return found
-
-
-def _load(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise UsageError(f"{path}: larger than 1 MB; this is no configuration")
-        return tomllib.loads(data.decode())
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
-        raise UsageError(f"{path}: not valid TOML: {error}") from None
 
 
 def _names() -> set[str]:

@@ -32,18 +32,16 @@
 Paths are relative to the file's folder; addresses such as s3://bucket/events stay as they are.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 
 from mossar_adapters.address import parse_url
+from mossar_adapters.toml_file import read_toml
 from mossar_adapters.urls import SCHEMES
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings import Settings
-
-MAX_BYTES = 1 << 20
 
 Text = Annotated[str, msgspec.Meta(min_length=1)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=1e7)]
@@ -167,7 +165,7 @@ def read_job(path: Path) -> Job:
     Raises:
         SettingsError: If it cannot be read, or something in it is unknown or impossible; one line says what.
     """
-    content = _load(path)
+    content = read_toml(path, "job", SettingsError)
     try:
         job = msgspec.convert(content, Job)
         _check(job)
@@ -183,19 +181,6 @@ def read_job(path: Path) -> Job:
         to=replace(job.to, files=_place(folder, job.to.files)),
         checkpoints=replace(job.checkpoints, folder=_place(folder, job.checkpoints.folder)),
     )
-
-
-def _load(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise SettingsError(f"{path}: larger than 1 MB; this is no job")
-        return tomllib.loads(data.decode())
-    except OSError as error:
-        raise SettingsError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
-        raise SettingsError(f"{path}: not valid TOML: {error}") from None
 
 
 def _check(job: Job) -> None:

@@ -5,18 +5,21 @@ import ipaddress
 import socket
 import warnings
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import zmq
 import zmq.auth
 
 from mossar_adapters.address import Address
+from mossar_adapters.zeromq.guarded import GuardedContext
 from mossar_stream.errors import MossarError
 
 SCHEMES = ("zmq", "zmq+bind", "ipc", "zmq+ipc", "ipc+bind", "zmq+bind+ipc")
 CURVE_OPTIONS = {
     "key": "file with our own CURVE key pair (.key_secret)",
     "server_key": "file with the CURVE public key of the side that binds (.key)",
+    "clients": "folder with the CURVE public keys (.key) of those who may connect",
 }
 MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
 RECONNECT_MS, RECONNECT_MAX_MS = 50, 2000  # back-off between attempts
@@ -29,7 +32,7 @@ def binds(address: Address) -> bool:
 
 
 def open_socket(
-    context: zmq.Context[zmq.Socket[bytes]],
+    context: GuardedContext,
     kind: int,
     address: Address,
     options: Mapping[int, int | bytes],
@@ -55,6 +58,7 @@ def open_socket(
         opened.setsockopt(name, value)
     try:
         _set_keys(opened, address)
+        _admit(context, address)
         if binds(address):
             opened.bind(endpoint)
         else:
@@ -118,6 +122,21 @@ def _set_keys(opened: zmq.Socket[bytes], address: Address) -> None:
         opened.curve_server = True
     else:
         opened.curve_serverkey = _key(address, server, secret=False)[0]
+
+
+def _admit(context: GuardedContext, address: Address) -> None:
+    clients = address.options.get("clients")
+    if clients is None:
+        return
+    if not binds(address) or "key" not in address.options:
+        raise address.error("clients= goes with key= on the side that binds")
+    try:
+        keys = [zmq.auth.load_certificate(file)[0] for file in Path(clients).glob("*.key")]
+        if not keys:
+            raise address.error(f"{clients} is no folder with public keys (.key)")
+        context.admit(Path(clients))
+    except (OSError, ValueError, UnicodeError) as error:
+        raise address.error(f"{clients}: a key cannot be read: {error}") from None
 
 
 def _key(address: Address, path: str, *, secret: bool) -> tuple[bytes, bytes]:

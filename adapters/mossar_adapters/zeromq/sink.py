@@ -16,6 +16,7 @@ from mossar_adapters.frame_codec import to_json, to_msgpack
 from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
+from mossar_adapters.zeromq.guarded import GuardedContext
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
 
@@ -121,7 +122,7 @@ class Publisher:
     def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
         self.json = address.choice("encoding", ("msgpack", "json"), "msgpack") == "json"
         self._settings = settings
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._context = GuardedContext()
         try:
             wanted: dict[int, int | bytes] = {zmq.XPUB_VERBOSE: 1, zmq.SNDHWM: QUEUE}
             self._socket = open_socket(self._context, zmq.XPUB, address, wanted)

@@ -17,6 +17,7 @@ from mossar_adapters.live import Counters
 from mossar_adapters.map_intake import MapIntake
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, open_socket
+from mossar_adapters.zeromq.guarded import GuardedContext
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
@@ -52,7 +53,7 @@ class ZmqSource:
         self.counters = Counters()
         self._batch = Batch(options.fps)
         self._intake = MapIntake(self._batch, self.counters, options, address.options.get("performer"))
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._context = GuardedContext()
         try:
             topic = address.options.get("topic", "").encode()
             wanted: dict[int, int | bytes] = {zmq.RCVHWM: QUEUE, zmq.SUBSCRIBE: topic}

@@ -12,6 +12,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import ZmqFrameSink, ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
+from mossar_stream.errors import MossarError
 from mossar_stream.events import KeyFrameEvent, StreamEvent
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
@@ -50,8 +51,11 @@ def subscriber():
     context = zmq.Context()
     sockets = []
 
-    def connect(endpoint, topic=b""):
+    def connect(endpoint, topic=b"", keys=(), server=None):
         socket = context.socket(zmq.SUB)
+        if server is not None:
+            socket.curve_publickey, socket.curve_secretkey = keys
+            socket.curve_serverkey = server
         socket.setsockopt(zmq.SUBSCRIBE, topic)
         socket.setsockopt(zmq.RCVTIMEO, 5000)
         socket.setsockopt(zmq.LINGER, 0)
@@ -282,6 +286,46 @@ def test_curve_keys_keep_strangers_out(hear, tmp_path, subscriber):
     with pytest.raises(zmq.Again):
         stranger.recv()
     sink.close()
+
+
+def test_with_a_list_of_clients_the_servers_key_alone_opens_nothing(tmp_path, subscriber):
+    (tmp_path / "known").mkdir()
+    for name in ("server", "guest", "stranger"):
+        zmq.auth.create_certificates(tmp_path, name)
+    (tmp_path / "guest.key").rename(tmp_path / "known" / "guest.key")
+    keys = f"?key={tmp_path}/server.key_secret&clients={tmp_path}/known"
+    sink = ZmqFrameSink(parse_url(f"zmq+bind://127.0.0.1:0{keys}"))
+    server, _ = zmq.auth.load_certificate(tmp_path / "server.key")
+    guest, stranger = (
+        subscriber(
+            sink.endpoint, keys=zmq.auth.load_certificate(tmp_path / f"{name}.key_secret"), server=server
+        )
+        for name in ("guest", "stranger")
+    )
+    stranger.setsockopt(zmq.RCVTIMEO, 500)
+    sink.announce(Meta("p1", SKELETON))
+    deadline = time.monotonic() + 10
+    while not guest.poll(50) and time.monotonic() < deadline:
+        sink.send_frames(frames(1))
+    assert guest.recv_multipart()[0].endswith(b".p1.")
+    with pytest.raises(zmq.Again):
+        stranger.recv()
+    sink.close()
+
+
+@pytest.mark.parametrize(
+    ("query", "message"),
+    [
+        ("clients=nowhere", "goes with key="),
+        ("key={}/server.key_secret&clients={}/empty", "is no folder with public keys"),
+        ("key={}/server.key_secret&clients={}", "a key cannot be read"),
+    ],
+)
+def test_an_impossible_list_of_clients_is_explained(tmp_path, query, message):
+    zmq.auth.create_certificates(tmp_path, "server")
+    (tmp_path / "broken.key").write_text("no key")
+    with pytest.raises(MossarError, match=message):
+        ZmqSink(parse_url("zmq+bind://127.0.0.1:0?" + query.format(tmp_path, tmp_path)))
 
 
 def test_silence_is_explained():
