@@ -13,6 +13,7 @@ from mossar_stream.block import Plan
 from mossar_stream.body import flatten
 from mossar_stream.compiled import compiled, frame_entry_point, spliced
 from mossar_stream.decision import decide_oldest
+from mossar_stream.hierarchy import UNKNOWN
 from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
 from mossar_stream.outbox import (
     CANDIDATE,
@@ -39,6 +40,7 @@ from mossar_stream.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.take import place_last_frame, pour_waiting, settle
 from mossar_stream.trail import SPEED_OFFSET
 from mossar_stream.window import (
+    BEFORE,
     NO_SLOT,
     NOT_STANDING,
     OWN,
@@ -73,7 +75,8 @@ class Window(NamedTuple):
     bounds: NDArray[np.int64]  # (W + 4,), see hierarchy.py
     fallen: NDArray[np.int64]  # (W + 4,)
     active: NDArray[np.int64]  # (W + 4,)
-    links: NDArray[np.int64]  # (3, W + 4)
+    places: NDArray[np.int64]  # (W + 4,), see hierarchy.py
+    links: NDArray[np.int64]  # (5, W + 4)
     costs: NDArray[np.float64]  # (W + 4,)
     strengths: NDArray[np.float64]  # (W + 4,)
 
@@ -84,7 +87,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
     window, slot, lanes = plan.shape.window, plan.shape.slot, plan.shape.lanes
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * lanes + 8 * (window + 4)
+    numbers = (window + SCRATCH_ROWS) * slot + 2 * lanes + 11 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)
 
 
@@ -120,8 +123,8 @@ def act(
     scratch = h.capacity + SCRATCH_ROWS
     summaries = room[: 8 * scratch * h.slot]
     kept = room[len(summaries) : len(summaries) + 16 * lanes]
-    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(8, h.capacity + 4)
-    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(8, h.capacity + 4)[2:]
+    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(11, h.capacity + 4)
+    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(11, h.capacity + 4)[2:]
     w = Window(
         row[h.at_body : h.at_seen].view(np.float32),
         row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
@@ -143,7 +146,8 @@ def act(
         integers[0],
         integers[1],
         integers[2],
-        integers[3:],
+        integers[3],
+        integers[4:],
         numbers[0],
         numbers[1],
     )
@@ -292,4 +296,4 @@ def _put_last_segment(h, w, params, events):
         # A key frame in the last frame, merged: there were messages about a segment of the same name.
         places = h.capacity + 2
         event.rev += w.counts[places, (h.ordinal - 1) % places]
-    describe(h, w, params, event, h.has_before == 1, SEGMENT_FINAL)
+    describe(h, w, params, event, h.has_before == 1, SEGMENT_FINAL, BEFORE, h.left_ordinal, UNKNOWN)

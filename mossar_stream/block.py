@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_stream import similarity
 from mossar_stream.body import LINES, LIVE, PAGE
-from mossar_stream.layout import HEADER, REGIONS, Shape, header, region
+from mossar_stream.layout import HEADER, REGIONS, Shape, header, new_memory, region
 from mossar_stream.location import LOCATIONS
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.ranges import POLICIES
@@ -159,7 +159,7 @@ class Plan:
 
     def new_rows(self, count: int) -> NDArray[np.uint8]:
         """Return prepared rows, (count, row_bytes)."""
-        rows = np.zeros((count, self.row_bytes), np.uint8)
+        rows = new_memory(count, self.row_bytes)
         for index, row in enumerate(rows):
             self.prepare(row, index)
         return rows

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mossar_stream.compiled import compiled, spliced
-from mossar_stream.hierarchy import UNKNOWN
+from mossar_stream.hierarchy import forget
 from mossar_stream.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
 from mossar_stream.outbox import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.similarity import close, merge_into
@@ -103,9 +103,8 @@ def _leave(h, w, params, passed, frame, time):
     for i in range(w.counts.shape[1]):
         w.counts[places, i] = w.counts[ordinal % places, i]
     if frame != oldest:
-        # Segments are no longer what they were; what was remembered of them is void.
-        for i in range(len(w.memo)):
-            w.memo[i].middle = UNKNOWN
+        # The first segment is no longer what it was; what was remembered of it is void.
+        forget(w.memo, ordinal)
 
 
 @compiled

@@ -33,12 +33,13 @@ class Desk:
         self.joints = plan.skeleton.names
         self.room = make_room(plan)
         self.outbox = make_outbox(plan.most_events + BATCH)
+        self._out = memoryview(self.outbox)  # type: ignore[arg-type]
         self._most = plan.most_events
         _warm_up(plan, self)
 
     def empty(self, performers: Mapping[int, str]) -> list[Event]:
         """Return what lies in the outbox; performers are named by row."""
-        return empty_outbox(self.outbox, performers, self.joints)
+        return empty_outbox(self._out, performers, self.joints)
 
     def act(self, memory: NDArray[np.uint8], row: int, reason: int) -> None:
         """Let the compiled part do what is due for one performer."""

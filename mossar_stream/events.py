@@ -38,7 +38,7 @@ SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
 
 
-class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_frame", kw_only=True):
+class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_frame", kw_only=True, gc=False):
     """News about one key frame.
 
     Args:
@@ -68,7 +68,7 @@ class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_fram
     strength: float | None
 
 
-class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment", kw_only=True):
+class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment", kw_only=True, gc=False):
     """News about one segment between two standing key frames, or between one and an end of the take.
 
     Args:
@@ -95,7 +95,7 @@ class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment",
     similarity: float | None
 
 
-class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True):
+class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True, gc=False):
     """A take started or ended, or frames stopped and came back."""
 
     v: int = SCHEMA_VERSION
@@ -105,7 +105,7 @@ class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", k
     reason: str = ""
 
 
-class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True):
+class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
     """Counters of one performer's stream since it began; made by the pipeline, not by the core."""
 
     v: int = SCHEMA_VERSION

@@ -85,22 +85,20 @@ def _step_complete(h, body, frame, time):
     reach = h.max_speed * (time - h.time)
     unfit = 0
     for first in range(0, h.lanes, PAGE):
-        unfit += _count_unfit(
-            body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), np.float32(reach * reach)
-        )
+        unfit += _count_unfit(body[first // PAGE * PAGE_SIZE :], np.float32(reach * reach))
     if unfit > 0:
         return False
     cx, cy, cz = _center_step(h, body)
     for first in range(0, h.lanes, PAGE):
-        _displace(body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), cx, cy, cz)
+        _displace(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
     return True
 
 
 @compiled
-def _count_unfit(page, count, reach):
+def _count_unfit(page, reach):
     """Count the joints of a page that are missing or too fast."""
     unfit = 0
-    for j in range(count):
+    for j in range(PAGE):
         x = page[j + X] - page[j + GOOD_X]
         y = page[j + Y] - page[j + GOOD_Y]
         z = page[j + Z] - page[j + GOOD_Z]
@@ -130,9 +128,9 @@ def _way(body, k):
 
 
 @compiled
-def _displace(page, count, cx, cy, cz):
+def _displace(page, cx, cy, cz):
     """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
-    for j in range(count):
+    for j in range(PAGE):
         x = (page[j + X] - page[j + GOOD_X] - cx) * page[j + LIVE]
         y = (page[j + Y] - page[j + GOOD_Y] - cy) * page[j + LIVE]
         z = (page[j + Z] - page[j + GOOD_Z] - cz) * page[j + LIVE]

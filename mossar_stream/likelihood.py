@@ -37,6 +37,10 @@ from mossar_stream.layout import LANES
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
+FRACTION_BITS, EXPONENT_BIAS = np.int64(52), np.int64(1023)  # of a float64
+FRACTION, BITS_OF_ONE = np.int64((1 << 52) - 1), np.int64(1023 << 52)
+LOG_2 = np.log(2.0)
+
 MOST_DISTANCES = 120  # about as many joint pairs as carry information; more only cost time
 
 LIKELIHOOD = np.dtype(
@@ -121,15 +125,15 @@ def add_frame(params, slot, body, pose, joints, time, weight, moving):
     slot[DURATION] += weight
     lanes = pose.shape[1]
     for first in range(0, lanes, PAGE):
-        _gather(body[first // PAGE * PAGE_SIZE :], min(PAGE, lanes - first), np.float32(weight))
+        _gather(body[first // PAGE * PAGE_SIZE :], np.float32(weight))
     if params.offsets > 0:
         _add_pairs(params, slot, pose, joints, weight)
 
 
 @compiled
-def _gather(page, count, weight):
+def _gather(page, weight):
     """Add the features of a page's joints to the sums that wait."""
-    for j in range(count):
+    for j in range(PAGE):
         x, y, z, speed = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z], page[j + LOG_SPEED]
         page[j + SUM_X] += weight * x
         page[j + SUM_Y] += weight * y
@@ -264,15 +268,16 @@ def close(params, slot):
 
 @compiled
 def _log_sum(sums, squares, duration, floor):
-    """Σ log(σ² + floor): one logarithm for a product of up to 24 variances, in eight lanes.
+    """Σ log(σ² + floor): one logarithm for a product of up to 192 variances, in eight lanes.
 
-    No product overflows: a variance lies between the least floor, 1e-12, and 1e10 m².
+    No lane's product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
+    the exponents are therefore added up apart.
     """
     scale = 1.0 / duration
     total = 0.0
-    for block in range(0, len(sums), 96):
+    for block in range(0, len(sums), 192):
         a = b = c = d = e = f = g = k = 1.0
-        for i in range(block, min(block + 96, len(sums)), 8):
+        for i in range(block, min(block + 192, len(sums)), 8):
             s, q = sums[i : i + 8], squares[i : i + 8]
             a *= _variance(s[0], q[0], scale) + floor
             b *= _variance(s[1], q[1], scale) + floor
@@ -282,8 +287,26 @@ def _log_sum(sums, squares, duration, floor):
             f *= _variance(s[5], q[5], scale) + floor
             g *= _variance(s[6], q[6], scale) + floor
             k *= _variance(s[7], q[7], scale) + floor
-        total += (np.log(a * e) + np.log(c * g)) + (np.log(b * f) + np.log(d * k))
+        mantissas = ((_mantissa(a) * _mantissa(e)) * (_mantissa(c) * _mantissa(g))) * (
+            (_mantissa(b) * _mantissa(f)) * (_mantissa(d) * _mantissa(k))
+        )
+        exponents = ((_exponent(a) + _exponent(e)) + (_exponent(c) + _exponent(g))) + (
+            (_exponent(b) + _exponent(f)) + (_exponent(d) + _exponent(k))
+        )
+        total += np.log(mantissas) + exponents * LOG_2
     return total
+
+
+@compiled
+def _mantissa(value):
+    """Return the factor in 1..2 of a normal number > 0."""
+    return np.int64((np.float64(value).view(np.int64) & FRACTION) | BITS_OF_ONE).view(np.float64)
+
+
+@compiled
+def _exponent(value):
+    """Return the power of two of a normal number > 0."""
+    return (np.float64(value).view(np.int64) >> FRACTION_BITS) - EXPONENT_BIAS
 
 
 @compiled
@@ -305,6 +328,12 @@ def strength(params, left, right, both):
     for d in range(len(both)):
         both[d] = left[d] + right[d]
     close(params, both)
+    return parting(params, left, right, both)
+
+
+@compiled
+def parting(params, left, right, both):
+    """Return the same where `both` is the summary of both already."""
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0
     cost = both[TERM] - left[TERM] - right[TERM]

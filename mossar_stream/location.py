@@ -9,7 +9,7 @@ are merged for good.
 import numpy as np
 
 from mossar_stream.compiled import compiled, spliced
-from mossar_stream.similarity import add_pose, close, merge_into, strength
+from mossar_stream.similarity import add_pose, close, merge_into, parting, strength
 from mossar_stream.trail import load_pose
 from mossar_stream.window import BOTH, LEFT, RIGHT, span
 
@@ -100,7 +100,7 @@ def _search(h, w, params, open_slot, home, direction, limit):
         add_pose(params, left, w.kept, h.joints, mark.time, -mark.weight * direction)
         close(params, left)
         close(params, right)
-        cost = strength(params, left, right, both)
+        cost = parting(params, left, right, both)  # what lies left and right together stays the same
         if cost > best:
             best, place = cost, border
     return place, best

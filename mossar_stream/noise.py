@@ -31,8 +31,8 @@ from mossar_stream.body import (
     SMOOTH_Z,
     STEP,
     WORK,
-    lane_sum,
     line_sum,
+    page_sum,
 )
 from mossar_stream.compiled import compiled
 
@@ -79,11 +79,11 @@ def _turned(h, body):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
     for first in range(0, h.lanes, PAGE):
-        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first)
-        _turn(page, count)
-        product += lane_sum(page[WORK : WORK + count])
-        _square(page, count)
-        squares += lane_sum(page[WORK : WORK + count])
+        page = body[first // PAGE * PAGE_SIZE :]
+        _turn(page)
+        product += page_sum(page, WORK)
+        _square(page)
+        squares += page_sum(page, WORK)
     scale = np.sqrt(squares * h.noise_squares)
     h.noise_squares = squares
     return product / scale if scale > 0.0 else 0.0
@@ -103,16 +103,16 @@ def _is_even(h):
 
 
 @compiled
-def _turn(page, count):
-    for j in range(count):
+def _turn(page):
+    for j in range(PAGE):
         x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
         page[j + WORK] = x * page[j + LAST_X] + y * page[j + LAST_Y] + z * page[j + LAST_Z]
         page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
 
 
 @compiled
-def _square(page, count):
-    for j in range(count):
+def _square(page):
+    for j in range(PAGE):
         page[j + WORK] = page[j + STEP] * page[j + STEP]
 
 
@@ -156,15 +156,14 @@ def _smooth(h, body, displacement, dt):
     h.noise_smooth = 1
     take = share if displacement > 0.0 else 0.0
     for first in range(0, h.lanes, PAGE):
-        count = min(PAGE, h.lanes - first)
-        _follow(body[first // PAGE * PAGE_SIZE :], count, np.float32(keep), np.float32(take))
+        _follow(body[first // PAGE * PAGE_SIZE :], np.float32(keep), np.float32(take))
     raw, smooth = line_sum(h, body, STEP), line_sum(h, body, WORK)
     return smooth * displacement / raw if raw > 0.0 else smooth
 
 
 @compiled
-def _follow(page, count, keep, take):
-    for j in range(count):
+def _follow(page, keep, take):
+    for j in range(PAGE):
         x = keep * page[j + SMOOTH_X] + take * page[j + LAST_X]
         y = keep * page[j + SMOOTH_Y] + take * page[j + LAST_Y]
         z = keep * page[j + SMOOTH_Z] + take * page[j + LAST_Z]

@@ -3,8 +3,9 @@
 Record 0 counts the others. `events.py` has the records that users see; `empty_outbox` makes them.
 """
 
+import struct
 from collections.abc import Mapping
-from math import isnan
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,8 @@ EVENT = np.dtype(
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
-FIELDS = EVENT.itemsize // 8
-NUMBERS = slice(11, 15)  # the floating-point fields
+_NUMBERS, _JOINTS = 11, 15  # where the floating-point fields and the joints begin
+_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"={_NUMBERS}q{_JOINTS - _NUMBERS}d{PATH_JOINTS}q")
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
@@ -88,7 +89,7 @@ def put_key_frame(h, events, status, kind, identity, frame, time, velocity, stre
 
 
 def empty_outbox(
-    outbox: NDArray[np.uint8],
+    outbox: memoryview,
     performers: Mapping[int, str],
     joints: tuple[str, ...],
 ) -> list[Event]:
@@ -99,27 +100,23 @@ def empty_outbox(
         performers: Names by row.
         joints: Their names.
     """
-    table = outbox.view(np.int64).reshape(-1, FIELDS)
-    count = int(table[0, 0])
+    (count,) = _COUNT.unpack_from(outbox)
     if not count:
         return []
-    table[0, 0] = 0
-    used = slice(1, count + 1)
-    # Plain columns are several times quicker to turn into Python's numbers than records.
-    integers = table[used, : NUMBERS.start].tolist()
-    numbers = outbox.view(np.float64).reshape(-1, FIELDS)[used, NUMBERS].tolist()
-    active = table[used, NUMBERS.stop :].tolist()
+    _COUNT.pack_into(outbox, 0, 0)
+    # A record at a time as one tuple: numpy's columns are no quicker for hundreds of events, and slower for few.
+    records = _RECORD.iter_unpack(outbox[_RECORD.size : (count + 1) * _RECORD.size])
     return [
-        _key_frame(performers[own[0]], own, values)
-        if own[1] == KEY_FRAME
-        else _segment(performers[own[0]], own, values, tuple([joints[j] for j in moved if j >= 0]))
-        for own, values, moved in zip(integers, numbers, active, strict=True)
+        _key_frame(performers[record[0]], record)
+        if record[1] == 0
+        else _segment(performers[record[0]], record, joints)
+        for record in records
     ]
 
 
-def _key_frame(performer: str, integers: list[int], numbers: list[float]) -> KeyFrameEvent:
-    _, _, status, nature, take, rev, name, _, frame, until, decided = integers
-    time, until_time, velocity, strength = numbers
+def _key_frame(performer: str, record: tuple[Any, ...]) -> KeyFrameEvent:
+    _, _, status, nature, take, rev, name, _, frame, until, decided = record[:_NUMBERS]
+    time, until_time, velocity, strength = record[_NUMBERS:_JOINTS]
     return KeyFrameEvent(
         performer=performer,
         id=f"{performer}/{take}/{name}",
@@ -133,15 +130,13 @@ def _key_frame(performer: str, integers: list[int], numbers: list[float]) -> Key
         decided_frame=until,
         decided_time=until_time,
         velocity=velocity,
-        strength=None if isnan(strength) else strength,
+        strength=None if strength != strength else strength,  # noqa: PLR0124 - NaN
     )
 
 
-def _segment(
-    performer: str, integers: list[int], numbers: list[float], active: tuple[str, ...]
-) -> SegmentEvent:
-    _, _, status, nature, take, rev, start, end, frame, until, _ = integers
-    time, until_time, _, similarity = numbers
+def _segment(performer: str, record: tuple[Any, ...], joints: tuple[str, ...]) -> SegmentEvent:
+    _, _, status, nature, take, rev, start, end, frame, until, _ = record[:_NUMBERS]
+    time, until_time, _, similarity = record[_NUMBERS:_JOINTS]
     return SegmentEvent(
         performer=performer,
         id=f"{performer}/{take}/{start}-{end}",
@@ -153,6 +148,14 @@ def _segment(
         end_frame=until,
         start_time=time,
         end_time=until_time,
-        active_joints=active,
-        similarity=None if isnan(similarity) else similarity,
+        active_joints=_active(record[_JOINTS:], joints),
+        similarity=None if similarity != similarity else similarity,  # noqa: PLR0124 - NaN
     )
+
+
+def _active(moved: tuple[int, ...], joints: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the joints that moved; places that are not needed hold -1, and come last."""
+    a, b, c, d, e = moved
+    if e >= 0:
+        return joints[a], joints[b], joints[c], joints[d], joints[e]
+    return tuple([joints[j] for j in moved if j >= 0])

@@ -1,5 +1,6 @@
 """Pages: rows of memory for performers who share skeleton, settings and rate, so that one call serves many."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from mossar_stream.block import Plan
 from mossar_stream.desk import Desk
 from mossar_stream.events import Event
-from mossar_stream.layout import HEADER, HEADER_BYTES
+from mossar_stream.layout import HEADER, HEADER_BYTES, new_memory
 from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.stream import DONE, RING_FULL, TAKE_ENDS
@@ -39,7 +40,7 @@ class Page:
     def __init__(self, plan: Plan, desk: Desk) -> None:
         self._plan = plan
         self._desk = desk
-        self._memory = np.zeros((ROWS, plan.row_bytes), np.uint8)
+        self._memory = new_memory(ROWS, plan.row_bytes)
         self._headers = self._memory[:, :HEADER_BYTES].view(HEADER)[:, 0]
         self._free = list(range(ROWS))[::-1]
         self._used: set[int] = set()
@@ -138,16 +139,18 @@ def push_block(
     count = positions.shape[1]
     flat, moments = positions.reshape(-1, *positions.shape[2:]), times.reshape(-1)
     events: list[Event] = []
-    seated: dict[Page, list[int]] = {}
+    seated: dict[Page, tuple[list[int], list[int]]] = defaultdict(lambda: ([], []))
     for k, segmenter in enumerate(segmenters):
-        if isinstance(segmenter.seat, Seat):
-            seated.setdefault(segmenter.seat.page, []).append(k)
+        seat = segmenter.seat
+        if isinstance(seat, Seat):
+            members, places = seated[seat.page]
+            members.append(k)
+            places.append(seat.row)
         else:
             events += segmenter.push(positions[k], times[k])
-    for page, members in seated.items():
+    for page, (members, places) in seated.items():
         own = [segmenters[k] for k in members]
-        rows = np.array([segmenter.seat.row for segmenter in own if isinstance(segmenter.seat, Seat)])
-        begins = np.array(members) * count
+        rows, begins = np.array(places), np.array(members) * count
         for segmenter in own:
             events += segmenter.take_pending()
         events += page.push(rows, own, begins, begins + count, flat, moments)

@@ -213,6 +213,12 @@ def strength(params, left, right, both):
 
 
 @compiled
+def parting(params, left, right, both):
+    """Return the same; `both` is not looked at."""
+    return _strength(params, left, right)
+
+
+@compiled
 def similarity(params, cost, left, right):
     """Return what the strength says of the kernel, in 0..1: K_ab / sqrt(K_aa K_bb), or K_ab / (1 + K_ab)."""
     scale = 1.0

@@ -170,13 +170,14 @@ class Performers:
             raise FrameError(f"positions have shape {frames.shape} but times {moments.shape}")
         segmenters = [self._segmenters[name] for name in names]
         for segmenter in segmenters:
-            if len(segmenter.skeleton) != frames.shape[2]:
+            if segmenter.joints != frames.shape[2]:
                 raise FrameError(
                     f"positions have {frames.shape[2]} joints; performer {segmenter.performer!r} has "
-                    f"{len(segmenter.skeleton)}"
+                    f"{segmenter.joints}"
                 )
-        for name in names:
-            self._segmenters[name] = self._segmenters.pop(name)
+        for name, segmenter in zip(names, segmenters, strict=True):
+            del self._segmenters[name]
+            self._segmenters[name] = segmenter
         moments = np.ascontiguousarray(np.broadcast_to(moments, frames.shape[:2]))
         return push_block(segmenters, frames, moments)
 

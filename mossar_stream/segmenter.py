@@ -78,7 +78,8 @@ class Segmenter:
         self.seat: Seat | None = None
         self._level: LevelName | float = plan.given.level
         self._pending: list[Event] = []
-        self._one_shape = (len(plan.skeleton), 3)
+        self.joints = len(plan.skeleton)
+        self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
         self._end, self._cursor = np.zeros(1, np.int64), np.zeros(2, np.int64)
 
@@ -342,7 +343,7 @@ class Segmenter:
         first_frame: int | None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
         """Return frames and times in the form that the kernels take."""
-        joints = self._one_shape[0]
+        joints = self.joints
         # Writeable and contiguous: other arrays would be another type to the compiler.
         chunk = _as_array(positions, FLOAT32)
         if chunk.ndim == 2:

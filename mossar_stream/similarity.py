@@ -10,7 +10,9 @@ A measure is a module with
     merge_into(params, target, other)             two neighbours into one summary
     close(params, slot)                           what is kept about a whole segment
     strength(params, left, right, both)           at which the key frame between them falls, >= 0
-    similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength
+    parting(params, left, right, both)            the same where `both` is the summary of both already
+    similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength, and the summaries
+                                                  need not be closed
 
 all compiled, on summaries as described in `summary.py`; in plain Python `slot_size(params)`,
 `takes_pose(params)`, whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks
@@ -93,6 +95,11 @@ def strength(params, left, right, both):
     raise NotImplementedError
 
 
+def parting(params, left, right, both):
+    """Return the strength of the key frame between two segments whose common summary is known."""
+    raise NotImplementedError
+
+
 def similarity(params, cost, left, right):
     """Return the similarity of two segments, given the strength of the key frame between them."""
     raise NotImplementedError
@@ -126,6 +133,11 @@ def _close(params, slot):
 @chosen_by_type(strength)
 def _strength(params, left, right, both):
     return _chosen(params, "strength")
+
+
+@chosen_by_type(parting)
+def _parting(params, left, right, both):
+    return _chosen(params, "parting")
 
 
 @chosen_by_type(similarity)

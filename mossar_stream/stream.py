@@ -153,12 +153,12 @@ def _localise(h, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
     cx, cy, cz = center_of(h, body)
     for first in range(0, h.lanes, PAGE):
-        _shift(body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first), cx, cy, cz)
+        _shift(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
 
 
 @compiled
-def _shift(page, count, cx, cy, cz):
-    for j in range(count):
+def _shift(page, cx, cy, cz):
+    for j in range(PAGE):
         page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]
         page[j + POSE_Y] = (page[j + Y] - cy) * page[j + LIVE]
         page[j + POSE_Z] = (page[j + Z] - cz) * page[j + LIVE]

@@ -60,10 +60,8 @@ def follow_tempo(h, body, dt):
         return
     share, keep = dt * (1.0 / MEAN_TIME), max(0.0, 1.0 - dt * (1.0 / TIME_CONSTANT))
     for first in range(0, h.lanes, PAGE):
-        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, h.lanes - first)
         _follow(
-            page,
-            count,
+            body[first // PAGE * PAGE_SIZE :],
             np.float32(min(share, 1.0)),
             np.float32(keep),
             np.float32(dt),
@@ -72,9 +70,9 @@ def follow_tempo(h, body, dt):
 
 
 @compiled
-def _follow(page, count, share, keep, dt, rate):
+def _follow(page, share, keep, dt, rate):
     """Let the means of a page's joints follow, and add to their sums."""
-    for j in range(count):
+    for j in range(PAGE):
         x, y, z = (
             page[j + POSE_X] - page[j + MEAN_X],
             page[j + POSE_Y] - page[j + MEAN_Y],

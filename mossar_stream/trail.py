@@ -13,6 +13,7 @@ RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
 SPEED_WINDOW = 0.1  # s
 QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
+FIRST = np.int64(0)  # joint
 NEWEST = np.int64(0)  # no kept pose is later than this one
 MOST = np.float32(32767.0)
 SPEED_OFFSET = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
@@ -78,9 +79,9 @@ def follow_speeds(h, body, marks, trail, time):
     rate = _rate(marks, past, time)
     for first in range(0, h.lanes, PAGE):
         page = body[first // PAGE * PAGE_SIZE :]
-        pose, kept = page[POSE_X:], trail[past].reshape(3 * h.lanes)[first:]
+        pose = page[POSE_X:]
         target = page[LOG_SPEED : LOG_SPEED + min(PAGE, h.lanes - first)]
-        _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], kept, h.lanes, rate, target)
+        _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], trail[past], first, rate, target)
 
 
 @compiled
@@ -110,9 +111,9 @@ def _rate(marks, past, time):
 
 
 @compiled
-def _log_speeds(x, y, z, past, lanes, rate, speeds):
+def _log_speeds(x, y, z, past, first, rate, speeds):
     """Set `speeds` to log(speed + 0.1 m/s)."""
-    a, b, c = past[: len(speeds)], past[lanes:], past[2 * lanes :]
+    a, b, c = past[0, first:], past[1, first:], past[2, first:]
     for j in range(len(speeds)):
         u = x[j] - np.float32(a[j]) * QUANTUM
         v = y[j] - np.float32(b[j]) * QUANTUM
@@ -143,5 +144,4 @@ def load_pose(h, marks, trail, pose, place):
             pose[axis, j] = np.float32(trail[here, axis, j]) * QUANTUM
     time = marks[here].time
     past = _past_place(h, marks, time, place + 1)
-    kept = trail[past].reshape(3 * h.lanes)
-    _log_speeds(pose[0], pose[1], pose[2], kept, h.lanes, _rate(marks, past, time), pose[3])
+    _log_speeds(pose[0], pose[1], pose[2], trail[past], FIRST, _rate(marks, past, time), pose[3])

@@ -13,7 +13,7 @@ is bounded by W and the number of joints, whatever the length of the stream.
 import numpy as np
 
 from mossar_stream.compiled import compiled
-from mossar_stream.hierarchy import UNKNOWN, fall
+from mossar_stream.hierarchy import UNKNOWN, fall, is_known, recall, remember
 from mossar_stream.layout import PATH_JOINTS
 from mossar_stream.outbox import (
     CONFIRMED,
@@ -35,6 +35,8 @@ from mossar_stream.tempo import pace
 
 NOT_STANDING = np.int64(-2)  # in KEY.before
 NO_SLOT = np.int64(-1)
+NO_JOINT = np.int64(-1)
+BEFORE = np.int64(-3)  # identity of where the segment before the window begins
 OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch, before the nodes
 SCRATCH_ROWS = 8  # more than W
 
@@ -84,16 +86,15 @@ def rank(h, w, params, open_slot):
     if count <= 0:
         return
     h.pace = pace(h, w.body)
-    nodes = w.scratch[NODES:]
     w.bounds[0] = h.left_ordinal
     for i in range(count + 1):
-        slot = w.order[i] if i < h.undecided else open_slot
-        for d in range(h.slot):
-            nodes[i, d] = w.slots[slot, d]
+        w.places[i] = w.order[i] if i < h.undecided else open_slot
         w.bounds[i + 1] = w.keys[i].ordinal if i < h.undecided else UNKNOWN
     fall(
         params,
-        nodes,
+        w.slots,
+        w.places,
+        w.scratch[NODES:],
         count,
         w.bounds,
         w.memo,
@@ -160,7 +161,7 @@ def _update_segments(h, w, params, events, status):
 
 @compiled
 def span(h, w, params, begin, end, open_slot, target):
-    """Set a row of the scratch to the summary of the window's segments begin … end together.
+    """Set a row of the scratch to the closed summary of the window's segments begin … end together.
 
     Args:
         h: Header of the row.
@@ -171,13 +172,24 @@ def span(h, w, params, begin, end, open_slot, target):
         open_slot: Slot of the open segment.
         target: Row of the scratch.
     """
+    _join(h, w, params, begin, end, open_slot, target, h.slot)
+    close(params, w.scratch[target])
+
+
+@compiled
+def _join(h, w, params, begin, end, open_slot, target, size):
+    """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
     own = w.scratch[target]
     slot = w.order[begin] if begin < h.undecided else open_slot
-    for d in range(h.slot):
+    for d in range(size):
         own[d] = w.slots[slot, d]
     for i in range(begin + 1, end + 1):
-        merge_into(params, own, w.slots[w.order[i] if i < h.undecided else open_slot])
-    close(params, own)
+        slot = w.order[i] if i < h.undecided else open_slot
+        if size == h.slot:
+            merge_into(params, own, w.slots[slot])
+        else:
+            for d in range(size):
+                own[d] += w.slots[slot, d]
 
 
 @compiled
@@ -196,7 +208,6 @@ def put_segment(h, w, params, events, start, end, status):
     first = h.ordinal - h.undecided
     from_left = start == h.left_ordinal
     begin = 0 if from_left else start - first + 1
-    span(h, w, params, begin, end, NO_SLOT, OWN)
     event = next_event(h, events, SEGMENT)
     event.id = h.left_id if from_left else w.keys[begin - 1].frame
     event.frame = h.left_frame if from_left else w.keys[begin - 1].frame
@@ -204,15 +215,22 @@ def put_segment(h, w, params, events, start, end, status):
     event.end_id = w.keys[end].frame
     event.until_frame = w.keys[end].frame
     event.until_time = w.keys[end].time
+    left, right = BEFORE, w.keys[end].ordinal
+    before = 0
     if not from_left:
         earlier = w.keys[begin - 1].before
         before = 0 if earlier in (NOT_STANDING, h.left_ordinal) else earlier - first + 1
-        span(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS)
+        left = h.left_ordinal if before == 0 else earlier
     has_previous = not from_left or h.has_before == 1
-    if from_left and has_previous:
-        for d in range(h.slot):
+    # Where the cost is remembered, what people are told needs no more than the heads of the summaries.
+    size = PATH + h.lanes if is_known(w.memo, left, start, right) else h.slot
+    _join(h, w, params, begin, end, NO_SLOT, OWN, size)
+    if not from_left:
+        _join(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS, size)
+    elif has_previous:
+        for d in range(size):
             w.scratch[PREVIOUS, d] = w.slots[h.slot_before, d]
-    describe(h, w, params, event, has_previous, status)
+    describe(h, w, params, event, has_previous, status, left, start, right)
     places = h.capacity + 2
     line = places if from_left else start % places
     column = (first + end) % places
@@ -223,8 +241,20 @@ def put_segment(h, w, params, events, start, end, status):
 
 
 @compiled
-def describe(h, w, params, event, has_previous, status):
-    """Fill in status, state, active joints and similarity of the segment in the scratch."""
+def describe(h, w, params, event, has_previous, status, left, middle, right):
+    """Fill in status, state, active joints and similarity of the segment in the scratch.
+
+    Args:
+        h: Header of the row.
+        w: Views of the row's window; OWN and, if there is one, PREVIOUS are the summaries, not closed.
+        params: Parameters of the similarity measure.
+        event: To be filled in.
+        has_previous: Whether there is a segment before.
+        status: Index into SEGMENT_STATUSES.
+        left: Identity of the boundary where the previous segment begins, as in hierarchy.py.
+        middle: Of the one between them.
+        right: Of the one where the segment ends.
+    """
     own = w.scratch[OWN]
     event.status = status
     event.nature = 1 if 2.0 * own[MOVING] > own[FRAMES] else 0
@@ -232,15 +262,28 @@ def describe(h, w, params, event, has_previous, status):
     event.strength = np.nan
     if has_previous:
         previous = w.scratch[PREVIOUS]
-        event.strength = similarity(params, merge_cost(params, previous, own, w.scratch[BOTH]), previous, own)
-    for place in range(PATH_JOINTS):
-        best = -1
-        for j in range(h.joints):
-            taken = False
-            for other in range(place):
-                taken = taken or w.active[other] == j
-            if not taken and own[PATH + j] > 0.0 and (best < 0 or own[PATH + j] > own[PATH + best]):
-                best = j
-        w.active[place] = best
+        if right == UNKNOWN or not is_known(w.memo, left, middle, right):
+            close(params, own)
+            close(params, previous)
+            remember(w.memo, left, middle, right, merge_cost(params, previous, own, w.scratch[BOTH]))
+        event.strength = similarity(params, recall(w.memo, left, middle, right), previous, own)
+    _find_active(own[PATH : PATH + h.joints], w.active)
     event.joint0, event.joint1, event.joint2 = w.active[0], w.active[1], w.active[2]
     event.joint3, event.joint4 = w.active[3], w.active[4]
+
+
+@compiled
+def _find_active(paths, active):
+    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
+    for place in range(PATH_JOINTS):
+        active[place] = NO_JOINT
+    least = 0.0
+    for j in range(len(paths)):
+        if paths[j] > least:
+            place = PATH_JOINTS - 1
+            while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
+                active[place] = active[place - 1]
+                place -= 1
+            active[place] = j
+            last = active[PATH_JOINTS - 1]
+            least = paths[last] if last != NO_JOINT else 0.0

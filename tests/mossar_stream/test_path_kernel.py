@@ -53,8 +53,11 @@ def alike(params, cost, left, right):
 
 
 @entry_point
-def fall(params, nodes, bounds, memo, both, links, costs, strengths, order):
-    hierarchy.fall(params[0], nodes, len(nodes) - 1, bounds, memo, both, links, costs, 1.0, strengths, order)
+def fall(params, segments, places, nodes, bounds, memo, both, links, costs, strengths, order):
+    count = len(nodes) - 1
+    hierarchy.fall(
+        params[0], segments, places, nodes, count, bounds, memo, both, links, costs, 1.0, strengths, order
+    )
 
 
 def make_params(joints, *, form="damped", edges=20, layers=1):
@@ -310,15 +313,17 @@ def test_free_location_is_refused():
 def hierarchy_of(params, positions, times, bounds):
     """Run Algorithm 3 on summaries made frame by frame; return the order of the fall with the strengths."""
     count = len(bounds) - 2
-    nodes = np.stack([closed(params, positions[a:b], times[a:b]) for a, b in pairwise(bounds)])
+    segments = np.stack([closed(params, positions[a:b], times[a:b]) for a, b in pairwise(bounds)])
     strengths, order = np.zeros(count), np.zeros(count, np.int64)
     fall(
         params,
-        nodes,
+        segments,
+        np.arange(count + 1),
+        np.empty_like(segments),
         np.arange(count + 2),
         np.zeros(0, MEMO),
-        np.empty(nodes.shape[1]),
-        np.empty((3, count + 1), np.int64),
+        np.empty(segments.shape[1]),
+        np.empty((5, count + 1), np.int64),
         np.empty(count),
         strengths,
         order,

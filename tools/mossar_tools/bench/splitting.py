@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.block import Plan
 from mossar_stream.body import POINT
-from mossar_stream.compiled import entry_point
+from mossar_stream.compiled import frame_entry_point
 from mossar_stream.joints import first_joints, step_joints
 from mossar_stream.layout import HEADER, HEADER_BYTES
 from mossar_stream.ranges import normalise
@@ -27,7 +27,7 @@ SIZE = 1000  # frames of a chunk
 SETTINGS = Settings(noise_margin=0.0)  # the noise estimate is no part of Algorithms 1 and 2
 
 
-@entry_point
+@frame_entry_point
 def split_frames(
     memory: NDArray[np.uint8],
     index: int,
