@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import os
 import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -18,6 +19,7 @@ import numba
 from numba.core import event
 from numba.extending import overload
 
+from mossar_stream.errors import MossarError
 from mossar_stream.inner import InnerCompiler
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -43,6 +45,9 @@ def cache_folder(parents: Iterable[Path], name: str) -> tuple[Path, bool]:
     Args:
         parents: Where it may be, the best first; the first that can be written to.
         name: Of the folder, beginning with "kernels-".
+
+    Raises:
+        MossarError: If nothing can be written anywhere.
     """
     for parent in parents:
         folder = parent / name
@@ -55,7 +60,12 @@ def cache_folder(parents: Iterable[Path], name: str) -> tuple[Path, bool]:
         if os.access(folder, os.W_OK):
             _remove_unused(parent, folder)
             return folder, True
-    return Path(tempfile.mkdtemp(prefix="mossar-stream-")), False
+    try:
+        return Path(tempfile.mkdtemp(prefix="mossar-stream-")), False
+    except OSError:
+        raise MossarError(
+            "there is no folder to write compiled kernels to; set XDG_CACHE_HOME or TMPDIR to one"
+        ) from None
 
 
 def _remove_unused(parent: Path, own: Path) -> None:
@@ -69,12 +79,29 @@ def _remove_unused(parent: Path, own: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _usual_parents() -> list[Path]:
-    return [
-        Path(__file__).parent / "__pycache__",
-        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream",
-        Path(tempfile.gettempdir()) / "mossar-stream",
-    ]
+def _usual_parents() -> Iterator[Path]:
+    """Yield where kernels may be, the best first; a place that a system lacks is left out."""
+    yield Path(__file__).parent / "__pycache__"
+    with contextlib.suppress(RuntimeError):  # no HOME, and a user whom the system does not know
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mossar-stream"
+    with contextlib.suppress(OSError):
+        yield own_temporary(Path(tempfile.gettempdir()))
+
+
+def own_temporary(parent: Path) -> Path:
+    """Return this user's folder in one that all users write to, made if need be.
+
+    Raises:
+        OSError: If it cannot be made, or is another user's, who could put other kernels there at any time.
+    """
+    if not hasattr(os, "getuid"):  # Windows has a parent for each user
+        return parent / "mossar-stream"
+    folder = parent / f"mossar-stream-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+        raise PermissionError(f"{folder} is not this user's")
+    return folder
 
 
 CACHE_FOLDER, CACHE_LASTS = cache_folder(_usual_parents(), f"kernels-{_digest()}")

@@ -1,11 +1,20 @@
 """The folder of compiled kernels is shared fairly, and kernels that only kernels call cannot be called."""
 
 import os
+import subprocess
+import sys
 import time
 
 import pytest
 
-from mossar_stream.compiled import LONGEST_UNUSED, MOST_FOLDERS, cache_folder, compiled, entry_point
+from mossar_stream.compiled import (
+    LONGEST_UNUSED,
+    MOST_FOLDERS,
+    cache_folder,
+    compiled,
+    entry_point,
+    own_temporary,
+)
 
 
 def age(folder, seconds):
@@ -56,6 +65,31 @@ def test_a_folder_of_its_own_serves_a_process_that_may_write_nowhere(read_only_d
     assert folder.is_dir()
     assert not lasts
     folder.rmdir()
+
+
+def test_a_user_without_a_home_that_the_system_does_not_know_can_import_the_package():
+    program = (
+        "import os, pathlib\ndef home(): raise RuntimeError\npathlib.Path.home = home\nimport mossar_stream"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "XDG_CACHE_HOME"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_each_user_has_a_temporary_folder_of_its_own(tmp_path):
+    folder = own_temporary(tmp_path)
+    assert folder == own_temporary(tmp_path)
+    assert folder.stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="the system has no user numbers")
+def test_a_temporary_folder_that_others_can_redirect_is_refused(tmp_path):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / f"mossar-stream-{os.getuid()}").symlink_to(tmp_path / "theirs")
+    with pytest.raises(PermissionError):
+        own_temporary(tmp_path)
 
 
 @compiled
