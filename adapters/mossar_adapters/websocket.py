@@ -9,6 +9,7 @@ are served, and programs, which name no page.
 
 import asyncio
 import errno
+import logging
 import re
 import threading
 from collections.abc import Sequence
@@ -37,7 +38,7 @@ MAX_CLIENTS = 64
 _METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
-_CLOSE = 1.0  # s that closing may take
+_CLOSE = 0.5  # s that clients have to say goodbye
 _DRAIN = 0.25  # s that clients have to take the last messages
 
 
@@ -111,7 +112,15 @@ class WebSocketSink:
             self._error = error
         finally:
             self._started.set()
+            self._leave()
             self._loop.close()
+
+    def _leave(self) -> None:
+        """End what still waits for clients."""
+        waiting = asyncio.all_tasks(self._loop)
+        for task in waiting:
+            task.cancel()
+        self._loop.run_until_complete(asyncio.gather(*waiting, return_exceptions=True))
 
     async def _serve(self) -> None:
         from websockets.asyncio.server import serve
@@ -124,6 +133,7 @@ class WebSocketSink:
             max_size=_MAX_IN,
             close_timeout=_CLOSE,
             compression=None,
+            logger=_logger(),
         )
         self.port = next(iter(server.sockets)).getsockname()[1]
         self._started.set()
@@ -134,7 +144,8 @@ class WebSocketSink:
             for task in late:
                 task.cancel()
         server.close()
-        await server.wait_closed()
+        # Whoever has not even asked yet for a WebSocket would be waited for much longer.
+        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=_CLOSE)
 
     def _refusal(self, connection: "ServerConnection", request: "Request") -> "Response | None":
         """Return an answer that refuses a page, None for those that are welcome."""
@@ -197,6 +208,25 @@ class _Client:
 
     async def emptied(self) -> None:
         await self._queue.join()
+
+
+class _Strangers(logging.Filter):
+    """Keeps quiet about those who connect and speak something else: port scanners, browsers that go away."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        from websockets.exceptions import WebSocketException
+
+        error = record.exc_info[1] if record.exc_info else None
+        return not isinstance(error, WebSocketException | OSError | EOFError)
+
+
+_STRANGERS = _Strangers()
+
+
+def _logger() -> logging.Logger:
+    logger = logging.getLogger("websockets.mossar")
+    logger.addFilter(_STRANGERS)
+    return logger
 
 
 async def _discard(connection: "ServerConnection") -> None:

@@ -131,3 +131,26 @@ def test_closing_twice_and_sending_afterwards_do_no_harm(sink):
     sink.close()
     sink.send([started()])
     assert sink.dropped == 1
+
+
+@pytest.mark.parametrize(
+    "greeting", [b"", b"GET / HTTP/1.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"]
+)
+def test_a_client_that_never_asks_for_a_websocket_does_not_keep_the_sink_open(sink, greeting):
+    with socket.create_connection(("127.0.0.1", sink.port)) as silent:
+        silent.sendall(greeting)
+        time.sleep(0.1)
+        began = time.monotonic()
+        sink.close()
+        assert time.monotonic() - began < 1.0
+
+
+@pytest.mark.parametrize("greeting", [b"", b"rubbish\r\n\r\n", b"GET / HTTP/1.1\r\nX: " + b"x" * 9000])
+def test_who_speaks_something_else_fills_no_log(sink, caplog, greeting):
+    with socket.create_connection(("127.0.0.1", sink.port)) as stranger:
+        stranger.sendall(greeting)
+        stranger.shutdown(socket.SHUT_WR)
+        while stranger.recv(1000):
+            pass
+    sink.close()
+    assert caplog.records == []
