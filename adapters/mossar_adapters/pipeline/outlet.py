@@ -140,12 +140,16 @@ class Outlet:
                 self._changed.wait(left)
         return self.error is None
 
-    def close(self) -> None:
-        """Deliver what waits, as far as the sink takes it in time, and close the sink."""
-        self.settle()
+    def end(self) -> None:
+        """Have the sink closed as soon as it has got everything, without waiting for that; see `close`."""
         with self._changed:
             self._ending = True
             self._changed.notify_all()
+
+    def close(self) -> None:
+        """Deliver what waits, as far as the sink takes it in time, and close the sink."""
+        self.end()
+        self.settle()
         self._thread.join(_CLOSING)
         if self._thread.is_alive():
             _log.warning("%s does not take its events; %d are lost", self.sink.name, self._size)

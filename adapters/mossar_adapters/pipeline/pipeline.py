@@ -298,6 +298,8 @@ class Pipeline:
             for source in range(len(self.feeds)):
                 self.end_takes(source, "end of stream" if self.outcome.complete else "stopped")
         self.upkeep.end(self)
+        for outlet in self.outlets:  # all at once: some take half a second for receivers that do not read
+            outlet.end()
         for outlet in self.outlets:
             outlet.close()
         self._check_outlets()

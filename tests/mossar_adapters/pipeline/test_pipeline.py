@@ -293,3 +293,18 @@ def test_segments_follow_each_other_without_gaps(stage):
     Pipeline([stage.demo()], [sink]).run()
     finals = [e for e in sink.of(SegmentEvent) if e.status == "final"]
     assert all(a.end_frame == b.start_frame for a, b in itertools.pairwise(finals))
+
+
+def test_sinks_that_take_long_to_close_are_closed_together(stage):
+    class Lingering(stage.Collected):
+        def close(self):
+            time.sleep(0.4)
+            super().close()
+
+    sinks = [Lingering() for _ in range(5)]
+    pipeline = Pipeline([stage.demo()], sinks)
+    pipeline.stop()
+    began = time.monotonic()
+    pipeline.run()
+    assert time.monotonic() - began < 1.0
+    assert all(sink.closed for sink in sinks)
