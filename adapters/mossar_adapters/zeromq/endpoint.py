@@ -138,11 +138,11 @@ def _admit(context: GuardedContext, address: Address) -> None:
         raise address.error("clients= goes with key= on the side that binds")
     try:
         keys = [zmq.auth.load_certificate(file)[0] for file in Path(clients).glob("*.key")]
-        if not keys:
-            raise address.error(f"{clients} is no folder with public keys (.key)")
-        context.admit(Path(clients))
     except (OSError, ValueError, UnicodeError) as error:
         raise address.error(f"{clients}: a key cannot be read: {error}") from None
+    if not keys:
+        raise address.error(f"{clients} is no folder with public keys (.key)")
+    context.admit(Path(clients))
 
 
 def _key(address: Address, path: str, *, secret: bool) -> tuple[bytes, bytes]:
