@@ -17,6 +17,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.extending import overload
 
 from mossar_stream.errors import MossarError
@@ -150,8 +151,7 @@ def chosen_by_type(function: Callable[..., object]) -> Callable[[F], F]:
 
 def entry_point(function: F) -> F:
     """Compile a kernel that Python calls, on its first call, and cache it on disk (decorator)."""
-    with _numba_cache_in(CACHE_FOLDER):
-        return cast("F", numba.njit(cache=True, **_OPTIONS)(function))
+    return _cached(function, _OPTIONS)
 
 
 def frame_entry_point(function: F) -> F:
@@ -160,8 +160,35 @@ def frame_entry_point(function: F) -> F:
     Then nobody need count references to arrays, which costs frames a fifth of their time. Kernels that stand
     apart may make arrays.
     """
+    return _cached(function, {**_OPTIONS, **_NO_COUNTING})
+
+
+def _cached(function: F, options: dict[str, Any]) -> F:
+    kernel = numba.njit(**options)(function)
     with _numba_cache_in(CACHE_FOLDER):
-        return cast("F", numba.njit(cache=True, **_OPTIONS, **_NO_COUNTING)(function))
+        kernel._cache = SturdyCache(function)  # noqa: SLF001 - what njit(cache=True) does, with numba's class
+    return cast("F", kernel)
+
+
+class SturdyCache(FunctionCache):
+    """Numba's cache on disk, without which everything works, too, but for the time it takes to compile.
+
+    A power cut leaves files empty or cut off, and a disk may be full; numba would let neither pass.
+    """
+
+    def load_overload(self, sig: object, target_context: object) -> object:
+        """Return a kernel for a signature, None if there is none that can be read."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001 - damaged pickles raise anything
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: object, data: object) -> None:
+        """Keep a kernel if there is room for it."""
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
 
 
 class _Teller(event.Listener):

@@ -1,5 +1,6 @@
 """The folder of compiled kernels is shared fairly, and kernels that only kernels call cannot be called."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import time
 import pytest
 
 from mossar_stream.compiled import (
+    CACHE_FOLDER,
     LONGEST_UNUSED,
     MOST_FOLDERS,
     cache_folder,
@@ -106,3 +108,41 @@ def test_an_inner_kernel_works_in_others_and_refuses_calls_from_python():
     assert doubled_and_one(4) == 9
     with pytest.raises(TypeError):
         doubled(4, 1)
+
+
+@entry_point
+def tripled(x):
+    return 3 * x
+
+
+@entry_point
+def tripled_again(x):
+    return 3 * x
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("left", [0, 20])
+def test_kernels_that_a_power_cut_left_damaged_are_compiled_anew(ending, left):
+    def files():
+        return list(CACHE_FOLDER.rglob(f"test_compiled.tripled-*.{ending}"))
+
+    def fresh():
+        return entry_point(tripled.py_func)
+
+    assert fresh()(2) == 6
+    for file in files():
+        file.write_bytes(file.read_bytes()[:left])
+    assert fresh()(2) == 6
+    assert files()
+    assert min(file.stat().st_size for file in files()) > left
+    again = fresh()
+    assert again(2) == 6
+    assert again.stats.cache_hits
+
+
+def test_a_full_disk_costs_the_cache_and_nothing_else(monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    assert tripled_again(2.5) == 7.5
