@@ -44,6 +44,9 @@ from mossar_stream.velocity import moving_average, ring_is_full, travel
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
 STOPS = 4
+MOST_STEPS = (
+    1 << 14
+)  # in the velocity window; a clock that gives more is wrong, and frames that are too many are dropped
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
 MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
@@ -95,12 +98,13 @@ def advance(
         is_time = abs(time) < np.inf
         if h.open == 1 and is_time and (dt > h.max_pause or dt < -h.max_pause):
             return STOPS * i + TAKE_ENDS
-        if not is_time or (h.open == 1 and dt <= 0.0):
+        full = h.open == 1 and dt > 0.0 and ring_is_full(h, ring_time, time)
+        if not is_time or (h.open == 1 and dt <= 0.0) or (full and h.ring >= MOST_STEPS):
             h.out_of_order += 1
             h.next_frame += 1
             h.frames += 1
             continue
-        if h.open == 1 and ring_is_full(h, ring_time, time):
+        if full:
             return STOPS * i + RING_FULL
         first = h.open == 0
         frame = points[i * h.joints : (i + 1) * h.joints]

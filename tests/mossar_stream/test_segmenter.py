@@ -320,3 +320,14 @@ def test_a_change_of_the_level_alone_goes_on_and_one_of_the_window_starts_a_new_
 def test_a_performers_name_is_made_fit_for_ids():
     segmenter = Segmenter(Skeleton(("hip",)), performer="a b/c.d")
     assert segmenter.performer == "a_b_c_d"
+
+
+def test_a_clock_far_too_slow_takes_no_memory_without_end(core):
+    segmenter = Segmenter(core.skeleton(4), Settings(), fps=60.0)
+    frames, times = core.moving_people(1, 60_000, 4, losses=False)[0], np.arange(60_000) * 1e-9
+    segmenter.push(frames, times)
+    assert len(segmenter.snapshot()) < 1 << 20
+    assert segmenter.stats["frames"] == 60_000
+    assert segmenter.stats["out_of_order"] > 30_000
+    later = segmenter.push(frames[:600], 1.0 + np.arange(600) / 60.0)
+    assert core.key_frames(later, "confirmed"), "it goes on when the clock is right"
