@@ -2,6 +2,7 @@
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -126,10 +127,13 @@ def test_ten_users_of_osceleton_give_exactly_the_events_of_ten_streams(segmented
     together = segmented(
         wire.source, send=lambda: wire.send(performance(4.0, 4.0, performers=10)), seconds=4.0
     )
+
+    def run(name):
+        wire, sent = Wire("osceleton", tmp_path), one_of_ten(name, 4.0, 4.0)
+        return segmented(wire.source, send=lambda: wire.send(sent), seconds=4.0)
+
     names = [f"p{k}" for k in range(1, 11)]
-    sent = [(Wire("osceleton", tmp_path), one_of_ten(name, 4.0, 4.0)) for name in names]
-    alone = segmented(*(wire.source for wire, _ in sent), send=lambda: send_together(sent), seconds=4.0)
-    for name in names:
-        found = [event for event in together if event.performer == name]
-        assert found == [event for event in alone if event.performer == name]
-        assert confirmed(found, name)
+    with ThreadPoolExecutor(len(names)) as runs:  # each a run of its own, at the same time
+        for name, alone in zip(names, runs.map(run, names), strict=True):
+            assert [event for event in together if event.performer == name] == alone
+            assert confirmed(alone, name)
