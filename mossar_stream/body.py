@@ -63,31 +63,6 @@ def center_of(h, body):
 
 
 @compiled
-def line_sum(h, body, line):
-    """Sum of a line over all joints."""
-    total = 0.0
-    for first in range(0, h.lanes, PAGE):
-        total += page_sum(body[first // PAGE * PAGE_SIZE :], line)
-    return total
-
-
-@compiled
-def page_sum(page, line):
-    """Sum of a line of a page in eight lanes: a fixed order that vectorises without fastmath."""
-    a = b = c = d = e = f = g = k = 0.0
-    for i in range(line, line + PAGE, 8):
-        a += page[i]
-        b += page[i + 1]
-        c += page[i + 2]
-        d += page[i + 3]
-        e += page[i + 4]
-        f += page[i + 5]
-        g += page[i + 6]
-        k += page[i + 7]
-    return ((a + e) + (c + g)) + ((b + f) + (d + k))
-
-
-@compiled
 def flatten(h, body, pose):
     """Copy the features of the last frame to where all joints follow each other.
 

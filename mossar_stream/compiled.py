@@ -121,7 +121,12 @@ def _numba_cache_in(folder: Path) -> Iterator[None]:
 
 # No fastmath: it gains nothing here, and it permits dropping NaN checks and reordering sums, which breaks the
 # frame-for-frame equality with the reference.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "forceinline": False,  # said, because callees inherit what is not
+}
 _NO_COUNTING: dict[str, Any] = {"_nrt": False}  # callees inherit it
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": InnerCompiler}
 
@@ -133,6 +138,15 @@ def compiled(function: F) -> F:
     everything; calling it from Python would crash.
     """
     return cast("F", numba.njit(**_OPTIONS, **_INNER)(function))
+
+
+def inlined(function: F) -> F:
+    """Compile a kernel into those that call it (decorator): for what every frame goes through.
+
+    An array is handed over as seven words on the stack, so that a call costs as much as a pass over the joints. One
+    with several callers is better compiled on its own.
+    """
+    return cast("F", numba.njit(**{**_OPTIONS, **_INNER, "forceinline": True})(function))
 
 
 def spliced(function: F) -> F:

@@ -22,18 +22,19 @@ from mossar_stream.body import (
     PAGE,
     PAGE_SIZE,
     STEP,
+    WORK,
     X,
     Y,
     Z,
-    line_sum,
     place,
 )
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
+from mossar_stream.lanes import line_sum, page_within
 
 FARTHEST = 1e5  # m; a coordinate beyond this is no position
 
 
-@compiled
+@inlined
 def step_joints(h, seen, body, frame, time):
     """Take one frame's joints in and set each joint's way relative to the centre.
 
@@ -71,7 +72,7 @@ def first_joints(h, seen, body, frame, time):
         _hold(body, k)
 
 
-@compiled
+@inlined
 def _step_complete(h, body, frame, time):
     """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
     joints = h.joints
@@ -83,31 +84,28 @@ def _step_complete(h, body, frame, time):
             page[j + Y] = points[j].y
             page[j + Z] = points[j].z
     reach = h.max_speed * (time - h.time)
-    unfit = 0
     for first in range(0, h.lanes, PAGE):
-        unfit += _count_unfit(body[first // PAGE * PAGE_SIZE :], np.float32(reach * reach))
-    if unfit > 0:
-        return False
+        page = body[first // PAGE * PAGE_SIZE :]
+        _measure(page)
+        if not page_within(page, WORK, reach * reach):
+            return False
     cx, cy, cz = _center_step(h, body)
     for first in range(0, h.lanes, PAGE):
         _displace(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
     return True
 
 
-@compiled
-def _count_unfit(page, reach):
-    """Count the joints of a page that are missing or too fast."""
-    unfit = 0
+@inlined
+def _measure(page):
+    """Set the squared distances of a page's joints from where they were last there; NaN for those missing."""
     for j in range(PAGE):
         x = page[j + X] - page[j + GOOD_X]
         y = page[j + Y] - page[j + GOOD_Y]
         z = page[j + Z] - page[j + GOOD_Z]
-        # NaN fails the comparison, too.
-        unfit += 0 if x * x + y * y + z * z <= reach else 1
-    return unfit
+        page[j + WORK] = x * x + y * y + z * z
 
 
-@compiled
+@inlined
 def _center_step(h, body):
     """Return how far the centre moved when all joints are there."""
     if h.center >= 0:
@@ -121,13 +119,13 @@ def _center_step(h, body):
     return np.float32(x / h.joints), np.float32(y / h.joints), np.float32(z / h.joints)
 
 
-@compiled
+@inlined
 def _way(body, k):
     """Return how far a joint is from where it was last there."""
     return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
 
 
-@compiled
+@inlined
 def _displace(page, cx, cy, cz):
     """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
     for j in range(PAGE):

@@ -33,12 +33,11 @@ from mossar_stream.body import (
     SUM_Z,
 )
 from mossar_stream.compiled import compiled
+from mossar_stream.lanes import BLOCK, variance_product
 from mossar_stream.layout import LANES
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
-FRACTION_BITS, EXPONENT_BIAS = np.int64(52), np.int64(1023)  # of a float64
-FRACTION, BITS_OF_ONE = np.int64((1 << 52) - 1), np.int64(1023 << 52)
 LOG_2 = np.log(2.0)
 
 MOST_DISTANCES = 120  # about as many joint pairs as carry information; more only cost time
@@ -268,51 +267,18 @@ def close(params, slot):
 
 @compiled
 def _log_sum(sums, squares, duration, floor):
-    """Σ log(σ² + floor): one logarithm for a product of up to 192 variances, in eight lanes.
+    """Σ log(σ² + floor): one logarithm for a product of up to 192 variances, 24 in each lane.
 
     No lane's product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
     the exponents are therefore added up apart.
     """
     scale = 1.0 / duration
     total = 0.0
-    for block in range(0, len(sums), 192):
-        a = b = c = d = e = f = g = k = 1.0
-        for i in range(block, min(block + 192, len(sums)), 8):
-            s, q = sums[i : i + 8], squares[i : i + 8]
-            a *= _variance(s[0], q[0], scale) + floor
-            b *= _variance(s[1], q[1], scale) + floor
-            c *= _variance(s[2], q[2], scale) + floor
-            d *= _variance(s[3], q[3], scale) + floor
-            e *= _variance(s[4], q[4], scale) + floor
-            f *= _variance(s[5], q[5], scale) + floor
-            g *= _variance(s[6], q[6], scale) + floor
-            k *= _variance(s[7], q[7], scale) + floor
-        mantissas = ((_mantissa(a) * _mantissa(e)) * (_mantissa(c) * _mantissa(g))) * (
-            (_mantissa(b) * _mantissa(f)) * (_mantissa(d) * _mantissa(k))
-        )
-        exponents = ((_exponent(a) + _exponent(e)) + (_exponent(c) + _exponent(g))) + (
-            (_exponent(b) + _exponent(f)) + (_exponent(d) + _exponent(k))
-        )
-        total += np.log(mantissas) + exponents * LOG_2
+    for begin in range(0, len(sums), 24 * BLOCK):
+        end = min(begin + 24 * BLOCK, len(sums))
+        mantissa, exponent = variance_product(sums, squares, begin, end, scale, floor)
+        total += np.log(mantissa) + exponent * LOG_2
     return total
-
-
-@compiled
-def _mantissa(value):
-    """Return the factor in 1..2 of a normal number > 0."""
-    return np.int64((np.float64(value).view(np.int64) & FRACTION) | BITS_OF_ONE).view(np.float64)
-
-
-@compiled
-def _exponent(value):
-    """Return the power of two of a normal number > 0."""
-    return (np.float64(value).view(np.int64) >> FRACTION_BITS) - EXPONENT_BIAS
-
-
-@compiled
-def _variance(total, squares, scale):
-    mean = total * scale
-    return max(squares * scale - mean * mean, 0.0)
 
 
 @compiled

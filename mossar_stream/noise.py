@@ -31,10 +31,9 @@ from mossar_stream.body import (
     SMOOTH_Z,
     STEP,
     WORK,
-    line_sum,
-    page_sum,
 )
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
+from mossar_stream.lanes import line_sum, page_product, page_sum
 
 MEMORY = 0.15  # s, time constant of the averages
 TURNED = -0.1  # correlation of successive displacements below which they are noise
@@ -46,7 +45,7 @@ BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may com
 SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
 
 
-@compiled
+@inlined
 def calm_noise(h, body, displacement, dt):
     """Take a frame in, set `h.noise_floor`, and return the frame's path with the noise smoothed out of it.
 
@@ -74,7 +73,7 @@ def calm_noise(h, body, displacement, dt):
     return _smooth(h, body, displacement, dt)
 
 
-@compiled
+@inlined
 def _turned(h, body):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
@@ -82,14 +81,13 @@ def _turned(h, body):
         page = body[first // PAGE * PAGE_SIZE :]
         _turn(page)
         product += page_sum(page, WORK)
-        _square(page)
-        squares += page_sum(page, WORK)
+        squares += page_product(page, STEP, STEP)
     scale = np.sqrt(squares * h.noise_squares)
     h.noise_squares = squares
     return product / scale if scale > 0.0 else 0.0
 
 
-@compiled
+@inlined
 def _is_even(h):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
     step = h.noise_time
@@ -102,7 +100,7 @@ def _is_even(h):
     return even
 
 
-@compiled
+@inlined
 def _turn(page):
     for j in range(PAGE):
         x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
@@ -110,13 +108,7 @@ def _turn(page):
         page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
 
 
-@compiled
-def _square(page):
-    for j in range(PAGE):
-        page[j + WORK] = page[j + STEP] * page[j + STEP]
-
-
-@compiled
+@inlined
 def _listen(h, turned, displacement):
     """Take the path of a frame for noise if joints keep turning back."""
     time = h.noise_time
@@ -135,7 +127,7 @@ def _listen(h, turned, displacement):
         h.noise = 0.0
 
 
-@compiled
+@inlined
 def _is_loud(h):
     """Tell whether the noise comes too near to the threshold line."""
     return h.noise * h.window * h.noise_margin > h.theta * max(h.largest, h.range_floor)

@@ -6,8 +6,9 @@ smooth at rest and quick in motion.
 
 import numpy as np
 
-from mossar_stream.body import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, line_sum, place
+from mossar_stream.body import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, place
 from mossar_stream.compiled import compiled
+from mossar_stream.lanes import line_sum
 
 DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds
 

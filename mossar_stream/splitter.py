@@ -13,7 +13,7 @@ frame with V[t] >= Ceiling[t-1]. The list is the same, except that at the end of
 confirmed whose maximum never came: it is withdrawn then.
 """
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 
 CROSSED, CONFIRMED, PROMOTED, REPLACED, WITHDRAWN = 1, 2, 4, 8, 16
 
@@ -33,7 +33,7 @@ def start_curve(h, value, scale):
     h.testable = 0
 
 
-@compiled
+@inlined
 def follow_curve(h, value, scale, frame, time):
     """Take the next value in; what happened is returned as flags.
 

@@ -29,7 +29,7 @@ from mossar_stream.body import (
     center_of,
     flatten,
 )
-from mossar_stream.compiled import compiled, frame_entry_point
+from mossar_stream.compiled import frame_entry_point, inlined
 from mossar_stream.joints import first_joints, step_joints
 from mossar_stream.layout import HEADER, HEADER_BYTES, MARK, MEMO
 from mossar_stream.noise import calm_noise
@@ -152,7 +152,7 @@ def advance(
     return STOPS * len(times) + DONE
 
 
-@compiled
+@inlined
 def _localise(h, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
     cx, cy, cz = center_of(h, body)
@@ -160,7 +160,7 @@ def _localise(h, body):
         _shift(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
 
 
-@compiled
+@inlined
 def _shift(page, cx, cy, cz):
     for j in range(PAGE):
         page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]

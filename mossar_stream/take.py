@@ -9,7 +9,7 @@ the next one tells whether it was a minimum. When a candidate is confirmed, `set
 import numpy as np
 
 from mossar_stream.body import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 from mossar_stream.similarity import add_frame, merge_into, pour
 from mossar_stream.slots import empty_slot, take_slot
 from mossar_stream.splitter import CONFIRMED, CROSSED, REPLACED, WITHDRAWN, follow_curve
@@ -71,7 +71,7 @@ def open_take(h, body, row_free, slots, memo, time):
     h.slot_run = take_slot(h, row_free, slots)
 
 
-@compiled
+@inlined
 def split(h, body, free, slots, params, pose, value, scale):
     """Take the next velocity in, give the last frame to its summary, and note what the splitter found.
 
@@ -106,7 +106,7 @@ def split(h, body, free, slots, params, pose, value, scale):
         h.slot_since = take_slot(h, free, slots)
 
 
-@compiled
+@inlined
 def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
     """Give the last frame to the summary it belongs to, and the run with it if the run is over."""
     target = h.slot_since if h.candidate >= 0 else h.slot_settled
@@ -122,7 +122,7 @@ def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
         empty_slot(slots[slot])
 
 
-@compiled
+@inlined
 def pour_waiting(h, body, slots, params):
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
     if h.waiting > 0:

@@ -23,7 +23,7 @@ from mossar_stream.body import (
     SPREAD,
     place,
 )
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 
 ORDINARY = 0.15  # s
 SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
@@ -47,7 +47,7 @@ def start_tempo(h, body):
         body[k + SPEED] = PRIOR_TIME * PRIOR_SPEED**2
 
 
-@compiled
+@inlined
 def follow_tempo(h, body, dt):
     """Take a frame in; the sums are kept by joint and added up when they are needed.
 
@@ -69,7 +69,7 @@ def follow_tempo(h, body, dt):
         )
 
 
-@compiled
+@inlined
 def _follow(page, share, keep, dt, rate):
     """Let the means of a page's joints follow, and add to their sums."""
     for j in range(PAGE):

@@ -7,7 +7,7 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 import numpy as np
 
 from mossar_stream.body import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 
 RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
@@ -30,7 +30,7 @@ def trail_size(seconds: float) -> int:
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4
 
 
-@compiled
+@inlined
 def keep_pose(h, body, marks, trail, weight):
     """Keep the pose of the last used frame if the trail is due for one.
 
@@ -58,13 +58,13 @@ def keep_pose(h, body, marks, trail, weight):
     h.trail_filled = min(h.trail_filled + 1, h.trail_size)
 
 
-@compiled
+@inlined
 def _quantise(values, target):
     for j in range(len(target)):
         target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
 
 
-@compiled
+@inlined
 def follow_speeds(h, body, marks, trail, time):
     """Set the log speeds of the joints in the body.
 
@@ -84,7 +84,7 @@ def follow_speeds(h, body, marks, trail, time):
         _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], trail[past], first, rate, target)
 
 
-@compiled
+@inlined
 def _past_place(h, marks, time, newest):
     """Return the place in the trail of the pose from which a speed is taken: about a tenth of a second ago, or -1.
 
@@ -103,14 +103,14 @@ def _past_place(h, marks, time, newest):
     return past
 
 
-@compiled
+@inlined
 def _rate(marks, past, time):
     """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
     span = time - marks[past].time if past >= 0 else 0.0
     return np.float32(1.0 / span if span > MARGIN else 0.0)
 
 
-@compiled
+@inlined
 def _log_speeds(x, y, z, past, first, rate, speeds):
     """Set `speeds` to log(speed + 0.1 m/s)."""
     a, b, c = past[0, first:], past[1, first:], past[2, first:]
@@ -122,7 +122,7 @@ def _log_speeds(x, y, z, past, first, rate, speeds):
     logarithm(speeds)
 
 
-@compiled
+@inlined
 def logarithm(values):
     """Replace positive numbers by their natural logarithms, to 1e-7; unlike np.log this vectorises."""
     for i in range(len(values)):

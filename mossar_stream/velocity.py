@@ -12,14 +12,14 @@ depend on the order of additions, and equal velocities compare equal.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 
 UNIT = 2.0**-40  # m
 MARGIN = 1e-6  # s, for the rounding of timestamps
 MOST = 2**60  # of one displacement, in units: far beyond any body
 
 
-@compiled
+@inlined
 def ring_is_full(h, ring_time, time):
     """Tell whether the window holds more displacements than the ring has places."""
     if h.filled < h.ring:
@@ -28,7 +28,7 @@ def ring_is_full(h, ring_time, time):
     return time - ring_time[oldest] < h.window - MARGIN
 
 
-@compiled
+@inlined
 def travel(h, ring_time, ring_step, time, displacement):
     """Add one displacement, drop those that left the window, and return the velocity (equation 1).
 
