@@ -14,11 +14,12 @@ from mossar_stream.body import flatten
 from mossar_stream.compiled import compiled, frame_entry_point, spliced
 from mossar_stream.decision import decide_oldest
 from mossar_stream.hierarchy import UNKNOWN
-from mossar_stream.layout import HEADER, HEADER_BYTES, KEY, MARK, MEMO
+from mossar_stream.layout import HEADER, KEY, MARK, MEMO
 from mossar_stream.outbox import (
     CANDIDATE,
     DECIDED,
     EVENT,
+    EVENT_BYTES,
     FIRST,
     MINIMUM,
     OFFSET,
@@ -33,6 +34,7 @@ from mossar_stream.outbox import (
     next_event,
     put_key_frame,
 )
+from mossar_stream.parts import part
 from mossar_stream.similarity import add_frame, add_pose, close, merge_into, pour
 from mossar_stream.slots import give_slot, take_slot
 from mossar_stream.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED
@@ -54,7 +56,6 @@ from mossar_stream.window import (
 )
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
-KEY_BYTES, MARK_BYTES, MEMO_BYTES = KEY.itemsize, MARK.itemsize, MEMO.itemsize
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
 
@@ -112,37 +113,31 @@ def act(
             take: RANK to close its last segment and rank all key frames, then DECIDE.
     """
     row = memory[index]
-    h = row[:HEADER_BYTES].view(HEADER)[0]
+    h = part(row, 0, HEADER, (1,))[0]
     if h.open == 0:
         return
-    events = outbox.view(EVENT)
+    events = part(outbox, 0, EVENT, (len(outbox) // EVENT_BYTES,))
     begin = events[0].row
     lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
-    pose = row[h.at_pose : h.at_pose + 16 * lanes].view(np.float32).reshape(4, lanes)
-    scratch = h.capacity + SCRATCH_ROWS
-    summaries = room[: 8 * scratch * h.slot]
-    kept = room[len(summaries) : len(summaries) + 16 * lanes]
-    numbers = room[len(summaries) + len(kept) :].view(np.float64).reshape(11, h.capacity + 4)
-    integers = room[len(summaries) + len(kept) :].view(np.int64).reshape(11, h.capacity + 4)[2:]
+    pose = part(row, h.at_pose, np.float32, (4, lanes))
+    scratch, long = h.capacity + SCRATCH_ROWS, h.capacity + 4
+    at_kept = 8 * scratch * h.slot
+    at_integers = at_kept + 16 * lanes
+    integers = part(room, at_integers, np.int64, (9, long))
+    numbers = part(room, at_integers + 8 * integers.size, np.float64, (2, long))
     w = Window(
-        row[h.at_body : h.at_seen].view(np.float32),
-        row[h.at_keys : h.at_keys + places * KEY_BYTES].view(KEY),
-        row[h.at_order : h.at_order + 8 * places].view(np.int64),
-        row[h.at_free : h.at_free + 8 * h.slot_count].view(np.int64),
-        row[h.at_slots : h.at_slots + 8 * h.slot_count * h.slot]
-        .view(np.float64)
-        .reshape(h.slot_count, h.slot),
-        row[h.at_counts : h.at_counts + 8 * counted * (counted + 1)]
-        .view(np.int64)
-        .reshape(counted + 1, counted),
-        row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO),
-        row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK),
-        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes]
-        .view(np.int16)
-        .reshape(h.trail_size, 3, lanes),
-        kept.view(np.float32).reshape(4, lanes),
-        summaries.view(np.float64).reshape(scratch, h.slot),
+        part(row, h.at_body, np.float32, ((h.at_seen - h.at_body) // 4,)),
+        part(row, h.at_keys, KEY, (places,)),
+        part(row, h.at_order, np.int64, (places,)),
+        part(row, h.at_free, np.int64, (h.slot_count,)),
+        part(row, h.at_slots, np.float64, (h.slot_count, h.slot)),
+        part(row, h.at_counts, np.int64, (counted + 1, counted)),
+        part(row, h.at_memo, MEMO, (h.memo_size,)),
+        part(row, h.at_marks, MARK, (h.trail_size,)),
+        part(row, h.at_trail, np.int16, (h.trail_size, 3, lanes)),
+        part(room, at_kept, np.float32, (4, lanes)),
+        part(room, 0, np.float64, (scratch, h.slot)),
         integers[0],
         integers[1],
         integers[2],

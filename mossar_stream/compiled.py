@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 from numba.core.caching import FunctionCache
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from mossar_stream.errors import MossarError
 from mossar_stream.inner import InnerCompiler
@@ -155,6 +155,14 @@ def spliced(function: F) -> F:
     A kernel's callees are optimised again in each of their callers; one that is spliced in is not.
     """
     return cast("F", numba.njit(inline="always", **_OPTIONS, **_INNER)(function))
+
+
+def generated(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a function write the code of calls to it (decorator); only kernels can call the result.
+
+    The function takes numba's context and the types of the arguments, and returns a signature and what generates code.
+    """
+    return cast("Callable[..., Any]", intrinsic(function))
 
 
 def chosen_by_type(function: Callable[..., object]) -> Callable[[F], F]:

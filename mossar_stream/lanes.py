@@ -5,24 +5,20 @@ depends on the machine. Here the order is written down: halves are combined with
 """
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from mossar_stream.body import PAGE, PAGE_SIZE
-from mossar_stream.compiled import inlined
+from mossar_stream.compiled import generated, inlined
 
 BLOCK = 8  # numbers that are multiplied at once
 FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
 FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
 _float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64), ir.IntType(32)
-
-# Makes what a function returns, given the compiler's context and the types, into the code of a call (decorator).
-generated = cast("Callable[[Callable[..., Any]], Callable[..., Any]]", intrinsic)
 
 
 @inlined

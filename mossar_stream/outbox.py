@@ -41,6 +41,7 @@ EVENT = np.dtype(
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
+EVENT_BYTES = EVENT.itemsize
 _COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.

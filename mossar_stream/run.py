@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from mossar_stream.act import FOLLOW, act
 from mossar_stream.apart import apart
 from mossar_stream.compiled import frame_entry_point
-from mossar_stream.outbox import EVENT
+from mossar_stream.outbox import EVENT, EVENT_BYTES
+from mossar_stream.parts import part
 from mossar_stream.stream import DONE, HAPPENED, STOPS, advance
 
 OUTBOX_FULL = STOPS  # what the caller must do, besides what `advance` asks for
@@ -52,7 +53,7 @@ def run(
     Returns:
         DONE; TAKE_ENDS or RING_FULL before the frame that the cursor is at; OUTBOX_FULL.
     """
-    events = outbox.view(EVENT)
+    events = part(outbox, 0, EVENT, (len(outbox) // EVENT_BYTES,))
     while cursor[0] < len(rows):
         row, begin, end = rows[cursor[0]], begins[cursor[0]], ends[cursor[0]]
         while begin + cursor[1] < end:

@@ -31,9 +31,10 @@ from mossar_stream.body import (
 )
 from mossar_stream.compiled import frame_entry_point, inlined
 from mossar_stream.joints import first_joints, step_joints
-from mossar_stream.layout import HEADER, HEADER_BYTES, MARK, MEMO
+from mossar_stream.layout import HEADER, MARK, MEMO
 from mossar_stream.noise import calm_noise
 from mossar_stream.one_euro import filter_joints
+from mossar_stream.parts import part
 from mossar_stream.ranges import normalise
 from mossar_stream.similarity import add_pose
 from mossar_stream.splitter import start_curve
@@ -48,7 +49,6 @@ MOST_STEPS = (
     1 << 14
 )  # in the velocity window; a clock that gives more is wrong, and frames that are too many are dropped
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
-MARK_BYTES, MEMO_BYTES = MARK.itemsize, MEMO.itemsize
 
 
 @frame_entry_point
@@ -74,24 +74,20 @@ def advance(
         frame. One number, because a second one would cost as much as the frame.
     """
     row = memory[index]
-    h = row[:HEADER_BYTES].view(HEADER)[0]
+    h = part(row, 0, HEADER, (1,))[0]
     lanes, size = h.lanes, h.slot_count
-    seen = row[h.at_seen : h.at_seen + 8 * lanes].view(np.float64)
-    body = row[h.at_body : h.at_seen].view(np.float32)
-    filtered = (
-        row[h.at_filtered : h.at_filtered + 48 * h.filter_lanes].view(np.float64).reshape(6, h.filter_lanes)
-    )
-    pose = row[h.at_pose : h.at_pose + 16 * lanes].view(np.float32).reshape(4, lanes)
-    ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
-    ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
-    average = row[h.at_average : h.at_average + 8 * h.average_size].view(np.int64)
-    slots = row[h.at_slots : h.at_slots + 8 * size * h.slot].view(np.float64).reshape(size, h.slot)
-    free = row[h.at_free : h.at_free + 8 * size].view(np.int64)
-    marks = row[h.at_marks : h.at_marks + h.trail_size * MARK_BYTES].view(MARK)
-    trail = (
-        row[h.at_trail : h.at_trail + 6 * h.trail_size * lanes].view(np.int16).reshape(h.trail_size, 3, lanes)
-    )
-    points = positions.reshape(-1).view(POINT)
+    seen = part(row, h.at_seen, np.float64, (lanes,))
+    body = part(row, h.at_body, np.float32, ((h.at_seen - h.at_body) // 4,))
+    filtered = part(row, h.at_filtered, np.float64, (6, h.filter_lanes))
+    pose = part(row, h.at_pose, np.float32, (4, lanes))
+    ring_time = part(row, h.at_ring_time, np.float64, (h.ring,))
+    ring_step = part(row, h.at_ring_step, np.int64, (h.ring,))
+    average = part(row, h.at_average, np.int64, (h.average_size,))
+    slots = part(row, h.at_slots, np.float64, (size, h.slot))
+    free = part(row, h.at_free, np.int64, (size,))
+    marks = part(row, h.at_marks, MARK, (h.trail_size,))
+    trail = part(row, h.at_trail, np.int16, (h.trail_size, 3, lanes))
+    points = part(positions, 0, POINT, (len(times) * h.joints,))
     for i in range(len(times)):
         time = times[i]
         dt = time - h.time
@@ -111,7 +107,7 @@ def advance(
         weight = 0.0 if first else min(dt, h.max_gap)
         displacement = 0.0
         if first:
-            memo = row[h.at_memo : h.at_memo + h.memo_size * MEMO_BYTES].view(MEMO)
+            memo = part(row, h.at_memo, MEMO, (h.memo_size,))
             open_take(h, body, free, slots, memo, time)
             first_joints(h, seen, body, frame, time)
         else:
