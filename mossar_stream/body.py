@@ -9,7 +9,8 @@ is not looked at.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, spliced
+from mossar_stream.parts import part
 
 POINT = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4")])  # m; a frame is J of these
 PAGE = 32  # joints
@@ -34,6 +35,7 @@ LIVE = 1120  # 1, or 0 for the lanes after the last joint
 WORK = 1152  # room to work in
 LINES = 37  # of a page
 PAGE_SIZE = LINES * PAGE
+PAGE_BYTES = 4 * PAGE_SIZE
 
 
 def body_size(joints: int) -> int:
@@ -45,6 +47,12 @@ def body_size(joints: int) -> int:
 def place(j):
     """Return where joint j's numbers begin."""
     return j // PAGE * PAGE_SIZE + j % PAGE
+
+
+@spliced
+def page_of(body, first):
+    """Return the page that begins with a joint."""
+    return part(body, first // PAGE * PAGE_BYTES, np.float32, (PAGE_SIZE,))
 
 
 @compiled

@@ -20,12 +20,12 @@ from mossar_stream.body import (
     MOVED_Y,
     MOVED_Z,
     PAGE,
-    PAGE_SIZE,
     STEP,
     WORK,
     X,
     Y,
     Z,
+    page_of,
     place,
 )
 from mossar_stream.compiled import compiled, inlined
@@ -77,7 +77,7 @@ def _step_complete(h, body, frame, time):
     """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
     joints = h.joints
     for first in range(0, joints, PAGE):
-        page = body[first // PAGE * PAGE_SIZE :]
+        page = page_of(body, first)
         points = frame[first : min(first + PAGE, joints)]
         for j in range(len(points)):
             page[j + X] = points[j].x
@@ -85,13 +85,13 @@ def _step_complete(h, body, frame, time):
             page[j + Z] = points[j].z
     reach = h.max_speed * (time - h.time)
     for first in range(0, h.lanes, PAGE):
-        page = body[first // PAGE * PAGE_SIZE :]
+        page = page_of(body, first)
         _measure(page)
         if not page_within(page, WORK, reach * reach):
             return False
     cx, cy, cz = _center_step(h, body)
     for first in range(0, h.lanes, PAGE):
-        _displace(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
+        _displace(page_of(body, first), cx, cy, cz)
     return True
 
 

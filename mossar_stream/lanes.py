@@ -11,7 +11,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from mossar_stream.body import PAGE, PAGE_SIZE
+from mossar_stream.body import PAGE, page_of
 from mossar_stream.compiled import generated, inlined
 
 BLOCK = 8  # numbers that are multiplied at once
@@ -26,7 +26,7 @@ def line_sum(h, body, line):
     """Sum of a line of the body over all joints."""
     total = 0.0
     for first in range(0, h.lanes, PAGE):
-        total += page_sum(body[first // PAGE * PAGE_SIZE :], line)
+        total += page_sum(page_of(body, first), line)
     return total
 
 

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mossar_stream.body import (
     LOG_SPEED,
     PAGE,
-    PAGE_SIZE,
     POSE_X,
     POSE_Y,
     POSE_Z,
@@ -31,6 +30,7 @@ from mossar_stream.body import (
     SUM_X,
     SUM_Y,
     SUM_Z,
+    page_of,
 )
 from mossar_stream.compiled import compiled
 from mossar_stream.lanes import BLOCK, variance_product
@@ -124,7 +124,7 @@ def add_frame(params, slot, body, pose, joints, time, weight, moving):
     slot[DURATION] += weight
     lanes = pose.shape[1]
     for first in range(0, lanes, PAGE):
-        _gather(body[first // PAGE * PAGE_SIZE :], np.float32(weight))
+        _gather(page_of(body, first), np.float32(weight))
     if params.offsets > 0:
         _add_pairs(params, slot, pose, joints, weight)
 
@@ -149,7 +149,7 @@ def _gather(page, weight):
 def pour(params, slot, body, lanes):
     """Add the sums that wait to a summary, and empty them."""
     for first in range(0, lanes, PAGE):
-        page, count = body[first // PAGE * PAGE_SIZE :], min(PAGE, lanes - first)
+        page, count = page_of(body, first), min(PAGE, lanes - first)
         _pour(slot[PATH + first : PATH + first + count], page[SUM_PATH : SUM_PATH + PAGE])
         at = params.start + first
         for axis in range(4):

@@ -25,12 +25,12 @@ from mossar_stream.body import (
     MOVED_Y,
     MOVED_Z,
     PAGE,
-    PAGE_SIZE,
     SMOOTH_X,
     SMOOTH_Y,
     SMOOTH_Z,
     STEP,
     WORK,
+    page_of,
 )
 from mossar_stream.compiled import compiled, inlined
 from mossar_stream.lanes import line_sum, page_product, page_sum
@@ -78,7 +78,7 @@ def _turned(h, body):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
     for first in range(0, h.lanes, PAGE):
-        page = body[first // PAGE * PAGE_SIZE :]
+        page = page_of(body, first)
         _turn(page)
         product += page_sum(page, WORK)
         squares += page_product(page, STEP, STEP)
@@ -148,7 +148,7 @@ def _smooth(h, body, displacement, dt):
     h.noise_smooth = 1
     take = share if displacement > 0.0 else 0.0
     for first in range(0, h.lanes, PAGE):
-        _follow(body[first // PAGE * PAGE_SIZE :], np.float32(keep), np.float32(take))
+        _follow(page_of(body, first), np.float32(keep), np.float32(take))
     raw, smooth = line_sum(h, body, STEP), line_sum(h, body, WORK)
     return smooth * displacement / raw if raw > 0.0 else smooth
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from mossar_stream.body import (
     LIVE,
     PAGE,
-    PAGE_SIZE,
     POINT,
     POSE_X,
     POSE_Y,
@@ -28,6 +27,7 @@ from mossar_stream.body import (
     Z,
     center_of,
     flatten,
+    page_of,
 )
 from mossar_stream.compiled import frame_entry_point, inlined
 from mossar_stream.joints import first_joints, step_joints
@@ -153,7 +153,7 @@ def _localise(h, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
     cx, cy, cz = center_of(h, body)
     for first in range(0, h.lanes, PAGE):
-        _shift(body[first // PAGE * PAGE_SIZE :], cx, cy, cz)
+        _shift(page_of(body, first), cx, cy, cz)
 
 
 @inlined

@@ -15,12 +15,12 @@ from mossar_stream.body import (
     MOVED_Y,
     MOVED_Z,
     PAGE,
-    PAGE_SIZE,
     POSE_X,
     POSE_Y,
     POSE_Z,
     SPEED,
     SPREAD,
+    page_of,
     place,
 )
 from mossar_stream.compiled import compiled, inlined
@@ -61,7 +61,7 @@ def follow_tempo(h, body, dt):
     share, keep = dt * (1.0 / MEAN_TIME), max(0.0, 1.0 - dt * (1.0 / TIME_CONSTANT))
     for first in range(0, h.lanes, PAGE):
         _follow(
-            body[first // PAGE * PAGE_SIZE :],
+            page_of(body, first),
             np.float32(min(share, 1.0)),
             np.float32(keep),
             np.float32(dt),

@@ -6,7 +6,7 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 
 import numpy as np
 
-from mossar_stream.body import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X
+from mossar_stream.body import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
 from mossar_stream.compiled import compiled, inlined
 
 RATE = 30.0  # Hz
@@ -78,7 +78,7 @@ def follow_speeds(h, body, marks, trail, time):
     past = _past_place(h, marks, time, NEWEST)
     rate = _rate(marks, past, time)
     for first in range(0, h.lanes, PAGE):
-        page = body[first // PAGE * PAGE_SIZE :]
+        page = page_of(body, first)
         pose = page[POSE_X:]
         target = page[LOG_SPEED : LOG_SPEED + min(PAGE, h.lanes - first)]
         _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], trail[past], first, rate, target)
