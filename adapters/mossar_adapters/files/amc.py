@@ -106,7 +106,7 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
 
     notes = [scale.note] if scale.note else []
     if options.fps is None:
-        notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set fps to change")
+        notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set --fps to change")
     if amc.cut:
         notes.append(f"the file is cut off in its last frame; {amc.count} frames are whole")
     return JointMotion(names, parents, offsets * scale.metres, fps, amc.count, chunks, tuple(notes))

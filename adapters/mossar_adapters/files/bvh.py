@@ -55,7 +55,7 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     hierarchy = parse_hierarchy(path, lines)
     announced, step, last_line = _motion_header(path, lines)
     if options.fps is None and not plausible_rate(rate_of_step(step)):
-        raise FileError(path, f"a frame time of {step} s is impossible; set fps", last_line)
+        raise FileError(path, f"a frame time of {step} s is impossible; set --fps", last_line)
     rows = survey(path, last_line + 1, str.split, hierarchy.width, exact=True)
     rows = msgspec.structs.replace(
         rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count

@@ -8,12 +8,12 @@ from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.heading import delimiter_of, quoted_cells, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
-from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
 from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.files.units import metres_of
 from mossar_adapters.source import Recording
 
-UNITS = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": METRES["inch"], "feet": 0.3048}
 _PREFERRED = ("bone", "marker", "rigid body", "bone marker", "rigid body marker")
 _HEAD = 30  # lines within which the heading ends
 
@@ -60,7 +60,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
             labels=tuple(_label(heading.names[column]) for column in columns),
             xyz=tuple(columns),
             fps=_fact(heading, "export frame rate") or _fact(heading, "capture frame rate"),
-            metres=UNITS.get(heading.facts.get("length units", "").lower()),
+            metres=metres_of(heading.facts.get("length units", "")),
             time=1,
             frame=0,
             parents=parents,

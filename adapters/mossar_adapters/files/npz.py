@@ -208,7 +208,7 @@ def _clock(
     if fps is None:
         fps, notes = (
             USUAL_FPS,
-            (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set fps to change",),
+            (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set --fps to change",),
         )
     return constant_times(count, fps), fps, notes
 
@@ -217,7 +217,7 @@ def _rate(path: Path, member: Member) -> float:
     value = _array(path, member)
     fps = float(value.reshape(-1)[0]) if value.size == 1 and value.dtype.kind in "fiu" else float("nan")
     if not plausible_rate(fps):
-        raise FileError(path, f"{shown(member.name)} is no possible rate; set fps")
+        raise FileError(path, f"{shown(member.name)} is no possible rate; set --fps")
     return fps
 
 

@@ -94,7 +94,7 @@ def _clock(
         return times, found.fps or rate_of_times(times), ()
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
-    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set fps to change"
+    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set --fps to change"
     return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
 
 

@@ -29,7 +29,7 @@ from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
-from mossar_adapters.files.units import fitted, given, guessed
+from mossar_adapters.files.units import fitted, given, guessed, metres_of
 from mossar_adapters.joint_sets import (
     BLAZEPOSE_33,
     COCO_17,
@@ -67,10 +67,11 @@ def read(path: Path, options: ReadOptions) -> Recording:
     skeleton = _skeleton(path, columns, heading.facts)
     recording = Recording(str(path), skeleton, fps, chunks, (*cut_note(rows), *notes), rows.count)
     unit = heading.facts.get("unit", "auto")
-    if unit != "auto" and unit not in METRES:
+    metres = metres_of(unit)
+    if unit != "auto" and metres is None:
         raise FileError(path, f"unit={unit[:20]} is none of {', '.join(METRES)}")
-    if unit in METRES:
-        return in_metres(recording, given(options, METRES[unit]))
+    if metres is not None:
+        return in_metres(recording, given(options, metres))
     if set(columns.joints) <= _KINECT:
         return in_metres(recording, given(options, 1.0))  # the sensor's camera space
     normalised = _is_normalised(skeleton.names, first_chunk(path, chunks).positions)
@@ -116,7 +117,7 @@ def _clock(
     if columns.time < 0:
         if stated is not None:
             return stated, None, ()
-        note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set fps to change"
+        note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set --fps to change"
         return USUAL_FPS, None, (note,)
     first = next(rows.blocks())
     stamps = _stamps(first, rows, columns)

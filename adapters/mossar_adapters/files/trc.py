@@ -6,12 +6,12 @@ from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import delimiter_of, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
-from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
 from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.files.units import metres_of
 from mossar_adapters.source import Recording
 
-UNITS = {**METRES, "meters": 1.0, "millimeters": 1e-3, "centimeters": 1e-2, "in": METRES["inch"]}
 _HEAD = 40  # lines within which the heading ends
 
 
@@ -25,14 +25,13 @@ def read(path: Path, options: ReadOptions) -> Recording:
         raise FileError(path, "there are no marker names", line)
     rows = survey(path, _first_row(path, line), split, 2 + 3 * len(labels), pad=True)
     announced = _fact(facts, "numframes")
-    unit = facts.get("units", "").lower()
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
             xyz=tuple(range(2, 2 + 3 * len(labels), 3)),
             fps=_fact(facts, "datarate"),
-            metres=UNITS.get(unit),
+            metres=metres_of(facts.get("units", "")),
             time=1,
             frame=0,
             first_number=1,

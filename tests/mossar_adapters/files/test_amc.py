@@ -41,7 +41,7 @@ def test_bones_turn_about_their_own_axes(sample):
 def test_the_rate_is_that_of_cmu_and_said_so(sample):
     recording = open_recording(sample("amc"))
     assert recording.fps == 120
-    assert recording.notes == ("rate taken as 120 Hz (an AMC does not state it); set fps to change",)
+    assert recording.notes == ("rate taken as 120 Hz (an AMC does not state it); set --fps to change",)
     assert open_recording(sample("amc"), ReadOptions(fps=60)).notes == ()
 
 

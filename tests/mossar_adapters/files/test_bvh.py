@@ -102,7 +102,7 @@ def test_rows_beyond_the_announced_frames_are_left_out_and_missing_ones_noted(sa
         ("0 90 7 ", "0 ninety 7 ", 35, "'ninety' is not a number"),
         ("0 90 7 ", "90 7 ", 35, "the row has 11 values instead of 12"),
         ("0 90 7 ", "0 0 90 7 ", 35, "the row has 13 values instead of 12"),
-        ("Frame Time: 0.0333333", "Frame Time: 0", 27, "a frame time of 0 s is impossible; set fps"),
+        ("Frame Time: 0.0333333", "Frame Time: 0", 27, "a frame time of 0 s is impossible; set --fps"),
         ("Frames: 30", "Frames: many", 26, "MOTION is not followed by"),
         ("Frames: 30", "Frames: 0", 27, "the motion has 0 frames"),
         ("OFFSET 10 0 0", "OFFSET 10 0 up", 8, "OFFSET is not followed by three numbers"),

@@ -63,7 +63,7 @@ def test_objects_are_not_unpickled(tmp_path):
             r"no array positions of shape \(n, J, 3\); there are: positions \(2, 3\)",
         ),
         ({"positions": np.ones((0, 2, 3))}, "has 0 frames"),
-        ({"positions": np.ones((2, 2, 3)), "fps": -1}, "'fps' is no possible rate; set fps"),
+        ({"positions": np.ones((2, 2, 3)), "fps": -1}, "'fps' is no possible rate; set --fps"),
         ({"positions": np.ones((2, 2, 3)), "fps": "fast"}, "'fps' is no possible rate"),
         ({"positions": np.ones((2, 2, 3)), "times": [1.0]}, "'times' is not one number for each of 2 frames"),
         (
