@@ -1,5 +1,6 @@
 """Motive: CSV of OptiTrack's program; bones of a skeleton, else labelled markers, else rigid bodies."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -48,6 +49,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     columns = _positions(heading)
     if not columns:
         raise FileError(path, "there are no columns of positions", heading.line)
+    if heading.facts.get("coordinate space", "").lower() == "local" and _kind(heading, columns[0]) == "bone":
+        raise FileError(path, "its bones are relative to their parents; export them in global coordinates")
     split = splitter(heading.delimiter, decimal_comma=heading.delimiter != ",")
     rows = survey(path, heading.line + 1, split, max(columns) + 3, pad=True)
     announced = _fact(heading, "total exported frames")
@@ -78,7 +81,7 @@ def _heading(path: Path) -> Heading:
             heading.delimiter = delimiter_of(text) or ","
         cells = [cell.strip() for cell in quoted_cells(text, heading.delimiter)]
         if not heading.facts:
-            heading.facts = {key.lower(): value for key, value in zip(cells[::2], cells[1::2], strict=False)}
+            heading.facts = {key.lower(): value for key, value in pairwise(cells)}  # takes may have commas
         elif cells and cells[0].lower() == "frame":
             heading.axes, heading.line = cells, line
             break
@@ -118,13 +121,17 @@ def _positions(heading: Heading) -> list[int]:
         for i in range(2, len(heading.axes) - 2)
         if [axis.upper() for axis in heading.axes[i : i + 3]] == ["X", "Y", "Z"]
         and heading.quantities[i : i + 3] == ["Position"] * 3
-        and not heading.names[i].lower().startswith("unlabeled")
     ]
+    starts = [i for i in starts if not heading.names[i].lower().startswith("unlabeled")] or starts
     for kind in _PREFERRED:
-        found = [i for i in starts if heading.kinds[i].lower() == kind]
+        found = [i for i in starts if _kind(heading, i) == kind]
         if found:
             return found
     return starts
+
+
+def _kind(heading: Heading, column: int) -> str:
+    return heading.kinds[column].lower()
 
 
 def _label(name: str) -> str:

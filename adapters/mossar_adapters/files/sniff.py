@@ -74,7 +74,7 @@ def motive(head: str) -> bool:
 
 def qtm(head: str) -> bool:
     """Return whether this is QTM's export."""
-    return head.lstrip().upper().startswith("NO_OF_FRAMES")
+    return any(line.upper().startswith("NO_OF_FRAMES") for line in head.lstrip().split("\n", 5)[:5])
 
 
 def msrc12(head: str) -> bool:
