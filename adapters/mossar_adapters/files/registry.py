@@ -34,6 +34,7 @@ class Format(msgspec.Struct, frozen=True):
         library: Module whose absence means that the extra is missing.
         folder: Whether it reads folders too.
         motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
+        telling: Whether what the sniffer knows is enough, whatever the extension.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Format(msgspec.Struct, frozen=True):
     library: str | None = None
     folder: bool = False
     motion: bool = False
+    telling: bool = False
 
     def available(self) -> bool:
         """Return whether what it needs is installed."""
@@ -55,20 +57,31 @@ _HERE = "mossar_adapters.files"
 
 FORMATS: tuple[Format, ...] = (
     Format(
-        "BVH", (".bvh",), sniff.text(sniff.bvh), f"{_HERE}.bvh", "skeleton and joint rotations", motion=True
+        "BVH",
+        (".bvh",),
+        sniff.text(sniff.bvh),
+        f"{_HERE}.bvh",
+        "skeleton and joint rotations",
+        motion=True,
+        telling=True,
     ),
     Format(
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
     Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
-    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text"),
+    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", telling=True),
     Format(
-        "Motive CSV", (".csv",), sniff.text(sniff.motive), f"{_HERE}.motive", "OptiTrack skeletons or markers"
+        "Motive CSV",
+        (".csv",),
+        sniff.text(sniff.motive),
+        f"{_HERE}.motive",
+        "OptiTrack skeletons or markers",
+        telling=True,
     ),
-    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers"),
+    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", telling=True),
     Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
-    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings"),
+    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings", telling=True),
     Format(
         "XDF",
         (".xdf",),
@@ -77,6 +90,7 @@ FORMATS: tuple[Format, ...] = (
         "motion capture stream of Lab Streaming Layer",
         extra="files",
         library="pyxdf",
+        telling=True,
     ),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
@@ -150,21 +164,27 @@ def open_motion(
 
 
 def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
-    """Return the format of a file: among those with its extension the first that knows its content.
+    """Return the format of a file: the first that knows its content.
+
+    Formats that are sure of it are asked first, whatever the extension; then those with its extension.
 
     Raises:
         FileError: If there is no such file or no such format.
     """
     head = _head(path)
     if path.is_dir():
-        candidates = [form for form in formats if form.folder]
+        telling, candidates = [], [form for form in formats if form.folder]
     else:
+        telling = [form for form in formats if form.telling]
         candidates = [form for form in formats if path.name.lower().endswith(form.extensions)]
-    for form in candidates:
+    for form in (*telling, *candidates):
         if form.sniff(head, path):
             return form
     if path.is_dir():
         raise FileError(path, "this is a folder without recordings of single frames (.json)")
+    for beginning, advice in sniff.PACKED.items():
+        if head.startswith(beginning):
+            raise FileError(path, f"this is {advice}")
     if candidates:
         raise FileError(path, f"this does not look like {' or '.join(form.name for form in candidates)}")
     if path.suffix.lower() == ".asf":

@@ -9,6 +9,14 @@ from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
 
+PACKED = {  # how packed files begin, and what to do with them
+    b"\x1f\x8b": "packed with gzip; unpack it first",
+    b"BZh": "packed with bzip2; unpack it first",
+    b"\xfd7zXZ": "packed with xz; unpack it first",
+    b"7z\xbc\xaf": "packed with 7-Zip; unpack it first",
+    b"PK\x03\x04": "a zip archive or a workbook; unpack it, or save the sheet as CSV",
+}
+
 
 def text(looks: Callable[[str], object]) -> Sniffer:
     """Return a sniffer for a format of text.
@@ -16,7 +24,7 @@ def text(looks: Callable[[str], object]) -> Sniffer:
     Args:
         looks: Whether a file that begins with this text is of the format.
     """
-    return lambda head, _path: bool(looks(head_text(head)))
+    return lambda head, _path: not head.startswith(tuple(PACKED)) and bool(looks(head_text(head)))
 
 
 def magic(*beginnings: bytes) -> Sniffer:
