@@ -102,7 +102,7 @@ FORMATS: tuple[Format, ...] = (
     ),
     Format(
         "pose JSON",
-        (".json",),
+        (".json", ".jsonl", ".ndjson"),
         sniff.pose_json,
         f"{_HERE}.pose_json",
         "MediaPipe, OpenPose; a file, or a folder with a file per frame",

@@ -33,8 +33,9 @@ def magic(*beginnings: bytes) -> Sniffer:
 
 
 def bvh(head: str) -> bool:
-    """Return whether this is BVH."""
-    return head.lstrip()[:9].upper() == "HIERARCHY"
+    """Return whether this is BVH, below comments if there are some."""
+    first = next((line for line in head.split("\n") if line.strip() and not line.startswith("#")), "")
+    return first.lstrip()[:9].upper() == "HIERARCHY"
 
 
 def amc(head: str) -> bool:
@@ -87,7 +88,7 @@ def qtm(head: str) -> bool:
 
 def msrc12(head: str) -> bool:
     """Return whether the first line is 81 numbers."""
-    words = head.lstrip().partition("\n")[0].split()
+    words = head.lstrip().partition("\n")[0].replace(",", " ").split()
     return len(words) == 81 and words[0].isdecimal()
 
 

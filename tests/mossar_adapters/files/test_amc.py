@@ -64,6 +64,17 @@ def test_radians_are_read(sample):
     np.testing.assert_allclose(positions_of(open_recording(path)), expected, atol=1e-6)
 
 
+def test_the_motion_may_be_in_radians_though_the_skeleton_is_in_degrees(sample):
+    path = sample("amc")
+    expected = positions_of(open_recording(path))
+    rows = [
+        f"{i + 1}\nroot 0 16 {i * 0.1} 0 {np.radians(i)} 0\nleg {np.radians(i)} {-np.radians(i)}\n"
+        for i in range(30)
+    ]
+    path.write_text(":RADIANS\n" + "".join(rows))
+    np.testing.assert_allclose(positions_of(open_recording(path)), expected, atol=1e-6)
+
+
 def test_the_skeleton_is_found_by_name_by_prefix_or_alone(sample):
     path = sample("amc")
     folder, asf = path.parent, path.parent / "a.asf"

@@ -97,6 +97,22 @@ def test_rows_beyond_the_announced_frames_are_left_out_and_missing_ones_noted(sa
 
 
 @pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Frames: 30\nFrame Time: 0.0333333\n", "Frame Time: 0.0333333\nFrames: 30\n"),
+        ("Frames: 30\nFrame Time: 0.0333333\n", "\nFrames :\t30 \n\nFrame  Time :\t.0333333 \n"),
+        ("HIERARCHY\n", "# made by somebody\nHIERARCHY\n# the body\n"),
+    ],
+)
+def test_headings_may_be_turned_around_spaced_oddly_and_commented(sample, old, new):
+    usual = open_recording(sample("bvh"))
+    expected = positions_of(usual)
+    found = open_recording(rewritten(sample("bvh"), old, new))
+    assert (found.fps, found.skeleton) == (usual.fps, usual.skeleton)
+    np.testing.assert_array_equal(positions_of(found), expected)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "line", "problem"),
     [
         ("0 90 7 ", "0 ninety 7 ", 35, "'ninety' is not a number"),

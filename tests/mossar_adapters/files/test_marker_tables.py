@@ -208,6 +208,12 @@ def test_msrc12_rows_without_a_player_are_missing(sample):
     assert recording.skeleton.names[recording.skeleton.root] == "HipCenter"
 
 
+def test_msrc12_may_have_commas(sample):
+    expected = positions_of(open_recording(sample("msrc12")))
+    found = positions_of(open_recording(rewritten(sample("msrc12"), " ", ",")))
+    np.testing.assert_array_equal(found, expected)
+
+
 def test_ntu_states_are_confidence(sample):
     (frames,) = open_recording(sample("ntu")).chunks()
     assert frames.confidence[0, :5].tolist() == [1, 1, 1, 0.5, 1]
