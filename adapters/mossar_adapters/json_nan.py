@@ -2,7 +2,9 @@
 
 import re
 
-_TEXT_OR_WORD = re.compile(rb'"(?:[^"\\]|\\.)*"?|-?\b(?:NaN|Infinity)\b', re.DOTALL)
+_TEXT_OR_WORD = re.compile(rb'"(?:[^"\\]++|\\.)*+"?|-?\b(?:NaN|Infinity)\b', re.DOTALL)
+
+_QUOTE = ord('"')
 
 
 def without_nan(data: bytes) -> bytes | None:
@@ -14,4 +16,10 @@ def without_nan(data: bytes) -> bytes | None:
     """
     if b"NaN" not in data and b"Infinity" not in data:
         return None
-    return _TEXT_OR_WORD.sub(lambda found: found[0] if found[0][:1] == b'"' else b"null", data)
+    plain, done = bytearray(), 0
+    for found in _TEXT_OR_WORD.finditer(data):  # not sub, which keeps all pieces until the end
+        if data[found.start()] != _QUOTE:
+            plain += data[done : found.start()]
+            plain += b"null"
+            done = found.end()
+    return bytes(plain + data[done:])

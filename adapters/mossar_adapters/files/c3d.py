@@ -34,6 +34,7 @@ from mossar_stream.frames import Frames, constant_times
 
 _READ_SIZE = 16 << 20  # bytes at a time
 _UNKNOWN = 65535  # frames: the most that 16 bits can say, and what is written for more
+_MOST = 2**32  # what numbers of frames stay below
 _NO_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS_ANGLES")
 
 
@@ -140,7 +141,7 @@ def _span(header: C3dHeader, parameters: dict[str, Value], room: int) -> tuple[i
         return begin, frames if 0 < frames <= room < count else count
     if first is not None and trial == longest > 0:
         return max(0, first - 1), trial
-    return begin, longest
+    return begin, longest or (_UNKNOWN if header.last_frame == _UNKNOWN else 0)
 
 
 def _filled(path: Path, start: int, frame_size: int) -> int:
@@ -216,7 +217,7 @@ def _text(value: Value | None) -> str:
 
 def _integer(value: Value | None) -> int:
     """Return an unsigned integer, 0 if it is not one."""
-    if not isinstance(value, np.ndarray) or not len(value) or not np.isfinite(value[0]):
+    if not isinstance(value, np.ndarray) or not len(value) or not abs(value[0]) < _MOST:
         return 0
     number = int(value[0])
     return number + 65536 if -32768 <= number < 0 else max(0, number)

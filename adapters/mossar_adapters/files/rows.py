@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from mossar_adapters.files.cells import number
+from mossar_adapters.files.columns import MAX_COLUMNS
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 
@@ -104,8 +105,10 @@ def survey(
     """Count the rows of a file and see whether the last one is whole.
 
     Raises:
-        FileError: If there is no whole row.
+        FileError: If there is no whole row, or rows would be too wide.
     """
+    if width > MAX_COLUMNS:
+        raise FileError(path, f"the headings ask for {width} columns; at most {MAX_COLUMNS} can be read")
     count, last = 0, ""
     for _, text in row_lines(path, first_line, blank=blank):
         count, last = count + 1, text

@@ -94,6 +94,7 @@ def with_counts(path, body, last, **parameters):
         (65535, {"FRAMES": ("f", 70000)}),
         (65535, {"FRAMES": ("h", -1), "LONG_FRAMES": ("f", 70000)}),
         (65535, {"FRAMES": ("h", -1)}),
+        (65535, {}),
         (70000 - 65536, {"FRAMES": ("f", 70000)}),
     ],
 )

@@ -200,6 +200,18 @@ def test_qtm_of_bodies_is_refused(sample):
         open_recording(rewritten(sample("qtm"), "DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D"))
 
 
+@pytest.mark.parametrize(
+    ("kind", "old", "new"),
+    [
+        ("trc", "hip\t\t\t", "hip\t\t\t" + "x\t\t\t" * 7000),
+        ("qtm", "MARKER_NAMES\t", "MARKER_NAMES\t" + "x\t" * 7000),
+    ],
+)
+def test_headings_that_ask_for_too_many_columns_take_no_memory(sample, kind, old, new):
+    with pytest.raises(FileError, match=r"columns; at most 20000 can be read"):
+        open_recording(rewritten(sample(kind), old, new))
+
+
 def test_msrc12_rows_without_a_player_are_missing(sample):
     recording = open_recording(sample("msrc12"))
     positions = positions_of(recording)
