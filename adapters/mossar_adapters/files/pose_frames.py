@@ -32,7 +32,7 @@ _FRAME_NAME = re.compile(r"(?:frame|image|img|f)?[\s_.:-]*(\d{1,18})(?:\.\w{1,5}
 _COCO = {3 * joints for joints in (17, 18, 25, 26, 133, 136)}  # numbers of x, y, score in COCO's flat lists
 _FEWEST = 3  # named points that make a pose; a box or a size has fewer
 _TIMES = {"time": 1.0, "t": 1.0, "timestamp": 1.0, "timestamp_s": 1.0, "time_s": 1.0, "timestamp_ms": 1e-3}
-_TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6}
+_TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6, "timestamp_usec": 1e-6}
 _METRIC: tuple[str, ...] = (
     "pose_world_landmarks",
     "poseWorldLandmarks",
@@ -41,7 +41,16 @@ _METRIC: tuple[str, ...] = (
     "keypoints3D",
 )
 _METRIC += ("keypoints_3d", "joints3d", "joints_3d")
-_IMAGE = ("pose_landmarks", "poseLandmarks", "landmarks", "keypoints", "pose", "joints", "landmark")
+_IMAGE = (
+    "pose_landmarks",
+    "poseLandmarks",
+    "landmarks",
+    "keypoints",
+    "pose",
+    "joints",
+    "landmark",
+    "joint_positions",
+)
 _PEOPLE = ("people", "persons", "poses", "bodies", "instances")
 _SCORES = ("visibility", "score", "confidence", "presence", "c")
 _DEEPEST = 6  # nested lists and objects until a pose must come

@@ -9,11 +9,12 @@ from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
 
-PACKED = {  # how packed files begin, and what to do with them
+PACKED = {  # how files begin that have to be unpacked or fetched, and how
     b"\x1f\x8b": "packed with gzip; unpack it first",
     b"BZh": "packed with bzip2; unpack it first",
     b"\xfd7zXZ": "packed with xz; unpack it first",
     b"7z\xbc\xaf": "packed with 7-Zip; unpack it first",
+    b"version https://git-lfs": "a pointer of Git LFS, not the file itself; fetch that with git lfs pull",
     b"PK\x03\x04": "a zip archive or a workbook; unpack it, or save the sheet as CSV",
 }
 

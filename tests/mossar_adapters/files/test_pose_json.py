@@ -42,6 +42,7 @@ LISTED = [[p["x"], p["y"], p["z"]] for p in points()]
         {"frame_10": LISTED, "frame_9": LISTED},
         {"landmarks": [LISTED, LISTED], "video": "a.mp4"},
         {"positions": [LISTED, LISTED]},
+        {"frames": [{"bodies": [{"body_id": 1, "joint_positions": LISTED}], "timestamp_usec": 9}] * 2},
         [[v for point in LISTED for v in point]] * 2,
         [{"landmarks": [v for point in LISTED for v in [*point, 0.9]]}] * 2,
         [{"frame": 1, **dict(zip(COCO_17.names, points(), strict=True))}] * 2,

@@ -140,10 +140,11 @@ def test_a_file_that_says_what_it_is_needs_no_extension(sample, kind, name):
     ("name", "content", "advice"),
     [
         ("a.bvh.gz", gzip.compress(b"HIERARCHY"), "packed with gzip; unpack it first"),
+        ("a.c3d", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),
         ("a.csv", b"PK\x03\x04" + bytes(99), "save the sheet as CSV"),
     ],
 )
-def test_packed_files_are_refused_with_advice(tmp_path, name, content, advice):
+def test_files_to_be_unpacked_or_fetched_are_refused_with_advice(tmp_path, name, content, advice):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(FileError, match=advice):
         open_recording(tmp_path / name)
