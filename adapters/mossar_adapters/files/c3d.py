@@ -104,9 +104,12 @@ def _layout(path: Path, header: C3dHeader, machine: int, parameters: dict[str, V
     points = header.points or _integer(parameters.get("POINT:USED"))
     integer = header.scale > 0
     frame_size = (points * 4 + header.analog) * (2 if integer else 4)
-    start = (header.data_block - 1) * BLOCK
-    if points == 0 or header.data_block < 2 or not np.isfinite(header.scale):
-        raise FileError(path, f"there are no markers in the file ({points} points)")
+    block = header.data_block if header.data_block > 1 else _integer(parameters.get("POINT:DATA_START"))
+    start = (block - 1) * BLOCK
+    if points == 0:
+        raise FileError(path, "there are no markers in the file")
+    if block < 2 or not np.isfinite(header.scale):
+        raise FileError(path, "the header does not say where the markers are, or how they are scaled")
     room = max(0, path.stat().st_size - start) // frame_size
     first, announced = _span(header, parameters, room)
     if announced == _UNKNOWN:

@@ -113,6 +113,16 @@ def test_a_header_that_tells_of_the_whole_take_does_not_make_its_part_cut_off(sa
     assert not any("cut off" in note for note in open_recording(path).notes)
 
 
+def test_the_place_of_the_data_may_stand_in_the_parameters_only(sample):
+    path = with_counts(
+        sample("c3d", labels=("a", "b")), np.ones((20, 8), "<f4").tobytes(), 20, DATA_START=("h", 4)
+    )
+    data = bytearray(path.read_bytes())
+    data[16:18] = b"\0\0"
+    path.write_bytes(data)
+    assert open_recording(path).frame_count == 20
+
+
 @pytest.mark.parametrize(
     ("unit", "factor"), [("Metres", 1000), ("centimeters", 10), ("INCHES", 25.4), ("ft", 304.8)]
 )
