@@ -112,8 +112,10 @@ def _layout(path: Path, header: C3dHeader, machine: int, parameters: dict[str, V
         raise FileError(path, "the header does not say where the markers are, or how they are scaled")
     room = max(0, path.stat().st_size - start) // frame_size
     first, announced = _span(header, parameters, room)
-    if announced == _UNKNOWN:
-        announced = room if _integer(parameters.get("ROTATION:USED")) else _filled(path, start, frame_size)
+    filled = room if _integer(parameters.get("ROTATION:USED")) else _filled(path, start, frame_size)
+    begun_again = 0 < announced < filled and (filled - announced) % 65536 == 0
+    if announced == _UNKNOWN or begun_again:
+        announced = filled
     if announced < 1:
         raise FileError(path, "there are no frames in the file")
     count = min(announced, room)

@@ -96,6 +96,7 @@ def with_counts(path, body, last, **parameters):
         (65535, {"FRAMES": ("h", -1)}),
         (65535, {}),
         (70000 - 65536, {"FRAMES": ("f", 70000)}),
+        (70000 - 65536, {}),
     ],
 )
 def test_recordings_longer_than_the_header_can_say_are_read_to_their_end(sample, last, parameters):
