@@ -29,6 +29,11 @@ _TIME = re.compile(
     r"[\s_.]*[(\[]?(?P<unit>seconds|secs?|s|msecs?|ms|milliseconds|us|microseconds|ns|nanoseconds)?[)\]]?",
     re.IGNORECASE,
 )
+_BODY = re.compile(
+    r"(?:body|person|people|player|performer|subject|actor|user|skeleton|track(?:ing)?)"
+    r"[\s_.]*(?:id|idx|index|no|number|name)?",
+    re.IGNORECASE,
+)
 MAX_COLUMNS = 20_000
 MAX_HEADING = 160  # characters; what is longer is no heading and would make the patterns slow
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
@@ -43,6 +48,7 @@ class Columns(msgspec.Struct, frozen=True):
         confidence: Column of the confidence of each joint; empty if not all joints have one.
         time: Column of the time, -1 without.
         time_unit: Seconds per unit of time if the heading says so.
+        body: Column that says whose a row is, -1 without.
     """
 
     joints: tuple[str, ...]
@@ -50,6 +56,7 @@ class Columns(msgspec.Struct, frozen=True):
     confidence: tuple[int, ...] = ()
     time: int = -1
     time_unit: float | None = None
+    body: int = -1
 
 
 def find_columns(header: Sequence[str]) -> Columns | None:
@@ -63,7 +70,8 @@ def find_columns(header: Sequence[str]) -> Columns | None:
     found = {m["joint"]: i for i, cell in enumerate(cells) if (m := _CONFIDENCE.fullmatch(cell))}
     confidence = tuple(found[joint] for joint in triples) if set(triples) <= set(found) else ()
     time, unit = _time_column(cells)
-    return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit)
+    body = next((i for i, cell in enumerate(cells) if _BODY.fullmatch(cell)), -1)
+    return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit, body)
 
 
 def _triples(cells: Sequence[str], pattern: re.Pattern[str]) -> dict[str, tuple[int, int, int]]:

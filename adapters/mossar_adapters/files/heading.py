@@ -115,7 +115,7 @@ def _heading(
         line = sample_line
         sample = next((text for _, text in lines if text.strip()), "")
     decimal_comma = delimiter != "," and "," in sample and "." not in sample
-    last = max(columns.time, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
+    last = max(columns.time, columns.body, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
     return Heading(facts, columns, line + 1, splitter(delimiter, decimal_comma=decimal_comma), last + 1)
 
 
