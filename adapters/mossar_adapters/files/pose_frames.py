@@ -29,7 +29,9 @@ _FRAME_LISTS = (
     "positions",
 )
 _FRAME_NAME = re.compile(r"(?:frame|image|img|f)?[\s_.:-]*(\d{1,18})(?:\.\w{1,5})?", re.IGNORECASE)
-_COCO = {3 * joints for joints in (17, 18, 25, 26, 133, 136)}  # numbers of x, y, score in COCO's flat lists
+_COCO = {3 * joints for joints in (17, 18, 25, 26, 133, 136)}
+# How many numbers x, y, score make a flat pose: COCO's, and OpenPose's of 2017.
+_FLAT_2D = {"keypoints": _COCO, "pose_keypoints": _COCO | {45}, "joints": {54}}
 _FEWEST = 3  # named points that make a pose; a box or a size has fewer
 _TIMES = {"time": 1.0, "t": 1.0, "timestamp": 1.0, "timestamp_s": 1.0, "time_s": 1.0, "timestamp_ms": 1e-3}
 _TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6, "timestamp_usec": 1e-6}
@@ -157,8 +159,9 @@ def _poses(found: Any, *, metric: bool, depth: int, allow_2d: bool) -> list[Pose
         raise PoseError("no pose is found in it")
     if "pose_keypoints_3d" in found or "pose_keypoints_2d" in found:
         return [_openpose(found, allow_2d=allow_2d)]
-    if _is_numbers(found.get("keypoints")) and len(found["keypoints"]) in _COCO:
-        return [_openpose({"pose_keypoints_2d": found["keypoints"]}, allow_2d=allow_2d)]
+    for key, sizes in _FLAT_2D.items():
+        if _is_numbers(found.get(key)) and len(found[key]) in sizes:
+            return [_openpose({"pose_keypoints_2d": found[key]}, allow_2d=allow_2d)]
     for key in (*_METRIC, *_PEOPLE, *_IMAGE):
         if key in found:
             deeper = metric or key in _METRIC

@@ -182,9 +182,7 @@ def _add_frame(path: Path, found: PoseFile, frame: Any, options: ReadOptions) ->
 def _decoded(path: Path) -> tuple[Any, bool]:
     """Return the content of a JSON file, and whether it was mended because it was cut off."""
     if path.stat().st_size > MAX_SIZE:
-        raise FileError(
-            path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to JSON lines"
-        )
+        raise FileError(path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to .npz")
     data = path.read_bytes()
     encoding = encoding_of(data[:HEAD_SIZE])
     if encoding is None:
@@ -203,9 +201,12 @@ def _decoded(path: Path) -> tuple[Any, bool]:
 def _forgiven(data: bytes) -> tuple[Any, bool] | None:
     """Return the content of JSON with NaN in it, with a frame per line or cut off, and whether it was cut off."""
     data = without_nan(data) or data
-    for decode in (msgspec.json.decode, msgspec.json.Decoder().decode_lines):
+    lines = msgspec.json.Decoder().decode_lines
+    whole_lines = data[: data.rfind(b"\n") + 1].strip()
+    for decode, part in ((msgspec.json.decode, data), (lines, data), (lines, whole_lines)):
         try:
-            return decode(data), False
+            if part:
+                return decode(part), part is whole_lines
         except (msgspec.DecodeError, UnicodeError, RecursionError):
             continue
     mended = _mended(data)

@@ -70,7 +70,12 @@ def test_world_landmarks_are_metres_and_image_landmarks_are_scaled(tmp_path):
 
 def test_two_dimensions_are_an_error_unless_allowed(tmp_path):
     flat = [{"x": p["x"], "y": p["y"]} for p in points()]
-    for content in ([flat], {"people": [{"pose_keypoints_2d": [1, 2, 0.5, 3, 4, 0.5]}]}):
+    for content in (
+        [flat],
+        {"people": [{"pose_keypoints_2d": [1, 2, 0.5, 3, 4, 0.5]}]},
+        {"people": [{"pose_keypoints": [1, 2, 0.5] * 18}]},
+        {"bodies": [{"joints": [1, 2, 0.5] * 18}]},
+    ):
         path = written(tmp_path, content)
         with pytest.raises(FileError, match=r"frame 0: its poses are 2-D, .*--allow-2d takes them anyway"):
             open_recording(path)
@@ -122,6 +127,9 @@ def test_a_frame_per_line_is_understood(tmp_path):
         path = tmp_path / name
         path.write_text("".join(json.dumps({"time": i / 20, "landmarks": LISTED}) + "\n" for i in range(5)))
         assert (open_recording(path).fps, open_recording(path).frame_count) == (20, 5)
+        path.write_bytes(path.read_bytes()[:-40])
+        assert open_recording(path).frame_count == 4
+        assert any("cut off; 4 frames are whole" in note for note in open_recording(path).notes)
 
 
 def test_nan_as_python_writes_it_is_missing(tmp_path):
