@@ -65,8 +65,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     times, fps, notes = _clock(found, options)
     if found.cut:
         notes = (*notes, f"the file is cut off; {len(times)} frames are whole")
+    place = {name: i for i, name in enumerate(model.names)}
     fitting = {
-        person: sorted(i for i, pose in poses.items() if set(pose.names) <= set(model.names))
+        person: sorted(i for i, pose in poses.items() if place.keys() >= set(pose.names))
         for person, poses in found.poses.items()
     }
     count = sum(map(len, fitting.values()))
@@ -77,7 +78,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
         for person, name in performers.items():
             for start in range(0, len(fitting[person]), CHUNK):
                 at = fitting[person][start : start + CHUNK]
-                poses = [_spread(found.poses[person][i], model.names) for i in at]
+                poses = [_spread(found.poses[person][i], model.names, place) for i in at]
                 yield _frames(poses, name, times[at])
 
     parents, root = with_known_parents(model.names)
@@ -92,11 +93,11 @@ def _joints(pose: Pose) -> int:
     return len(pose.names)
 
 
-def _spread(pose: Pose, names: tuple[str, ...]) -> Pose:
+def _spread(pose: Pose, names: tuple[str, ...], place: dict[str, int]) -> Pose:
     """Return the pose with all joints, those that it lacks missing."""
     if pose.names == names:
         return pose
-    places = [names.index(name) for name in pose.names]
+    places = [place[name] for name in pose.names]
     positions = np.full((len(names), 3), np.nan)
     positions[places] = pose.positions
     confidence = None
