@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import msgspec
 
 _SEPARATOR = r"[\s._:/\-]*"
+_LONG_RUN = re.compile(r"([\s._:/\-]{3})[\s._:/\-]+")  # what has more separators would make the patterns slow
 _AXIS_LAST = re.compile(
     rf"(?P<joint>.+?){_SEPARATOR}(?:(?:position|pos|translation){_SEPARATOR})?[(\[]?(?P<axis>[xyz])[)\]]?"
     rf"(?:{_SEPARATOR}[(\[]?(?:m|cm|mm)[)\]]?)?",
@@ -63,7 +64,7 @@ def find_columns(header: Sequence[str]) -> Columns | None:
     """Return what the headings say, or None if there is no joint among them."""
     if len(header) > MAX_COLUMNS:
         return None
-    cells = [cell.strip().strip('"').strip() if len(cell) <= MAX_HEADING else "" for cell in header]
+    cells = [_plain(cell) for cell in header]
     triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
     if not triples:
         return None
@@ -72,6 +73,10 @@ def find_columns(header: Sequence[str]) -> Columns | None:
     time, unit = _time_column(cells)
     body = next((i for i, cell in enumerate(cells) if _BODY.fullmatch(cell)), -1)
     return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit, body)
+
+
+def _plain(cell: str) -> str:
+    return _LONG_RUN.sub(r"\1", cell.strip().strip('"').strip()) if len(cell) <= MAX_HEADING else ""
 
 
 def _triples(cells: Sequence[str], pattern: re.Pattern[str]) -> dict[str, tuple[int, int, int]]:
