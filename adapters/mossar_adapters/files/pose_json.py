@@ -150,8 +150,8 @@ def _names(content: Any) -> tuple[str, ...]:
 
 def _folder(path: Path, options: ReadOptions) -> PoseFile:
     found = PoseFile({}, [])
-    files = (p for p in path.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith("."))
-    for file in sorted(files, key=_frame_order):
+    files = [p for p in path.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith(".")]
+    for file in sorted((p for p in files if p.is_file()), key=_frame_order):
         if file.stat().st_size == 0:
             found.times.append(None)  # a frame that was not written
             continue

@@ -3,9 +3,10 @@
 A new format is one module with `read(path, options) -> Recording` and one row here.
 """
 
+import contextlib
 import importlib
 import importlib.util
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
 from mossar_adapters.source import Recording
+from mossar_stream.frames import Frames
 
 
 class Format(msgspec.Struct, frozen=True):
@@ -144,7 +146,14 @@ def open_recording(
     options = options or ReadOptions()
     path = Path(path)
     read: Callable[[Path, ReadOptions], Recording] = _reader(format_of(path, formats), path, "read")
-    return selected(read(path, options), options)
+    with _clear_errors(path):
+        recording = selected(read(path, options), options)
+
+    def chunks() -> Iterator[Frames]:
+        with _clear_errors(path):
+            yield from recording.chunks()
+
+    return msgspec.structs.replace(recording, chunks=chunks)
 
 
 def open_motion(
@@ -159,7 +168,8 @@ def open_motion(
     form = format_of(path, formats)
     if not form.motion:
         raise FileError(path, f"{form.name} has joint positions but no rotations")
-    motion: JointMotion = _reader(form, path, "read_motion")(path, options or ReadOptions())
+    with _clear_errors(path):
+        motion: JointMotion = _reader(form, path, "read_motion")(path, options or ReadOptions())
     return motion
 
 
@@ -177,9 +187,10 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
     else:
         telling = [form for form in formats if form.telling]
         candidates = [form for form in formats if path.name.lower().endswith(form.extensions)]
-    for form in (*telling, *candidates):
-        if form.sniff(head, path):
-            return form
+    with _clear_errors(path):
+        for form in (*telling, *candidates):
+            if form.sniff(head, path):
+                return form
     if path.is_dir():
         raise FileError(path, "this is a folder without recordings of single frames (.json)")
     for beginning, advice in sniff.PACKED.items():
@@ -191,6 +202,15 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
         raise FileError(path, "this is a skeleton without motion; open the .amc that goes with it")
     known = sorted({extension for form in formats for extension in form.extensions})
     raise FileError(path, f"the extension {path.suffix!r} is not known; known are {' '.join(known)}")
+
+
+@contextlib.contextmanager
+def _clear_errors(path: Path) -> Iterator[None]:
+    """Turn what the system says into one line; it may be about another file, such as one in a folder."""
+    try:
+        yield
+    except OSError as error:
+        raise FileError(error.filename or path, f"cannot be read: {error.strerror or error}") from None
 
 
 def _head(path: Path) -> bytes:

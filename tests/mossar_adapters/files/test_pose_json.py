@@ -155,6 +155,8 @@ def test_what_other_programs_leave_in_a_folder_is_passed_over(tmp_path):
     written(tmp_path, {"people": [{"pose_keypoints_3d": [1.0, 1, 1, 1, 0, 2, 1, 1]}]}, "a_0_keypoints.json")
     (tmp_path / "._a_0_keypoints.json").write_bytes(b"\0\5\x16\7Mac OS X")
     (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "folder.json").mkdir()
+    (tmp_path / "a_1_keypoints.json").symlink_to(tmp_path / "nowhere.json")
     assert open_recording(tmp_path).frame_count == 1
 
 

@@ -150,6 +150,15 @@ def test_files_to_be_unpacked_or_fetched_are_refused_with_advice(tmp_path, name,
         open_recording(tmp_path / name)
 
 
+@pytest.mark.parametrize("kind", ["bvh", "amc", "csv", "trc", "c3d", "msk", "jsonl", "npz"])
+def test_a_file_that_goes_away_is_one_clear_line(sample, kind):
+    path = sample(kind)
+    recording = open_recording(path)
+    path.unlink()
+    with pytest.raises(FileError, match="No such file"):
+        list(recording.chunks())
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
 def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
     os.mkfifo(tmp_path / "a.bvh")
