@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.frame_maps import FrameMap, MetaMap
+from mossar_adapters.json_nan import without_nan
 from mossar_stream.errors import FrameError
 
 
@@ -22,18 +23,28 @@ _json = msgspec.json.Encoder()
 
 
 def from_json(data: bytes | str) -> FrameMap | MetaMap | None:
-    """Return the map in a JSON object, None if it is of another type.
+    """Return the map in a JSON object, None if it is of another type; NaN, as Python writes it, is null.
 
     Raises:
         FrameError: If it is no JSON object or a field is of the wrong type; one line says which.
     """
     try:
-        kind = _json_kind.decode(data).type
-        if kind == "frame":
-            return _json_frame.decode(data)
-        return _json_meta.decode(data) if kind == "meta" else None
+        return _map_of_json(data)
+    except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+        mended = without_nan(data.encode("utf-8", "replace") if isinstance(data, str) else data)
+        if mended is None:
+            raise FrameError(str(error)) from None
+    try:
+        return _map_of_json(mended)
     except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
         raise FrameError(str(error)) from None
+
+
+def _map_of_json(data: bytes | str) -> FrameMap | MetaMap | None:
+    kind = _json_kind.decode(data).type
+    if kind == "frame":
+        return _json_frame.decode(data)
+    return _json_meta.decode(data) if kind == "meta" else None
 
 
 def from_msgpack(data: bytes) -> FrameMap | MetaMap | None:

@@ -44,6 +44,12 @@ BODY_25 = _skeleton(
     " LBigToe<LAnkle LSmallToe<LBigToe LHeel<LAnkle RBigToe<RAnkle RSmallToe<RBigToe RHeel<RAnkle",
     root="MidHip",
 )
+BODY_18 = _skeleton(
+    "Nose<Neck Neck RShoulder<Neck RElbow<RShoulder RWrist<RElbow"
+    " LShoulder<Neck LElbow<LShoulder LWrist<LElbow RHip<Neck RKnee<RHip RAnkle<RKnee"
+    " LHip<Neck LKnee<LHip LAnkle<LKnee REye<Nose LEye<Nose REar<REye LEar<LEye",
+    root=None,
+)
 KINECT_20 = _skeleton(
     "HipCenter Spine<HipCenter ShoulderCenter<Spine Head<ShoulderCenter"
     " ShoulderLeft<ShoulderCenter ElbowLeft<ShoulderLeft WristLeft<ElbowLeft HandLeft<WristLeft"
@@ -99,6 +105,7 @@ MOTIVE = _skeleton(
 JOINT_SETS: dict[str, Skeleton] = {
     "coco17": COCO_17,
     "blazepose33": BLAZEPOSE_33,
+    "body18": BODY_18,
     "body25": BODY_25,
     "kinect20": KINECT_20,
     "kinect25": KINECT_25,
@@ -151,7 +158,7 @@ def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str,
 
 def by_count(count: int) -> Skeleton | None:
     """Return the set for unnamed poses of pose estimators, which are told apart by their number of joints."""
-    return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25}.get(count)
+    return {17: COCO_17, 33: BLAZEPOSE_33, 25: BODY_25, 18: BODY_18}.get(count)
 
 
 def _plain(name: str) -> str:

@@ -16,8 +16,8 @@ from mossar_adapters.batch import FARTHEST
 from mossar_adapters.extras import needed
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.options import ReadOptions, plausible_rate
-from mossar_adapters.files.units import Scale, given, guessed, height
-from mossar_adapters.files.xdf import UNITS, channel_headings, unnamed_columns
+from mossar_adapters.files.units import Scale, given, guessed, height, metres_of
+from mossar_adapters.files.xdf import channel_headings, unnamed_columns
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.live import Counters
 from mossar_adapters.source import Meta
@@ -122,7 +122,7 @@ class LslSource:
     ) -> tuple[Frames, str]:
         raw = samples[:, [column for xyz in columns.xyz for column in xyz]].reshape(len(samples), -1, 3)
         if self._scale is None:
-            stated = UNITS.get(unit)
+            stated = metres_of(unit)
             self._scale = given(self._options, stated) if stated else guessed(self._options, height(raw))
         positions = raw * self._scale.metres
         with np.errstate(invalid="ignore"):

@@ -1,6 +1,7 @@
 import pytest
 
 from mossar_adapters.joint_sets import (
+    BODY_18,
     CMU_31,
     COCO_17,
     JOINT_SETS,
@@ -17,6 +18,7 @@ from mossar_adapters.joint_sets import (
         ("coco17", 17),
         ("blazepose33", 33),
         ("body25", 25),
+        ("body18", 18),
         ("kinect20", 20),
         ("kinect25", 25),
         ("ntu25", 25),
@@ -57,5 +59,6 @@ def test_unknown_names_have_no_parents_and_the_centroid_as_centre():
 
 def test_unnamed_poses_are_told_apart_by_their_number():
     assert by_count(17) is COCO_17
-    assert by_count(18) is None
+    assert by_count(18) is BODY_18
+    assert by_count(19) is None
     assert (NTU_25.names[20], CMU_31.names[0]) == ("SpineShoulder", "root")

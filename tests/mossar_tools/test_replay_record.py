@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from pythonosc.osc_packet import OscPacket
 
-from mossar_adapters.files import open_recording
+from mossar_adapters.files import FORMATS, open_recording
+from mossar_adapters.urls import SCHEMES
 
 
 def test_a_replayed_recording_has_the_same_frames_and_times(mossar, swing, tmp_path):
@@ -104,6 +105,8 @@ def test_adapters_lists_everything_and_checks_sources(mossar, swing):
     assert status == 0
     for word in ("demo:", "osc://", "zmq://", "ws://", "BVH", "C3D", ".msk"):
         assert word in out
+    for row in (*SCHEMES, *FORMATS):
+        assert row.extra is None or f"extra {row.extra}" in out or f"[{row.extra}]'" in out
     status, out, _ = mossar("adapters", "--check", swing)
     assert status == 0
     assert "240 frames, 30 Hz, performers p1" in out

@@ -129,3 +129,12 @@ def test_help_is_status_0_and_shows_examples(mossar):
 
 def test_the_version_is_printed(mossar):
     assert mossar("--version")[1].startswith("mossar-stream ")
+
+
+@pytest.mark.parametrize("command", [["run"], ["segment"], ["replay", "--to", "-"]])
+def test_a_link_that_leads_to_itself_is_one_line(mossar, tmp_path, command):
+    loop = tmp_path / "loop.bvh"
+    loop.symlink_to(loop)
+    status, _, err = mossar(*command, loop)
+    assert status == 2
+    assert "Too many levels of symbolic links" in err

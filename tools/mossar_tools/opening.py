@@ -1,8 +1,9 @@
 """Opening: what a source or sink on the command line stands for."""
 
 import logging
+import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path, PurePath
+from pathlib import PurePath
 
 import msgspec
 
@@ -85,7 +86,7 @@ def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
 
 def _place(url: str) -> str:
     address = parse_url(url)
-    return str(Path(address.path).resolve()) if address.scheme == "file" else url
+    return os.path.realpath(address.path) if address.scheme == "file" else url
 
 
 def _tell(name: str, notes: tuple[str, ...]) -> None:

@@ -51,6 +51,7 @@ class AmcFile(msgspec.Struct, frozen=True):
         path: The file.
         acclaim: Its skeleton.
         layout: Of every frame.
+        degrees: Whether its angles are in degrees.
         count: Number of whole frames.
         cut: Whether one more was cut off.
     """
@@ -58,6 +59,7 @@ class AmcFile(msgspec.Struct, frozen=True):
     path: Path
     acclaim: Acclaim
     layout: Layout
+    degrees: bool
     count: int
     cut: bool
 
@@ -95,7 +97,8 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     """Read joint rotations; each joint is the beginning of its bone, and bones without children get an end."""
     acclaim = read_skeleton(skeleton_path(path, options.skeleton))
     layout = _layout(path, acclaim)
-    amc = AmcFile(path, acclaim, layout, *_count_frames(path, layout))
+    degrees = _in_degrees(path, default=acclaim.degrees)
+    amc = AmcFile(path, acclaim, layout, degrees, *_count_frames(path, layout))
     fps = options.fps or USUAL_FPS
     names, parents, offsets = _joints(acclaim)
     scale = _scale(amc, options)
@@ -106,7 +109,7 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
 
     notes = [scale.note] if scale.note else []
     if options.fps is None:
-        notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set fps to change")
+        notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set --fps to change")
     if amc.cut:
         notes.append(f"the file is cut off in its last frame; {amc.count} frames are whole")
     return JointMotion(names, parents, offsets * scale.metres, fps, amc.count, chunks, tuple(notes))
@@ -145,6 +148,17 @@ def _frame_blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
             words += row
     if inside:
         yield start, words
+
+
+def _in_degrees(path: Path, *, default: bool) -> bool:
+    """Return whether the angles are in degrees, as the heading says or, if it does not, as in the skeleton."""
+    for _, text in numbered_lines(path):
+        word = text.strip().lower()
+        if word.isdecimal():
+            break
+        if word in {":degrees", ":radians"}:
+            return word == ":degrees"
+    return default
 
 
 def _layout(path: Path, acclaim: Acclaim) -> Layout:
@@ -220,7 +234,7 @@ def _motion_chunk(amc: AmcFile, block: AmcBlock, fps: float, metres: float) -> M
         if first < 0:
             continue
         own = values[:, first : first + len(bone.dofs)]
-        rotations[:, i] = axes[i] @ _own_rotations(bone, own, degrees=amc.acclaim.degrees) @ axes[i].T
+        rotations[:, i] = axes[i] @ _own_rotations(bone, own, degrees=amc.degrees) @ axes[i].T
         for k, dof in enumerate(bone.dofs):
             if i == 0 and dof[0] == "t":
                 translations[:, 0, "xyz".index(dof[1])] = own[:, k]

@@ -55,7 +55,7 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     hierarchy = parse_hierarchy(path, lines)
     announced, step, last_line = _motion_header(path, lines)
     if options.fps is None and not plausible_rate(rate_of_step(step)):
-        raise FileError(path, f"a frame time of {step} s is impossible; set fps", last_line)
+        raise FileError(path, f"a frame time of {step} s is impossible; set --fps", last_line)
     rows = survey(path, last_line + 1, str.split, hierarchy.width, exact=True)
     rows = msgspec.structs.replace(
         rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count
@@ -82,17 +82,19 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
 
 
 def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, str, int]:
-    """Return the announced number of frames, the frame time as written and the number of its line."""
-    frames: int | None = None
+    """Return the announced number of frames, the frame time as written and the number of the last line of both."""
+    frames, step = None, ""
     line = 0
     for line, text in lines:
         text = text.strip()[:_LONGEST_HEADER]
         if found := _FRAMES.match(text):
             frames = int(found[1])
-        elif (found := _FRAME_TIME.match(text)) and frames is not None:
-            return frames, found[1].replace(",", "."), line
-        elif text:
+        elif found := _FRAME_TIME.match(text):
+            step = found[1].replace(",", ".")
+        elif text and not text.startswith("#"):
             break
+        if frames is not None and step:
+            return frames, step, line
     raise FileError(path, "MOTION is not followed by 'Frames: N' and 'Frame Time: S'", line or None)
 
 

@@ -58,6 +58,8 @@ def parse_hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> Hierarchy:
     last: int | None = None  # named but not opened yet
     width = line = 0
     for line, text in lines:
+        if text.startswith("#"):
+            continue
         words = text.replace("{", " { ").replace("}", " } ").split()
         while words:
             word = words.pop(0)

@@ -24,17 +24,18 @@ from mossar_adapters.files.c3d_parameters import (
 )
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.missing import without_zeros
-from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
+from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.subjects import Subject, subjects_of
-from mossar_adapters.files.units import given, guessed
+from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times
 
 _READ_SIZE = 16 << 20  # bytes at a time
+_UNKNOWN = 65535  # frames: the most that 16 bits can say, and what is written for more
+_MOST = 2**32  # what numbers of frames stay below
 _NO_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS_ANGLES")
-UNITS = {**METRES, "in": METRES["inch"], "inches": METRES["inch"], "meters": 1.0, "millimeters": 1e-3}
 
 
 class Layout(msgspec.Struct, frozen=True):
@@ -48,6 +49,7 @@ class Layout(msgspec.Struct, frozen=True):
         frame_size: Bytes, analogue values included.
         start: Byte of the first frame.
         first_frame: Its number, from 0.
+        announced: Frames that there should be.
         count: Whole frames in the file.
     """
 
@@ -58,19 +60,19 @@ class Layout(msgspec.Struct, frozen=True):
     frame_size: int
     start: int
     first_frame: int
+    announced: int
     count: int
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
     header, machine, parameters = read_parameters(path)
-    announced = _announced_frames(header, parameters)
-    layout = _layout(path, header, machine, parameters, announced)
+    layout = _layout(path, header, machine, parameters)
     fps = options.fps or _rate(path, header, parameters)
     labels, columns = _markers(path, parameters, layout.points)
     subjects, notes = subjects_of(path, labels, options.performer)
-    if layout.count < announced:
-        notes = (*notes, f"the file is cut off: {layout.count} of {announced} frames are there")
+    if layout.count < layout.announced:
+        notes = (*notes, f"the file is cut off: {layout.count} of {layout.announced} frames are there")
 
     def chunks() -> Iterator[Frames]:
         for start, positions in _blocks(path, layout):
@@ -83,9 +85,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     skeleton = skeleton_of(path, subjects[0].labels, parents, root)
     performers = tuple(subject.name for subject in subjects)
     recording = Recording(str(path), skeleton, fps, chunks, notes, layout.count * len(subjects), performers)
-    unit = _text(parameters.get("POINT:UNITS"))
-    if unit.lower() in UNITS:
-        return in_metres(recording, given(options, UNITS[unit.lower()]))
+    metres = metres_of(_text(parameters.get("POINT:UNITS")))
+    if metres is not None:
+        return in_metres(recording, given(options, metres))
     return scaled_by_height(recording, lambda tall: guessed(options, tall))
 
 
@@ -98,30 +100,62 @@ def _frames(
     return sane_frames(positions, times, performer=subject.name, first_frame=number)
 
 
-def _announced_frames(header: C3dHeader, parameters: dict[str, Value]) -> int:
-    """Return the number of frames; the header's 16 bits are too few for long recordings."""
-    if header.first_frame <= header.last_frame < 65535:
-        return header.last_frame - header.first_frame + 1
-    first, last = (_long(parameters.get(f"TRIAL:ACTUAL_{end}_FIELD")) for end in ("START", "END"))
-    if first is not None and last is not None and last >= first:
-        return last - first + 1
-    return max(_integer(parameters.get("POINT:LONG_FRAMES")), _integer(parameters.get("POINT:FRAMES")))
-
-
-def _layout(
-    path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value], announced: int
-) -> Layout:
+def _layout(path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value]) -> Layout:
     points = header.points or _integer(parameters.get("POINT:USED"))
     integer = header.scale > 0
     frame_size = (points * 4 + header.analog) * (2 if integer else 4)
-    if points == 0 or announced < 1 or header.data_block < 2 or not np.isfinite(header.scale):
-        raise FileError(path, f"there are no markers in the file ({points} points, {announced} frames)")
-    start = (header.data_block - 1) * BLOCK
-    count = min(announced, max(0, path.stat().st_size - start) // frame_size)
+    block = header.data_block if header.data_block > 1 else _integer(parameters.get("POINT:DATA_START"))
+    start = (block - 1) * BLOCK
+    if points == 0:
+        raise FileError(path, "there are no markers in the file")
+    if block < 2 or not np.isfinite(header.scale):
+        raise FileError(path, "the header does not say where the markers are, or how they are scaled")
+    room = max(0, path.stat().st_size - start) // frame_size
+    first, announced = _span(header, parameters, room)
+    filled = room if _integer(parameters.get("ROTATION:USED")) else _filled(path, start, frame_size)
+    begun_again = 0 < announced < filled and (filled - announced) % 65536 == 0
+    if announced == _UNKNOWN or begun_again:
+        announced = filled
+    if announced < 1:
+        raise FileError(path, "there are no frames in the file")
+    count = min(announced, room)
     if count == 0:
         raise FileError(path, "the file ends before its first whole frame")
-    first = max(0, header.first_frame - 1)
-    return Layout(machine, points, integer, header.scale, frame_size, start, first, count)
+    return Layout(machine, points, integer, header.scale, frame_size, start, first, announced, count)
+
+
+def _span(header: C3dHeader, parameters: dict[str, Value], room: int) -> tuple[int, int]:
+    """Return the number of the first frame, from 0, and how many there are by what the file says.
+
+    The 16 bits of the header are too few for long recordings: some programs stop at 65535, some begin again
+    at 0, and the true number stands in one of three parameters, or nowhere. Others keep the range of the
+    recording that they took a part of.
+
+    Args:
+        header: The header.
+        parameters: The parameters.
+        room: Frames that fit into the file.
+    """
+    first, last = (_long(parameters.get(f"TRIAL:ACTUAL_{end}_FIELD")) for end in ("START", "END"))
+    trial = last - first + 1 if first is not None and last is not None else 0
+    frames = _integer(parameters.get("POINT:FRAMES"))
+    longest = max(_integer(parameters.get("POINT:LONG_FRAMES")), frames, trial)
+    begin = max(0, header.first_frame - 1)
+    if header.first_frame <= header.last_frame < _UNKNOWN and not _UNKNOWN < longest <= room:
+        count = header.last_frame - header.first_frame + 1
+        return begin, frames if 0 < frames <= room < count else count
+    if first is not None and trial == longest > 0:
+        return max(0, first - 1), trial
+    return begin, longest or (_UNKNOWN if header.last_frame == _UNKNOWN else 0)
+
+
+def _filled(path: Path, start: int, frame_size: int) -> int:
+    """Return how many frames there are up to the zeros that fill the last block."""
+    end = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(max(start, end - BLOCK))
+        end -= len(tail := file.read()) - len(tail.rstrip(b"\0"))
+    return -((start - end) // frame_size)
 
 
 def _rate(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> float:
@@ -130,7 +164,7 @@ def _rate(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> float:
     for fps in (*rates, header.rate):
         if plausible_rate(fps):
             return fps
-    raise FileError(path, f"a rate of {header.rate} Hz is impossible; set fps")
+    raise FileError(path, f"a rate of {header.rate} Hz is impossible; set --fps")
 
 
 def _markers(path: Path, parameters: dict[str, Value], points: int) -> tuple[list[str], list[int]]:
@@ -188,7 +222,7 @@ def _text(value: Value | None) -> str:
 
 def _integer(value: Value | None) -> int:
     """Return an unsigned integer, 0 if it is not one."""
-    if not isinstance(value, np.ndarray) or not len(value) or not np.isfinite(value[0]):
+    if not isinstance(value, np.ndarray) or not len(value) or not abs(value[0]) < _MOST:
         return 0
     number = int(value[0])
     return number + 65536 if -32768 <= number < 0 else max(0, number)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import msgspec
 
 _SEPARATOR = r"[\s._:/\-]*"
+_LONG_RUN = re.compile(r"([\s._:/\-]{3})[\s._:/\-]+")  # what has more separators would make the patterns slow
 _AXIS_LAST = re.compile(
     rf"(?P<joint>.+?){_SEPARATOR}(?:(?:position|pos|translation){_SEPARATOR})?[(\[]?(?P<axis>[xyz])[)\]]?"
     rf"(?:{_SEPARATOR}[(\[]?(?:m|cm|mm)[)\]]?)?",
@@ -29,6 +30,11 @@ _TIME = re.compile(
     r"[\s_.]*[(\[]?(?P<unit>seconds|secs?|s|msecs?|ms|milliseconds|us|microseconds|ns|nanoseconds)?[)\]]?",
     re.IGNORECASE,
 )
+_BODY = re.compile(
+    r"(?:body|person|people|player|performer|subject|actor|user|skeleton|track(?:ing)?)"
+    r"[\s_.]*(?:id|idx|index|no|number|name)?",
+    re.IGNORECASE,
+)
 MAX_COLUMNS = 20_000
 MAX_HEADING = 160  # characters; what is longer is no heading and would make the patterns slow
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
@@ -43,6 +49,7 @@ class Columns(msgspec.Struct, frozen=True):
         confidence: Column of the confidence of each joint; empty if not all joints have one.
         time: Column of the time, -1 without.
         time_unit: Seconds per unit of time if the heading says so.
+        body: Column that says whose a row is, -1 without.
     """
 
     joints: tuple[str, ...]
@@ -50,20 +57,26 @@ class Columns(msgspec.Struct, frozen=True):
     confidence: tuple[int, ...] = ()
     time: int = -1
     time_unit: float | None = None
+    body: int = -1
 
 
 def find_columns(header: Sequence[str]) -> Columns | None:
     """Return what the headings say, or None if there is no joint among them."""
     if len(header) > MAX_COLUMNS:
         return None
-    cells = [cell.strip().strip('"').strip() if len(cell) <= MAX_HEADING else "" for cell in header]
+    cells = [_plain(cell) for cell in header]
     triples = _triples(cells, _AXIS_LAST) or _triples(cells, _AXIS_FIRST)
     if not triples:
         return None
     found = {m["joint"]: i for i, cell in enumerate(cells) if (m := _CONFIDENCE.fullmatch(cell))}
     confidence = tuple(found[joint] for joint in triples) if set(triples) <= set(found) else ()
     time, unit = _time_column(cells)
-    return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit)
+    body = next((i for i, cell in enumerate(cells) if _BODY.fullmatch(cell)), -1)
+    return Columns(tuple(triples), tuple(triples.values()), confidence, time, unit, body)
+
+
+def _plain(cell: str) -> str:
+    return _LONG_RUN.sub(r"\1", cell.strip().strip('"').strip()) if len(cell) <= MAX_HEADING else ""
 
 
 def _triples(cells: Sequence[str], pattern: re.Pattern[str]) -> dict[str, tuple[int, int, int]]:

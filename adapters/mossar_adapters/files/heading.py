@@ -16,8 +16,8 @@ import msgspec
 
 from mossar_adapters.files.columns import MAX_COLUMNS, MAX_HEADING, Columns, find_columns
 from mossar_adapters.files.errors import FileError
-from mossar_adapters.files.options import METRES
 from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.files.units import metres_of
 
 MAX_LINES = 50  # above the rows
 
@@ -110,12 +110,12 @@ def _heading(
     """Return the heading, having looked at the line after the names."""
     sample_line, sample = next(((n, text) for n, text in lines if text.strip()), (line, ""))
     units = {cell.strip().lower() for cell in splitter(delimiter)(sample)} - {""}
-    if len(units) == 1 and units <= set(METRES):
+    if len(units) == 1 and metres_of(*units) is not None:
         facts.setdefault("unit", units.pop())
         line = sample_line
         sample = next((text for _, text in lines if text.strip()), "")
     decimal_comma = delimiter != "," and "," in sample and "." not in sample
-    last = max(columns.time, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
+    last = max(columns.time, columns.body, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
     return Heading(facts, columns, line + 1, splitter(delimiter, decimal_comma=decimal_comma), last + 1)
 
 

@@ -141,7 +141,7 @@ def _rate(meta: Meta, found: Survey, options: ReadOptions) -> tuple[float | None
     if times:
         return rate_of_times(np.array(times)), []
     return USUAL_FPS, [
-        f"rate taken as {USUAL_FPS:.0f} Hz (neither times nor fps are given); set fps to change"
+        f"rate taken as {USUAL_FPS:.0f} Hz (neither times nor fps are given); set --fps to change"
     ]
 
 

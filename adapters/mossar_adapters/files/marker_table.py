@@ -61,7 +61,8 @@ def read_markers(table: MarkerTable, options: ReadOptions) -> Recording:
     if fps is None and timed:
         fps = rate_of_times(_columns(next(table.rows.blocks()), table, [table.time])[:, 0])
     if not timed and (fps is None or not plausible_rate(fps)):
-        raise FileError(path, f"a rate of {fps} Hz is impossible; set fps")
+        stated = "the file states neither rate nor times" if fps is None else f"{fps} Hz is no possible rate"
+        raise FileError(path, f"{stated}; set --fps")
     if fps is not None and not plausible_rate(fps):
         fps = None
     trimmed = table.frame >= 0 and _first_frame(next(table.rows.blocks()), table) > 0

@@ -1,5 +1,6 @@
 """Motive: CSV of OptiTrack's program; bones of a skeleton, else labelled markers, else rigid bodies."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -8,12 +9,12 @@ from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.heading import delimiter_of, quoted_cells, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
-from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
 from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.files.units import metres_of
 from mossar_adapters.source import Recording
 
-UNITS = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": METRES["inch"], "feet": 0.3048}
 _PREFERRED = ("bone", "marker", "rigid body", "bone marker", "rigid body marker")
 _HEAD = 30  # lines within which the heading ends
 
@@ -48,6 +49,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
     columns = _positions(heading)
     if not columns:
         raise FileError(path, "there are no columns of positions", heading.line)
+    if heading.facts.get("coordinate space", "").lower() == "local" and _kind(heading, columns[0]) == "bone":
+        raise FileError(path, "its bones are relative to their parents; export them in global coordinates")
     split = splitter(heading.delimiter, decimal_comma=heading.delimiter != ",")
     rows = survey(path, heading.line + 1, split, max(columns) + 3, pad=True)
     announced = _fact(heading, "total exported frames")
@@ -60,7 +63,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
             labels=tuple(_label(heading.names[column]) for column in columns),
             xyz=tuple(columns),
             fps=_fact(heading, "export frame rate") or _fact(heading, "capture frame rate"),
-            metres=UNITS.get(heading.facts.get("length units", "").lower()),
+            metres=metres_of(heading.facts.get("length units", "")),
             time=1,
             frame=0,
             parents=parents,
@@ -78,7 +81,7 @@ def _heading(path: Path) -> Heading:
             heading.delimiter = delimiter_of(text) or ","
         cells = [cell.strip() for cell in quoted_cells(text, heading.delimiter)]
         if not heading.facts:
-            heading.facts = {key.lower(): value for key, value in zip(cells[::2], cells[1::2], strict=False)}
+            heading.facts = {key.lower(): value for key, value in pairwise(cells)}  # takes may have commas
         elif cells and cells[0].lower() == "frame":
             heading.axes, heading.line = cells, line
             break
@@ -118,13 +121,17 @@ def _positions(heading: Heading) -> list[int]:
         for i in range(2, len(heading.axes) - 2)
         if [axis.upper() for axis in heading.axes[i : i + 3]] == ["X", "Y", "Z"]
         and heading.quantities[i : i + 3] == ["Position"] * 3
-        and not heading.names[i].lower().startswith("unlabeled")
     ]
+    starts = [i for i in starts if not heading.names[i].lower().startswith("unlabeled")] or starts
     for kind in _PREFERRED:
-        found = [i for i in starts if heading.kinds[i].lower() == kind]
+        found = [i for i in starts if _kind(heading, i) == kind]
         if found:
             return found
     return starts
+
+
+def _kind(heading: Heading, column: int) -> str:
+    return heading.kinds[column].lower()
 
 
 def _label(name: str) -> str:

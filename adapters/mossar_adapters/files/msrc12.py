@@ -24,9 +24,14 @@ WIDTH = 81
 MICROSECOND = 1e-6
 
 
+def splitted(text: str) -> list[str]:
+    """Return the numbers of a row; some copies have commas instead of spaces."""
+    return text.replace(",", " ").split()
+
+
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read a gesture recording."""
-    rows = survey(path, 1, str.split, WIDTH)
+    rows = survey(path, 1, splitted, WIDTH)
 
     def frames_of(block: Block) -> Frames:
         values = numbers(block.cells, path, block.lines)

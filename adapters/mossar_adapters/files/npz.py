@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skeleton_of
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
@@ -30,6 +30,9 @@ from mossar_stream.frames import Frames, constant_times
 SMALL = 64 << 20  # bytes, for everything but the positions
 USUAL_FPS = 30.0
 _RATES = ("fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
+_TIMES = ("timestamps", "time")  # other names of `times` and `joint_names`, if they have the right shape
+_NAMES = ("names",)
+_TALLEST = 10.0  # m; what is larger is in another unit
 _BODY_MODEL = {"poses", "smpl_poses", "body_pose", "pose_body", "fullpose", "betas"}
 _DAMAGE = (
     zipfile.BadZipFile,
@@ -84,7 +87,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     skeleton = skeleton_of(path, names, parents, root)
     recording = Recording(str(path), skeleton, fps, chunks, notes, count)
     if positions.name == "positions":
-        return in_metres(recording, given(options, 1.0))
+        return scaled_by_height(
+            recording, lambda tall: guessed(options, tall) if tall > _TALLEST else given(options, 1.0)
+        )
     note = f"{shown(positions.name)} is taken for the joint positions"
     recording = msgspec.structs.replace(recording, notes=(note, *notes))
     return scaled_by_height(recording, lambda tall: guessed(options, tall))
@@ -192,13 +197,14 @@ def _clock(
     path: Path, members: dict[str, Member], count: int, options: ReadOptions
 ) -> tuple[NDArray[np.float64], float | None, tuple[str, ...]]:
     """Return times, rate and notes."""
-    if options.fps is None and "times" in members:
-        times = _array(path, members["times"])
+    stamps = _called(members, "times", _TIMES, count)
+    if options.fps is None and stamps is not None:
+        times = _array(path, members[stamps])
         if times.shape != (count,) or times.dtype.kind not in "fiu":
-            raise FileError(path, f"'times' is not one number for each of {count} frames")
+            raise FileError(path, f"{shown(stamps)} is not one number for each of {count} frames")
         seconds = times.astype(np.float64)
         if not np.isfinite(seconds).all():
-            raise FileError(path, "'times' holds values that are not finite")
+            raise FileError(path, f"{shown(stamps)} holds values that are not finite")
         return seconds, rate_of_times(seconds), ()
     fps, notes = options.fps, tuple[str, ...]()
     for name in _RATES if fps is None else ():
@@ -208,16 +214,23 @@ def _clock(
     if fps is None:
         fps, notes = (
             USUAL_FPS,
-            (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set fps to change",),
+            (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set --fps to change",),
         )
     return constant_times(count, fps), fps, notes
+
+
+def _called(members: dict[str, Member], name: str, others: tuple[str, ...], count: int) -> str | None:
+    """Return the name by which something is in the archive, None if it is not."""
+    if name in members:
+        return name
+    return next((other for other in others if other in members and members[other].shape == (count,)), None)
 
 
 def _rate(path: Path, member: Member) -> float:
     value = _array(path, member)
     fps = float(value.reshape(-1)[0]) if value.size == 1 and value.dtype.kind in "fiu" else float("nan")
     if not plausible_rate(fps):
-        raise FileError(path, f"{shown(member.name)} is no possible rate; set fps")
+        raise FileError(path, f"{shown(member.name)} is no possible rate; set --fps")
     return fps
 
 
@@ -226,10 +239,11 @@ def _joints(
 ) -> tuple[tuple[str, ...], tuple[int, ...], int]:
     """Return names, parents and root."""
     names = tuple(f"joint{i}" for i in range(count))
-    if "joint_names" in members:
-        given_names = _array(path, members["joint_names"])
+    texts = _called(members, "joint_names", _NAMES, count)
+    if texts is not None:
+        given_names = _array(path, members[texts])
         if given_names.shape != (count,) or given_names.dtype.kind not in "US":
-            raise FileError(path, f"'joint_names' is not one text for each of {count} joints")
+            raise FileError(path, f"{shown(texts)} is not one text for each of {count} joints")
         names = tuple(n.decode("latin-1") if isinstance(n, bytes) else str(n) for n in given_names.tolist())
     parents, root = with_known_parents(names)
     if "parents" in members:

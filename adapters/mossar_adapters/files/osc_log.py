@@ -198,7 +198,7 @@ def _idle(routes: Routes, now: float, log: Log) -> None:
 def _notes(log: Log, guessed_rate: float | None, unit: str, left_out: int) -> tuple[str, ...]:
     counters = log.counters
     said = {
-        f"rate taken as {guessed_rate} Hz (the log has no times); set fps to change": guessed_rate
+        f"rate taken as {guessed_rate} Hz (the log has no times); set --fps to change": guessed_rate
         is not None,
         unit: unit != "m",
         f"{left_out} frames with another skeleton are left out": left_out,

@@ -1,10 +1,13 @@
 """Shapes in which pose estimators write a frame.
 
 A frame is an object with one of the keys below, or a bare pose. A pose is a list of points: objects with x, y
-and z (and `name`, `score`, `visibility`, `confidence`), or lists `[x, y, z]` or `[x, y, z, confidence]`; or
-OpenPose's flat list of x, y, z, confidence.
+and z (and `name`, `score`, `visibility`, `confidence`), or lists `[x, y, z]` or `[x, y, z, confidence]`; an
+object with a point for each joint's name; or a flat list: OpenPose's and COCO's with confidences, or x, y, z
+(and confidence) of as many joints as one of the known sets has.
 """
 
+import re
+from itertools import groupby
 from typing import Any
 
 import msgspec
@@ -15,9 +18,23 @@ from mossar_adapters.joint_sets import by_count
 from mossar_stream.errors import MossarError
 from mossar_stream.skeleton import MAX_JOINTS
 
-_FRAME_LISTS = ("frames", "data", "poses", "results", "sequence", "pose_frames", "annotations")
+_FRAME_LISTS = (
+    "frames",
+    "data",
+    "poses",
+    "results",
+    "sequence",
+    "pose_frames",
+    "annotations",
+    "positions",
+)
+_FRAME_NAME = re.compile(r"(?:frame|image|img|f)?[\s_.:-]*(\d{1,18})(?:\.\w{1,5})?", re.IGNORECASE)
+_COCO = {3 * joints for joints in (17, 18, 25, 26, 133, 136)}
+# How many numbers x, y, score make a flat pose: COCO's, and OpenPose's of 2017.
+_FLAT_2D = {"keypoints": _COCO, "pose_keypoints": _COCO | {45}, "joints": {54}}
+_FEWEST = 3  # named points that make a pose; a box or a size has fewer
 _TIMES = {"time": 1.0, "t": 1.0, "timestamp": 1.0, "timestamp_s": 1.0, "time_s": 1.0, "timestamp_ms": 1e-3}
-_TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6}
+_TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6, "timestamp_usec": 1e-6}
 _METRIC: tuple[str, ...] = (
     "pose_world_landmarks",
     "poseWorldLandmarks",
@@ -26,7 +43,16 @@ _METRIC: tuple[str, ...] = (
     "keypoints3D",
 )
 _METRIC += ("keypoints_3d", "joints3d", "joints_3d")
-_IMAGE = ("pose_landmarks", "poseLandmarks", "landmarks", "keypoints", "pose", "joints", "landmark")
+_IMAGE = (
+    "pose_landmarks",
+    "poseLandmarks",
+    "landmarks",
+    "keypoints",
+    "pose",
+    "joints",
+    "landmark",
+    "joint_positions",
+)
 _PEOPLE = ("people", "persons", "poses", "bodies", "instances")
 _SCORES = ("visibility", "score", "confidence", "presence", "c")
 _DEEPEST = 6  # nested lists and objects until a pose must come
@@ -52,22 +78,51 @@ class Pose(msgspec.Struct, frozen=True):
     metric: bool
 
 
-def frame_list(content: Any) -> list[Any]:
-    """Return the frames in a file; a file that is no list of frames is one."""
+def frame_list(content: Any, *, alone: bool) -> list[Any]:
+    """Return the frames in a file; a file that is no list of frames is one.
+
+    Args:
+        content: Of the file.
+        alone: Whether the file is the whole recording: then poses in a list are frames, else people.
+    """
     for _ in range(3):
         if isinstance(content, list):
-            return [content] if _is_pose(content) else content
-        if not isinstance(content, dict) or any(key in content for key in (*_METRIC, *_IMAGE, "people")):
+            return [content] if _is_pose(content) else _by_image(content)
+        if not isinstance(content, dict):
+            break
+        known = [content[key] for key in (*_METRIC, *_IMAGE) if key in content]
+        if alone and known and _are_poses(known[0]) and not any(key in content for key in _TIMES):
+            return list(known[0])
+        if known or "people" in content:
             break
         inner = next(
             (content[key] for key in _FRAME_LISTS if isinstance(content.get(key), list | dict)), None
         )
-        if inner is None and content and all(str(key).isdecimal() for key in content):
-            inner = [content[key] for key in sorted(content, key=lambda key: int(key[:18]))]
+        inner = _by_number(content) if inner is None else inner
         if inner is None:
             break
         content = inner
     return [content]
+
+
+def _are_poses(found: Any) -> bool:
+    return isinstance(found, list) and len(found) > 1 and all(_is_pose(one) for one in found)
+
+
+def _by_number(content: dict[str, Any]) -> list[Any] | None:
+    """Return what stands under `0`, `1` … or `frame_0`, `frame_1` … in their order, None if other keys do."""
+    numbers = [_FRAME_NAME.fullmatch(key) for key in content]
+    if not content or None in numbers or any(_is_point(value) for value in content.values()):
+        return None
+    keys = sorted(content, key=lambda key: int(re.findall(r"\d{1,18}", key)[0]))
+    return [content[key] for key in keys]
+
+
+def _by_image(content: list[Any]) -> list[Any]:
+    """Return lists of the people that are in the same image, where each person says in which one."""
+    if not all(isinstance(one, dict) and "image_id" in one for one in content):
+        return content
+    return [list(people) for _, people in groupby(content, key=lambda one: one["image_id"])]
 
 
 def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:
@@ -94,6 +149,9 @@ def _poses(found: Any, *, metric: bool, depth: int, allow_2d: bool) -> list[Pose
         return []
     if _is_pose(found):
         return [_pose(found, metric=metric, allow_2d=allow_2d)]
+    if width := _flat_width(found):
+        rows = [found[i : i + width] for i in range(0, len(found), width)]
+        return [_pose(rows, metric=metric, allow_2d=allow_2d)]
     if isinstance(found, list):
         people = [_poses(one, metric=metric, depth=depth + 1, allow_2d=allow_2d) for one in found]
         return [pose for poses in people for pose in poses]
@@ -101,37 +159,55 @@ def _poses(found: Any, *, metric: bool, depth: int, allow_2d: bool) -> list[Pose
         raise PoseError("no pose is found in it")
     if "pose_keypoints_3d" in found or "pose_keypoints_2d" in found:
         return [_openpose(found, allow_2d=allow_2d)]
+    for key, sizes in _FLAT_2D.items():
+        if _is_numbers(found.get(key)) and len(found[key]) in sizes:
+            return [_openpose({"pose_keypoints_2d": found[key]}, allow_2d=allow_2d)]
     for key in (*_METRIC, *_PEOPLE, *_IMAGE):
         if key in found:
             deeper = metric or key in _METRIC
             return _poses(found[key], metric=deeper, depth=depth + 1, allow_2d=allow_2d)
+    named = {name: point for name, point in found.items() if _is_point(point)}
+    if len(named) >= _FEWEST:
+        return [_pose(list(named.values()), metric=metric, allow_2d=allow_2d, names=tuple(named))]
     raise PoseError(f"no pose is found in it (keys: {', '.join(str(key)[:20] for key in list(found)[:8])})")
 
 
 def _is_pose(found: Any) -> bool:
     """Return whether this is a list of points."""
-    if not isinstance(found, list) or not found:
-        return False
-    first = found[0]
-    if isinstance(first, dict):
-        return "x" in first and "y" in first
-    return isinstance(first, list) and 2 <= len(first) <= 4 and all(_is_number(value) for value in first)
+    return isinstance(found, list) and bool(found) and _is_point(found[0])
+
+
+def _is_point(found: Any) -> bool:
+    if isinstance(found, dict):
+        return "x" in found and "y" in found
+    return isinstance(found, list) and 2 <= len(found) <= 4 and all(_is_number(value) for value in found)
+
+
+def _is_numbers(found: Any) -> bool:
+    return isinstance(found, list) and len(found) > 4 and all(_is_number(value) for value in found)
+
+
+def _flat_width(found: Any) -> int:
+    """Return how many numbers of a flat list belong to a joint, 0 if it is none of a known set."""
+    if not _is_numbers(found):
+        return 0
+    return next((w for w in (4, 3) if len(found) % w == 0 and by_count(len(found) // w)), 0)
 
 
 def _is_number(value: Any) -> bool:
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
-def _pose(points: list[Any], *, metric: bool, allow_2d: bool) -> Pose:
+def _pose(points: list[Any], *, metric: bool, allow_2d: bool, names: tuple[str, ...] = ()) -> Pose:
     if len(points) > MAX_JOINTS:
         raise PoseError(f"a pose has {len(points)} points; at most {MAX_JOINTS} can be used")
     rows = [_point(point) for point in points]
     values = np.array([[np.nan if v is None else _float(v) for v in row[:4]] for row in rows])
-    flat = all(row[2] is None for row in rows)
+    flat = all(row[2] is None for row in rows) and any(None not in row[:2] for row in rows)
     _check_flat(flat=flat, allow_2d=allow_2d)
     if flat:
         values[:, 2] = np.where(np.isfinite(values[:, 0]), 0.0, np.nan)
-    names = tuple(str(p["name"]) if isinstance(p, dict) and p.get("name") else "" for p in points)
+    names = names or tuple(str(p["name"]) if isinstance(p, dict) and p.get("name") else "" for p in points)
     if not all(names):
         names = _names(len(points))
     confidence = values[:, 3] if np.isfinite(values[:, 3]).all() else None

@@ -1,6 +1,6 @@
 """JSON of pose estimators: MediaPipe, TensorFlow.js, OpenPose; one file, or a folder with a file per frame.
 
-A file holds one frame, a list of frames, or an object with a list of frames in it. Which shapes of a frame
+A file holds one frame, a list of frames, an object with a list of frames in it, or a frame per line. Which shapes of a frame
 are understood is in `pose_frames`. Coordinates in metres are taken as they are (MediaPipe's world landmarks);
 image coordinates have no unit and are scaled so that the skeleton is 1.7 m tall. The y axis of images points
 down: they are turned about x so that y points up.
@@ -23,6 +23,7 @@ from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
 from mossar_adapters.files.units import fitted, given
 from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.json_nan import without_nan
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames
 
@@ -30,8 +31,9 @@ USUAL_FPS = 30.0
 MAX_SIZE = 128 << 20  # bytes of a JSON file, which has to be read as a whole
 MAX_PERFORMERS = 16
 _MENDED_DEPTH = 2  # frames stand in a list, at most within an object
-_BRACKET = re.compile(rb'"(?:[^"\\]|\\.)*"?|[][{}]', re.DOTALL)
+_BRACKET = re.compile(rb'"(?:[^"\\]++|\\.)*+"?|[][{}]', re.DOTALL)
 _CLOSING = bytes.maketrans(b"[{", b"]}")
+_NAMES = ("joint_names", "landmark_names", "keypoint_names", "names")
 _RATES = ("fps", "frame_rate", "frameRate", "framerate", "ticksPerSecond", "FPS")
 
 
@@ -43,12 +45,14 @@ class PoseFile(msgspec.Struct):
         times: Seconds of each frame, None where a frame does not say.
         fps: Rate that the file states.
         cut: Whether the JSON was cut off.
+        names: Of the joints, if the file names them once for all frames.
     """
 
     poses: dict[int, dict[int, Pose]]
     times: list[float | None]
     fps: float | None = None
     cut: bool = False
+    names: tuple[str, ...] = ()
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -56,32 +60,57 @@ def read(path: Path, options: ReadOptions) -> Recording:
     found = _folder(path, options) if path.is_dir() else _file(path, options)
     if not found.poses:
         raise FileError(path, "there is no pose in it")
-    model = next(iter(next(iter(found.poses.values())).values()))
+    model = max((pose for poses in found.poses.values() for pose in poses.values()), key=_joints)
     performers = {person: f"p{person + 1}" for person in sorted(found.poses)}
     times, fps, notes = _clock(found, options)
     if found.cut:
         notes = (*notes, f"the file is cut off; {len(times)} frames are whole")
+    place = {name: i for i, name in enumerate(model.names)}
+    fitting = {
+        person: sorted(i for i, pose in poses.items() if place.keys() >= set(pose.names))
+        for person, poses in found.poses.items()
+    }
+    count = sum(map(len, fitting.values()))
+    if left_out := sum(map(len, found.poses.values())) - count:
+        notes = (*notes, f"{left_out} poses with other joints are left out")
 
     def chunks() -> Iterator[Frames]:
         for person, name in performers.items():
-            at = sorted(i for i, pose in found.poses[person].items() if pose.names == model.names)
-            for start in range(0, len(at), CHUNK):
-                yield _frames(found, at[start : start + CHUNK], person, name, times)
+            for start in range(0, len(fitting[person]), CHUNK):
+                at = fitting[person][start : start + CHUNK]
+                poses = [_spread(found.poses[person][i], model.names, place) for i in at]
+                yield _frames(poses, name, times[at])
 
     parents, root = with_known_parents(model.names)
     skeleton = skeleton_of(path, model.names, parents, root)
-    count = sum(pose.names == model.names for poses in found.poses.values() for pose in poses.values())
     recording = Recording(str(path), skeleton, fps, chunks, notes, count, tuple(performers.values()))
     return scaled_by_height(
         recording, lambda tall: given(options, 1.0) if model.metric else fitted(options, tall)
     )
 
 
-def _frames(found: PoseFile, at: list[int], person: int, name: str, times: np.ndarray[Any, Any]) -> Frames:
-    poses = [found.poses[person][i] for i in at]
+def _joints(pose: Pose) -> int:
+    return len(pose.names)
+
+
+def _spread(pose: Pose, names: tuple[str, ...], place: dict[str, int]) -> Pose:
+    """Return the pose with all joints, those that it lacks missing."""
+    if pose.names == names:
+        return pose
+    places = [place[name] for name in pose.names]
+    positions = np.full((len(names), 3), np.nan)
+    positions[places] = pose.positions
+    confidence = None
+    if pose.confidence is not None:
+        confidence = np.zeros(len(names))
+        confidence[places] = pose.confidence
+    return Pose(names, positions, confidence, pose.metric)
+
+
+def _frames(poses: list[Pose], name: str, times: np.ndarray[Any, Any]) -> Frames:
     scores = [pose.confidence for pose in poses if pose.confidence is not None]
     confidence = np.stack(scores) if len(scores) == len(poses) else None
-    return sane_frames(np.stack([pose.positions for pose in poses]), times[at], confidence, name)
+    return sane_frames(np.stack([pose.positions for pose in poses]), times, confidence, name)
 
 
 def _clock(
@@ -94,7 +123,7 @@ def _clock(
         return times, found.fps or rate_of_times(times), ()
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
-    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set fps to change"
+    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set --fps to change"
     return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
 
 
@@ -103,20 +132,31 @@ def _file(path: Path, options: ReadOptions) -> PoseFile:
     fps = None
     if isinstance(content, dict):
         fps = next((float(content[key]) for key in _RATES if isinstance(content.get(key), int | float)), None)
-    found = PoseFile({}, [], fps if fps is not None and plausible_rate(fps) else None, cut)
-    for frame in frame_list(content):
+    found = PoseFile({}, [], fps if fps is not None and plausible_rate(fps) else None, cut, _names(content))
+    for frame in frame_list(content, alone=True):
         _add_frame(path, found, frame, options)
     return found
 
 
+def _names(content: Any) -> tuple[str, ...]:
+    """Return the names of the joints that stand beside the frames, none if they do not."""
+    stated = (
+        next((content[key] for key in _NAMES if key in content), None) if isinstance(content, dict) else None
+    )
+    if isinstance(stated, list) and all(isinstance(name, str) for name in stated):
+        return tuple(stated)
+    return ()
+
+
 def _folder(path: Path, options: ReadOptions) -> PoseFile:
     found = PoseFile({}, [])
-    for file in sorted((p for p in path.iterdir() if p.suffix.lower() == ".json"), key=_frame_order):
+    files = [p for p in path.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith(".")]
+    for file in sorted((p for p in files if p.is_file()), key=_frame_order):
         if file.stat().st_size == 0:
             found.times.append(None)  # a frame that was not written
             continue
         content, _ = _decoded(file)
-        for frame in frame_list(content):
+        for frame in frame_list(content, alone=False):
             _add_frame(file, found, frame, options)
     return found
 
@@ -135,15 +175,15 @@ def _add_frame(path: Path, found: PoseFile, frame: Any, options: ReadOptions) ->
         raise FileError(path, f"frame {index}: {error}") from None
     found.times.append(time)
     for person, pose in enumerate(poses[:MAX_PERFORMERS]):
+        if len(found.names) == len(pose.names):
+            pose = msgspec.structs.replace(pose, names=found.names)
         found.poses.setdefault(person, {})[index] = pose
 
 
 def _decoded(path: Path) -> tuple[Any, bool]:
     """Return the content of a JSON file, and whether it was mended because it was cut off."""
     if path.stat().st_size > MAX_SIZE:
-        raise FileError(
-            path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to JSON lines"
-        )
+        raise FileError(path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to .npz")
     data = path.read_bytes()
     encoding = encoding_of(data[:HEAD_SIZE])
     if encoding is None:
@@ -153,10 +193,25 @@ def _decoded(path: Path) -> tuple[Any, bool]:
     try:
         return msgspec.json.decode(data), False
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        mended = _mended(data)
-        if mended is None:
+        found = _forgiven(data)
+        if found is None:
             raise FileError(path, f"this is no JSON: {error}") from None
-        return mended, True
+        return found
+
+
+def _forgiven(data: bytes) -> tuple[Any, bool] | None:
+    """Return the content of JSON with NaN in it, with a frame per line or cut off, and whether it was cut off."""
+    data = without_nan(data) or data
+    lines = msgspec.json.Decoder().decode_lines
+    whole_lines = data[: data.rfind(b"\n") + 1].strip()
+    for decode, part in ((msgspec.json.decode, data), (lines, data), (lines, whole_lines)):
+        try:
+            if part:
+                return decode(part), part is whole_lines
+        except (msgspec.DecodeError, UnicodeError, RecursionError):
+            continue
+    mended = _mended(data)
+    return None if mended is None else (mended, True)
 
 
 def _mended(data: bytes) -> Any:

@@ -23,10 +23,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     labels = tuple(name for name in facts.get("MARKER_NAMES", []) if name)
     if not labels:
         raise FileError(path, "there are no MARKER_NAMES")
-    first = (
-        2 if width >= 3 * len(labels) + 2 else 0
-    )  # frame and time stand in front, with headings or without
-    rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True)
+    # Frame and time stand in front, with headings or without.
+    first = 2 if "FRAME" in facts or width >= 3 * len(labels) + 2 else 0
+    rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True, blank=True)
     announced = _fact(facts, "NO_OF_FRAMES")
     return read_markers(
         MarkerTable(
@@ -48,8 +47,8 @@ def _heading(path: Path) -> tuple[dict[str, list[str]], int, int]:
     """Return the facts, the width of the first row, and the number of its line."""
     facts: dict[str, list[str]] = {}
     for line, text in numbered_lines(path):
-        cells = text.rstrip().split("\t")
-        if _is_number(cells[0]) and text.strip():
+        cells = text.split("\t")
+        if len(cells) > 1 and _is_number(cells[0]):
             return facts, len(cells), line
         if len(cells) > 1:
             facts[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]

@@ -3,9 +3,10 @@
 A new format is one module with `read(path, options) -> Recording` and one row here.
 """
 
+import contextlib
 import importlib
 import importlib.util
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
 from mossar_adapters.source import Recording
+from mossar_stream.frames import Frames
 
 
 class Format(msgspec.Struct, frozen=True):
@@ -34,6 +36,7 @@ class Format(msgspec.Struct, frozen=True):
         library: Module whose absence means that the extra is missing.
         folder: Whether it reads folders too.
         motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
+        telling: Whether what the sniffer knows is enough, whatever the extension.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Format(msgspec.Struct, frozen=True):
     library: str | None = None
     folder: bool = False
     motion: bool = False
+    telling: bool = False
 
     def available(self) -> bool:
         """Return whether what it needs is installed."""
@@ -55,20 +59,31 @@ _HERE = "mossar_adapters.files"
 
 FORMATS: tuple[Format, ...] = (
     Format(
-        "BVH", (".bvh",), sniff.text(sniff.bvh), f"{_HERE}.bvh", "skeleton and joint rotations", motion=True
+        "BVH",
+        (".bvh",),
+        sniff.text(sniff.bvh),
+        f"{_HERE}.bvh",
+        "skeleton and joint rotations",
+        motion=True,
+        telling=True,
     ),
     Format(
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
     Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
-    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text"),
+    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", telling=True),
     Format(
-        "Motive CSV", (".csv",), sniff.text(sniff.motive), f"{_HERE}.motive", "OptiTrack skeletons or markers"
+        "Motive CSV",
+        (".csv",),
+        sniff.text(sniff.motive),
+        f"{_HERE}.motive",
+        "OptiTrack skeletons or markers",
+        telling=True,
     ),
-    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers"),
+    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", telling=True),
     Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
-    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings"),
+    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings", telling=True),
     Format(
         "XDF",
         (".xdf",),
@@ -77,6 +92,7 @@ FORMATS: tuple[Format, ...] = (
         "motion capture stream of Lab Streaming Layer",
         extra="files",
         library="pyxdf",
+        telling=True,
     ),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
@@ -88,7 +104,7 @@ FORMATS: tuple[Format, ...] = (
     ),
     Format(
         "pose JSON",
-        (".json",),
+        (".json", ".jsonl", ".ndjson"),
         sniff.pose_json,
         f"{_HERE}.pose_json",
         "MediaPipe, OpenPose; a file, or a folder with a file per frame",
@@ -130,7 +146,14 @@ def open_recording(
     options = options or ReadOptions()
     path = Path(path)
     read: Callable[[Path, ReadOptions], Recording] = _reader(format_of(path, formats), path, "read")
-    return selected(read(path, options), options)
+    with _clear_errors(path):
+        recording = selected(read(path, options), options)
+
+    def chunks() -> Iterator[Frames]:
+        with _clear_errors(path):
+            yield from recording.chunks()
+
+    return msgspec.structs.replace(recording, chunks=chunks)
 
 
 def open_motion(
@@ -145,32 +168,49 @@ def open_motion(
     form = format_of(path, formats)
     if not form.motion:
         raise FileError(path, f"{form.name} has joint positions but no rotations")
-    motion: JointMotion = _reader(form, path, "read_motion")(path, options or ReadOptions())
+    with _clear_errors(path):
+        motion: JointMotion = _reader(form, path, "read_motion")(path, options or ReadOptions())
     return motion
 
 
 def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
-    """Return the format of a file: among those with its extension the first that knows its content.
+    """Return the format of a file: the first that knows its content.
+
+    Formats that are sure of it are asked first, whatever the extension; then those with its extension.
 
     Raises:
         FileError: If there is no such file or no such format.
     """
     head = _head(path)
     if path.is_dir():
-        candidates = [form for form in formats if form.folder]
+        telling, candidates = [], [form for form in formats if form.folder]
     else:
+        telling = [form for form in formats if form.telling]
         candidates = [form for form in formats if path.name.lower().endswith(form.extensions)]
-    for form in candidates:
-        if form.sniff(head, path):
-            return form
+    with _clear_errors(path):
+        for form in (*telling, *candidates):
+            if form.sniff(head, path):
+                return form
     if path.is_dir():
         raise FileError(path, "this is a folder without recordings of single frames (.json)")
+    for beginning, advice in sniff.PACKED.items():
+        if head.startswith(beginning):
+            raise FileError(path, f"this is {advice}")
     if candidates:
         raise FileError(path, f"this does not look like {' or '.join(form.name for form in candidates)}")
     if path.suffix.lower() == ".asf":
         raise FileError(path, "this is a skeleton without motion; open the .amc that goes with it")
     known = sorted({extension for form in formats for extension in form.extensions})
     raise FileError(path, f"the extension {path.suffix!r} is not known; known are {' '.join(known)}")
+
+
+@contextlib.contextmanager
+def _clear_errors(path: Path) -> Iterator[None]:
+    """Turn what the system says into one line; it may be about another file, such as one in a folder."""
+    try:
+        yield
+    except OSError as error:
+        raise FileError(error.filename or path, f"cannot be read: {error.strerror or error}") from None
 
 
 def _head(path: Path) -> bytes:

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from mossar_adapters.files.cells import number
+from mossar_adapters.files.columns import MAX_COLUMNS
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 
@@ -36,6 +37,7 @@ class Rows(msgspec.Struct, frozen=True):
         width: Cells per row.
         pad: Whether a short row is filled with empty cells instead of being an error.
         exact: Whether a long row is an error instead of being cut.
+        blank: Whether a line of nothing but tabs is a row in which everything is missing.
         count: Number of whole rows.
         cut: Whether the last row of the file was not whole.
     """
@@ -46,6 +48,7 @@ class Rows(msgspec.Struct, frozen=True):
     width: int
     pad: bool
     exact: bool
+    blank: bool
     count: int
     cut: bool
 
@@ -56,7 +59,7 @@ class Rows(msgspec.Struct, frozen=True):
             FileError: If a row has the wrong width.
         """
         done, lines, cells = 0, list[int](), list[list[str]]()
-        for line, text in row_lines(self.path, self.first_line):
+        for line, text in row_lines(self.path, self.first_line, blank=self.blank):
             if done + len(cells) == self.count:
                 break
             lines.append(line)
@@ -75,10 +78,17 @@ class Rows(msgspec.Struct, frozen=True):
         return row[: self.width] + [""] * short
 
 
-def row_lines(path: Path, first_line: int) -> Iterator[tuple[int, str]]:
-    """Yield the lines from `first_line` on that are neither blank nor comments."""
+def row_lines(path: Path, first_line: int, *, blank: bool = False) -> Iterator[tuple[int, str]]:
+    """Yield the lines from `first_line` on that are neither blank nor comments.
+
+    Args:
+        path: The file.
+        first_line: Number of a line.
+        blank: Whether to yield lines of nothing but tabs.
+    """
     for line, text in numbered_lines(path):
-        if line >= first_line and text and not text.isspace() and not text.startswith("#"):
+        said = text and not text.isspace() and not text.startswith("#")
+        if line >= first_line and (said or (blank and "\t" in text)):
             yield line, text
 
 
@@ -90,19 +100,22 @@ def survey(
     *,
     pad: bool = False,
     exact: bool = False,
+    blank: bool = False,
 ) -> Rows:
     """Count the rows of a file and see whether the last one is whole.
 
     Raises:
-        FileError: If there is no whole row.
+        FileError: If there is no whole row, or rows would be too wide.
     """
+    if width > MAX_COLUMNS:
+        raise FileError(path, f"the headings ask for {width} columns; at most {MAX_COLUMNS} can be read")
     count, last = 0, ""
-    for _, text in row_lines(path, first_line):
+    for _, text in row_lines(path, first_line, blank=blank):
         count, last = count + 1, text
     cut = count > 0 and not _is_whole(split(last), width, pad=pad, open_end=ends_in_mid_line(path))
     if count == cut:
         raise FileError(path, "there is no whole frame in the file")
-    return Rows(path, first_line, split, width, pad, exact, count - cut, cut)
+    return Rows(path, first_line, split, width, pad, exact, blank, count - cut, cut)
 
 
 def _is_whole(row: list[str], width: int, *, pad: bool, open_end: bool) -> bool:

@@ -9,6 +9,15 @@ from mossar_adapters.files.text import head_text
 
 Sniffer = Callable[[bytes, Path], bool]
 
+PACKED = {  # how files begin that have to be unpacked or fetched, and how
+    b"\x1f\x8b": "packed with gzip; unpack it first",
+    b"BZh": "packed with bzip2; unpack it first",
+    b"\xfd7zXZ": "packed with xz; unpack it first",
+    b"7z\xbc\xaf": "packed with 7-Zip; unpack it first",
+    b"version https://git-lfs": "a pointer of Git LFS, not the file itself; fetch that with git lfs pull",
+    b"PK\x03\x04": "a zip archive or a workbook; unpack it, or save the sheet as CSV",
+}
+
 
 def text(looks: Callable[[str], object]) -> Sniffer:
     """Return a sniffer for a format of text.
@@ -16,7 +25,7 @@ def text(looks: Callable[[str], object]) -> Sniffer:
     Args:
         looks: Whether a file that begins with this text is of the format.
     """
-    return lambda head, _path: bool(looks(head_text(head)))
+    return lambda head, _path: not head.startswith(tuple(PACKED)) and bool(looks(head_text(head)))
 
 
 def magic(*beginnings: bytes) -> Sniffer:
@@ -25,8 +34,9 @@ def magic(*beginnings: bytes) -> Sniffer:
 
 
 def bvh(head: str) -> bool:
-    """Return whether this is BVH."""
-    return head.lstrip()[:9].upper() == "HIERARCHY"
+    """Return whether this is BVH, below comments if there are some."""
+    first = next((line for line in head.split("\n") if line.strip() and not line.startswith("#")), "")
+    return first.lstrip()[:9].upper() == "HIERARCHY"
 
 
 def amc(head: str) -> bool:
@@ -74,12 +84,12 @@ def motive(head: str) -> bool:
 
 def qtm(head: str) -> bool:
     """Return whether this is QTM's export."""
-    return head.lstrip().upper().startswith("NO_OF_FRAMES")
+    return any(line.upper().startswith("NO_OF_FRAMES") for line in head.lstrip().split("\n", 5)[:5])
 
 
 def msrc12(head: str) -> bool:
     """Return whether the first line is 81 numbers."""
-    words = head.lstrip().partition("\n")[0].split()
+    words = head.lstrip().partition("\n")[0].replace(",", " ").split()
     return len(words) == 81 and words[0].isdecimal()
 
 

@@ -9,7 +9,7 @@ Our own layout, which is also the one to write when exporting from elsewhere::
 The comment line and each of its words are optional, the time too; an empty cell is a missing coordinate;
 `hips.confidence` (0 to 1) may be added for all joints. Tables of other programs with such columns read as well:
 semicolons, tabs, decimal commas, headings of one or two lines and other spellings (see `heading`, `columns`),
-Kinect tables, numbered landmarks of pose estimators.
+Kinect tables, numbered landmarks of pose estimators, rows of several people who take turns (`person_id`).
 """
 
 import re
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.assembly import first_chunk, in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.bodies import bodies_of, by_body
 from mossar_adapters.files.cells import numbers
 from mossar_adapters.files.clock import seconds, unit_of_steps
 from mossar_adapters.files.columns import Columns
@@ -29,7 +30,7 @@ from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
-from mossar_adapters.files.units import fitted, given, guessed
+from mossar_adapters.files.units import fitted, given, guessed, metres_of
 from mossar_adapters.joint_sets import (
     BLAZEPOSE_33,
     COCO_17,
@@ -54,27 +55,39 @@ def read(path: Path, options: ReadOptions) -> Recording:
     fps, time_unit, notes = _clock(path, heading, rows, options)
     zeros = set(columns.joints) <= _KINECT and not _is_centred(rows, columns)
 
+    bodies = bodies_of(rows, columns.body)
+
     def chunks() -> Iterator[Frames]:
-        for block in rows.blocks():
+        for body, block in by_body(rows.blocks(), columns.body) if bodies else _alone(rows):
+            if bodies and body not in bodies:
+                continue
             positions, confidence = _positions(block, rows, columns)
             times = _times(block, rows, columns, time_unit) if time_unit else None
             yield sane_frames(
                 without_zeros(positions) if zeros else positions,
                 constant_times(len(positions), fps or USUAL_FPS, block.start) if times is None else times,
                 confidence,
+                bodies[body][0] if bodies else "p1",
             )
 
     skeleton = _skeleton(path, columns, heading.facts)
-    recording = Recording(str(path), skeleton, fps, chunks, (*cut_note(rows), *notes), rows.count)
+    count = sum(count for _, count in bodies.values()) or rows.count
+    performers = tuple(name for name, _ in bodies.values()) or ("p1",)
+    recording = Recording(str(path), skeleton, fps, chunks, (*cut_note(rows), *notes), count, performers)
     unit = heading.facts.get("unit", "auto")
-    if unit != "auto" and unit not in METRES:
+    metres = metres_of(unit)
+    if unit != "auto" and metres is None:
         raise FileError(path, f"unit={unit[:20]} is none of {', '.join(METRES)}")
-    if unit in METRES:
-        return in_metres(recording, given(options, METRES[unit]))
+    if metres is not None:
+        return in_metres(recording, given(options, metres))
     if set(columns.joints) <= _KINECT:
         return in_metres(recording, given(options, 1.0))  # the sensor's camera space
     normalised = _is_normalised(skeleton.names, first_chunk(path, chunks).positions)
     return scaled_by_height(recording, lambda tall: (fitted if normalised else guessed)(options, tall))
+
+
+def _alone(rows: Rows) -> Iterator[tuple[str, Block]]:
+    return (("", block) for block in rows.blocks())
 
 
 def _positions(
@@ -116,9 +129,11 @@ def _clock(
     if columns.time < 0:
         if stated is not None:
             return stated, None, ()
-        note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set fps to change"
+        note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set --fps to change"
         return USUAL_FPS, None, (note,)
     first = next(rows.blocks())
+    if columns.body >= 0:
+        _, first = next(by_body(iter([first]), columns.body))
     stamps = _stamps(first, rows, columns)
     unit, notes = columns.time_unit, tuple[str, ...]()
     if unit is None and ":" in first.cells[0][columns.time]:

@@ -6,12 +6,12 @@ from mossar_adapters.files.cells import number
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import delimiter_of, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
-from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import cut_note, survey
 from mossar_adapters.files.text import numbered_lines
+from mossar_adapters.files.units import metres_of
 from mossar_adapters.source import Recording
 
-UNITS = {**METRES, "meters": 1.0, "millimeters": 1e-3, "centimeters": 1e-2, "in": METRES["inch"]}
 _HEAD = 40  # lines within which the heading ends
 
 
@@ -20,19 +20,18 @@ def read(path: Path, options: ReadOptions) -> Recording:
     facts, header, line = _heading(path)
     delimiter = "\t" if "\t" in header else delimiter_of(header)
     split = splitter(delimiter, decimal_comma=delimiter == ";")
-    labels = tuple(cell.strip() for cell in split(header)[2:] if cell.strip())
+    labels, xyz = _markers(split(header))
     if not labels:
         raise FileError(path, "there are no marker names", line)
-    rows = survey(path, _first_row(path, line), split, 2 + 3 * len(labels), pad=True)
+    rows = survey(path, _first_row(path, line), split, xyz[-1] + 3, pad=True)
     announced = _fact(facts, "numframes")
-    unit = facts.get("units", "").lower()
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
-            xyz=tuple(range(2, 2 + 3 * len(labels), 3)),
+            xyz=xyz,
             fps=_fact(facts, "datarate"),
-            metres=UNITS.get(unit),
+            metres=metres_of(facts.get("units", "")),
             time=1,
             frame=0,
             first_number=1,
@@ -47,7 +46,8 @@ def _heading(path: Path) -> tuple[dict[str, str], str, int]:
     facts: dict[str, str] = {}
     previous: list[str] = []
     for line, text in numbered_lines(path):
-        cells = text.replace(",", "\t").replace(";", "\t").split()
+        text = text.replace('"', "")
+        cells = (text if "\t" in text else text.replace(",", "\t").replace(";", "\t")).split()
         if cells and cells[0].lower().rstrip("#") == "frame":
             return facts, text, line
         if previous and previous[0].lower() == "datarate":
@@ -56,6 +56,16 @@ def _heading(path: Path) -> tuple[dict[str, str], str, int]:
         if line > _HEAD:
             break
     raise FileError(path, f"there is no line of marker names that begins with {shown('Frame#')}")
+
+
+def _markers(header: list[str]) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Return the names of the markers and the columns of their x.
+
+    A name stands above its x, so that a marker without one leaves a gap; some programs write them in a row.
+    """
+    found = {i: cell.strip() for i, cell in enumerate(header) if i >= 2 and cell.strip()}
+    above = all(i % 3 == 2 for i in found) and len(found) > 1
+    return tuple(found.values()), tuple(found) if above else tuple(range(2, 2 + 3 * len(found), 3))
 
 
 def _first_row(path: Path, names: int) -> int:

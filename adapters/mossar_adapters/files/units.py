@@ -10,6 +10,18 @@ from mossar_adapters.files.options import METRES, ReadOptions
 
 USUAL_HEIGHT = 1.7  # m
 ACCLAIM_INCH = 0.0254 / 0.45  # m, the unit of the CMU recordings
+_NAMED = {
+    name: metres
+    for metres, names in (
+        (1.0, "m meter meters metre metres"),
+        (0.1, "dm decimeter decimeters decimetre decimetres"),
+        (0.01, "cm centimeter centimeters centimetre centimetres"),
+        (1e-3, "mm millimeter millimeters millimetre millimetres"),
+        (0.0254, "in inch inches"),
+        (0.3048, "ft foot feet"),
+    )
+    for name in names.split()
+}
 
 
 class Scale(msgspec.Struct, frozen=True):
@@ -22,6 +34,16 @@ class Scale(msgspec.Struct, frozen=True):
 
     metres: float
     note: str | None = None
+
+
+def metres_of(unit: str) -> float | None:
+    """Return what a unit is in metres by the names that files give it, None if it is not known.
+
+    Example:
+        >>> metres_of("Millimeters")
+        0.001
+    """
+    return _NAMED.get(unit.strip(" []()").lower())
 
 
 def height(positions: NDArray[np.floating]) -> float:

@@ -17,16 +17,14 @@ from numpy.typing import NDArray
 from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.errors import FileError, shown
-from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
+from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
-from mossar_adapters.files.units import given, guessed
+from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.files.xdf_chunks import Stream, checked_stream, streams_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames, constant_times, performer_name
-
-UNITS = {**METRES, "meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "centimeters": 1e-2}
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -53,8 +51,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     parents, root = with_known_parents(columns.joints)
     skeleton = skeleton_of(path, columns.joints, parents, root)
     recording = Recording(str(path), skeleton, fps, chunks, notes, len(series), (name,))
-    if unit in UNITS:
-        return in_metres(recording, given(options, UNITS[unit]))
+    metres = metres_of(unit)
+    if metres is not None:
+        return in_metres(recording, given(options, metres))
     return scaled_by_height(recording, lambda tall: guessed(options, tall))
 
 

@@ -41,7 +41,7 @@ def test_bones_turn_about_their_own_axes(sample):
 def test_the_rate_is_that_of_cmu_and_said_so(sample):
     recording = open_recording(sample("amc"))
     assert recording.fps == 120
-    assert recording.notes == ("rate taken as 120 Hz (an AMC does not state it); set fps to change",)
+    assert recording.notes == ("rate taken as 120 Hz (an AMC does not state it); set --fps to change",)
     assert open_recording(sample("amc"), ReadOptions(fps=60)).notes == ()
 
 
@@ -61,6 +61,17 @@ def test_radians_are_read(sample):
         for i in range(30)
     ]
     path.write_text("".join(rows))
+    np.testing.assert_allclose(positions_of(open_recording(path)), expected, atol=1e-6)
+
+
+def test_the_motion_may_be_in_radians_though_the_skeleton_is_in_degrees(sample):
+    path = sample("amc")
+    expected = positions_of(open_recording(path))
+    rows = [
+        f"{i + 1}\nroot 0 16 {i * 0.1} 0 {np.radians(i)} 0\nleg {np.radians(i)} {-np.radians(i)}\n"
+        for i in range(30)
+    ]
+    path.write_text(":RADIANS\n" + "".join(rows))
     np.testing.assert_allclose(positions_of(open_recording(path)), expected, atol=1e-6)
 
 

@@ -97,12 +97,28 @@ def test_rows_beyond_the_announced_frames_are_left_out_and_missing_ones_noted(sa
 
 
 @pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Frames: 30\nFrame Time: 0.0333333\n", "Frame Time: 0.0333333\nFrames: 30\n"),
+        ("Frames: 30\nFrame Time: 0.0333333\n", "\nFrames :\t30 \n\nFrame  Time :\t.0333333 \n"),
+        ("HIERARCHY\n", "# made by somebody\nHIERARCHY\n# the body\n"),
+    ],
+)
+def test_headings_may_be_turned_around_spaced_oddly_and_commented(sample, old, new):
+    usual = open_recording(sample("bvh"))
+    expected = positions_of(usual)
+    found = open_recording(rewritten(sample("bvh"), old, new))
+    assert (found.fps, found.skeleton) == (usual.fps, usual.skeleton)
+    np.testing.assert_array_equal(positions_of(found), expected)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "line", "problem"),
     [
         ("0 90 7 ", "0 ninety 7 ", 35, "'ninety' is not a number"),
         ("0 90 7 ", "90 7 ", 35, "the row has 11 values instead of 12"),
         ("0 90 7 ", "0 0 90 7 ", 35, "the row has 13 values instead of 12"),
-        ("Frame Time: 0.0333333", "Frame Time: 0", 27, "a frame time of 0 s is impossible; set fps"),
+        ("Frame Time: 0.0333333", "Frame Time: 0", 27, "a frame time of 0 s is impossible; set --fps"),
         ("Frames: 30", "Frames: many", 26, "MOTION is not followed by"),
         ("Frames: 30", "Frames: 0", 27, "the motion has 0 frames"),
         ("OFFSET 10 0 0", "OFFSET 10 0 up", 8, "OFFSET is not followed by three numbers"),

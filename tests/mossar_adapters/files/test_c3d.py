@@ -1,3 +1,5 @@
+import struct
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,64 @@ def test_absurd_counts_in_the_header_are_refused_or_cut_to_the_file(sample, at):
     path.write_bytes(data)
     found = read_or_refused(path)
     assert found is None or len(found) <= 30
+
+
+def with_counts(path, body, last, **parameters):
+    """Replace the data, and say in the header and in parameters how many frames there are."""
+    header, section = bytearray(path.read_bytes()[:512]), path.read_bytes()[512:1536].rstrip(b"\0") + b"\0"
+    header[8:10] = struct.pack("<H", last)
+    for name, value in parameters.items():
+        kind, number = value
+        body_of = bytes([4 if kind == "f" else 2, 0]) + struct.pack(f"<{kind}", number) + b"\0"
+        section += bytes([len(name), 1]) + name.encode() + struct.pack("<h", len(body_of) + 2) + body_of
+    path.write_bytes(bytes(header) + section.ljust(1024, b"\0") + body)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("last", "parameters"),
+    [
+        (65535, {"FRAMES": ("f", 70000)}),
+        (65535, {"FRAMES": ("h", -1), "LONG_FRAMES": ("f", 70000)}),
+        (65535, {"FRAMES": ("h", -1)}),
+        (65535, {}),
+        (70000 - 65536, {"FRAMES": ("f", 70000)}),
+        (70000 - 65536, {}),
+    ],
+)
+def test_recordings_longer_than_the_header_can_say_are_read_to_their_end(sample, last, parameters):
+    body = np.tile(np.array([1, 2, 3, 0], "<f4"), 140000).tobytes() + bytes(512)
+    path = with_counts(sample("c3d", labels=("a", "b")), body, last, **parameters)
+    recording = open_recording(path, ReadOptions(unit="m"))
+    assert (recording.frame_count, recording.notes) == (70000, ())
+    assert np.isfinite(positions_of(recording)).all()
+
+
+def test_a_header_that_tells_of_the_whole_take_does_not_make_its_part_cut_off(sample):
+    body = np.ones((20, 8), "<f4").tobytes()
+    path = with_counts(sample("c3d", labels=("a", "b")), body, 900, FRAMES=("h", 20))
+    assert open_recording(path).frame_count == 20
+    assert not any("cut off" in note for note in open_recording(path).notes)
+
+
+def test_the_place_of_the_data_may_stand_in_the_parameters_only(sample):
+    path = with_counts(
+        sample("c3d", labels=("a", "b")), np.ones((20, 8), "<f4").tobytes(), 20, DATA_START=("h", 4)
+    )
+    data = bytearray(path.read_bytes())
+    data[16:18] = b"\0\0"
+    path.write_bytes(data)
+    assert open_recording(path).frame_count == 20
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("Metres", 1000), ("centimeters", 10), ("INCHES", 25.4), ("ft", 304.8)]
+)
+def test_units_are_those_of_the_file_however_it_calls_them(sample, unit, factor):
+    expected = positions_of(open_recording(sample("c3d"))) * factor
+    recording = open_recording(sample("c3d", unit=unit))
+    assert recording.notes == ()
+    np.testing.assert_allclose(positions_of(recording), expected, rtol=1e-5)
 
 
 def read_or_refused(path):

@@ -25,12 +25,15 @@ CASES = {
     "e.csv": 'a_x,a_y,a_z\n"' + "9" * MEBIBYTE + '",1,2\n"' + "\n",
     "f.csv": "Format Version,1\n" + '"' + "a" * MEBIBYTE + "\n",
     "g.csv": ",".join(f"{k}_{axis}" for k in range(5000) for axis in "xyz") + "\n" + "1," * 15_000,
+    "h.csv": ",".join("_.:/- " * 25 + str(k) for k in range(15_000)) + "\n" + "1," * 15_000,
     "a.trc": "PathFileType" + " " * MEBIBYTE + BLANKS,
     "a.tsv": "NO_OF_FRAMES\t" + "9" * MEBIBYTE,
     "a.json": "[" * MEBIBYTE,
     "b.json": '{"frames": ' + "[[]," * (MEBIBYTE // 4),
     "c.json": '{"fps": ' + "9" * 5000 + ', "frames": []}',
     "d.json": '"' + "\\" * MEBIBYTE,
+    "e.json": '{"NaN' + '\\"' * MEBIBYTE + " NaN",
+    "f.json": '{"' + "frame_" * MEBIBYTE + '1": [[1, 2, 3], [4, 5, 6]]}',
     "a.jsonl": '{"type": "frame", "xyz": ' + "[" * MEBIBYTE + "}\n",
 }
 

@@ -20,6 +20,20 @@ def test_null_is_missing(tmp_path):
     assert np.isnan(frames.positions[1]).any(axis=1).all()
 
 
+def test_nan_as_python_writes_it_is_missing(tmp_path):
+    path = tmp_path / "a.jsonl"
+    path.write_text(
+        '{"type": "meta", "names": ["NaN", "b"], "parents": [-1, 0]}\n'
+        '{"type": "frame", "t": 0, "xyz": [[NaN, NaN, NaN], [-Infinity, 1, 2]]}\n'
+        '{"type": "frame", "t": 1, "xyz": [[0, 1, 2], [0, 1, 2]]}\n'
+    )
+    recording = open_recording(path)
+    assert recording.skeleton.names == ("NaN", "b")
+    (frames,) = recording.chunks()
+    assert np.isnan(frames.positions[0]).all()
+    assert np.isfinite(frames.positions[1]).all()
+
+
 def test_frames_without_a_meta_have_unnamed_joints_and_no_root(tmp_path):
     recording = open_recording(written(tmp_path, FRAME, FRAME | {"t": 0.5}))
     assert recording.skeleton.names == ("joint0", "joint1")

@@ -70,6 +70,26 @@ def test_a_trc_that_was_trimmed_keeps_its_frame_numbers(sample):
     assert next(open_recording(sample("trc")).chunks()).first_frame is None
 
 
+def test_a_marker_of_a_trc_without_a_name_is_left_out_and_moves_no_other(sample):
+    expected = positions_of(open_recording(sample("trc")))
+    recording = open_recording(rewritten(sample("trc"), "\tknee\t", "\t\t"))
+    assert recording.skeleton.names == ("hip", "foot", "head")
+    np.testing.assert_array_equal(positions_of(recording), expected[:, [0, 2, 3]])
+
+
+def test_names_of_a_trc_may_stand_in_a_row_or_in_quotes(sample):
+    expected = positions_of(open_recording(sample("trc")))
+    for names in ("hip\tknee\tfoot\thead", '"hip"\t\t\t"knee"\t\t\t"foot"\t\t\t"head"'):
+        recording = open_recording(rewritten(sample("trc"), "hip\t\t\tknee\t\t\tfoot\t\t\thead", names))
+        assert recording.skeleton.names == ("hip", "knee", "foot", "head")
+        np.testing.assert_array_equal(positions_of(recording), expected)
+
+
+def test_facts_of_a_trc_may_have_decimal_commas(sample):
+    recording = open_recording(rewritten(sample("trc"), "\n60\t60\t", "\n60,00\t60,00\t"))
+    assert (recording.fps, recording.frame_count, recording.notes) == (60, 30, ())
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -108,6 +128,59 @@ def test_motive_takes_markers_where_there_are_no_bones(sample):
     )
 
 
+def test_motive_takes_unlabeled_markers_where_there_is_nothing_else(sample):
+    path = rewritten(sample("motive"), "Bone", "Marker")
+    for i, name in enumerate(("anna", "Thigh", "Foot", "Head")):
+        rewritten(path, f"anna:{name}", f"Unlabeled {i}")
+    assert len(open_recording(path).skeleton) == 4
+
+
+def test_motive_takes_may_have_commas_in_their_names(sample):
+    path = rewritten(sample("motive"), "Take Name,t,", "Take Name,walk, then run,")
+    recording = open_recording(rewritten(path, "Meters", "Millimeters"))
+    assert recording.notes == ()
+    assert height(positions_of(recording)) < 0.01
+
+
+def test_motive_bones_relative_to_their_parents_are_refused_but_not_markers(sample):
+    path = rewritten(sample("motive"), "Length Units,Meters", "Length Units,Meters,Coordinate Space,Local")
+    with pytest.raises(FileError, match="export them in global coordinates"):
+        open_recording(path)
+    assert open_recording(rewritten(path, "Bone", "Marker")).frame_count == 30
+
+
+def test_qtm_frames_without_any_marker_are_missing_frames(sample):
+    path = sample("qtm")
+    lines = path.read_text().splitlines()
+    for k in (6, 7, 20):
+        lines[k] = "\t" * 11
+    path.write_text("\n".join(lines) + "\n")
+    recording = open_recording(path)
+    assert (recording.frame_count, recording.notes) == (30, ())
+    assert np.argwhere(np.isnan(positions_of(recording)).all(axis=(1, 2))).ravel().tolist() == [0, 1, 14]
+
+
+@pytest.mark.parametrize("tabs", ["\t\t\t", ""])
+def test_qtm_knows_its_frame_and_time_columns_though_the_last_marker_is_missing_at_first(sample, tabs):
+    path = sample("qtm")
+    lines = path.read_text().splitlines()
+    expected = positions_of(open_recording(path))
+    rows = [f"{i + 1}\t{i / 60:.5f}\t{row}" for i, row in enumerate(lines[6:])]
+    rows[0] = "\t".join(rows[0].split("\t")[:-3]) + tabs
+    path.write_text("\n".join([*lines[:6], "Frame\tTime\thip X\thip Y\thip Z", *rows]) + "\n")
+    found = positions_of(open_recording(path))
+    assert np.isnan(found[0, 3]).all()
+    np.testing.assert_array_equal(found[1:], expected[1:])
+    np.testing.assert_array_equal(found[0, :3], expected[0, :3])
+
+
+def test_qtm_without_a_rate_asks_for_one(sample):
+    path = rewritten(sample("qtm"), "FREQUENCY\t60\n", "")
+    with pytest.raises(FileError, match="states neither rate nor times; set --fps"):
+        open_recording(path)
+    assert open_recording(path, ReadOptions(fps=50)).fps == 50
+
+
 @pytest.mark.parametrize("headed_columns", [True, False])
 def test_qtm_with_frame_and_time_columns(sample, headed_columns):
     path = sample("qtm")
@@ -127,12 +200,30 @@ def test_qtm_of_bodies_is_refused(sample):
         open_recording(rewritten(sample("qtm"), "DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D"))
 
 
+@pytest.mark.parametrize(
+    ("kind", "old", "new"),
+    [
+        ("trc", "hip\t\t\t", "hip\t\t\t" + "x\t\t\t" * 7000),
+        ("qtm", "MARKER_NAMES\t", "MARKER_NAMES\t" + "x\t" * 7000),
+    ],
+)
+def test_headings_that_ask_for_too_many_columns_take_no_memory(sample, kind, old, new):
+    with pytest.raises(FileError, match=r"columns; at most 20000 can be read"):
+        open_recording(rewritten(sample(kind), old, new))
+
+
 def test_msrc12_rows_without_a_player_are_missing(sample):
     recording = open_recording(sample("msrc12"))
     positions = positions_of(recording)
     assert np.isnan(positions[0]).all()
     assert np.isfinite(positions[1:]).all()
     assert recording.skeleton.names[recording.skeleton.root] == "HipCenter"
+
+
+def test_msrc12_may_have_commas(sample):
+    expected = positions_of(open_recording(sample("msrc12")))
+    found = positions_of(open_recording(rewritten(sample("msrc12"), " ", ",")))
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_ntu_states_are_confidence(sample):

@@ -25,6 +25,26 @@ def test_times_are_taken_before_a_rate(tmp_path):
     np.testing.assert_array_equal(frames.times, times)
 
 
+@pytest.mark.parametrize("name", ["times", "timestamps", "time"])
+def test_times_and_names_have_several_names(tmp_path, name):
+    np.savez(tmp_path / "a.npz", positions=np.ones((3, 2, 3)), names=["a", "b"], **{name: np.arange(3) / 20})
+    recording = open_recording(tmp_path / "a.npz")
+    assert (recording.fps, recording.skeleton.names, recording.notes) == (20, ("a", "b"), ())
+
+
+def test_things_that_only_share_a_name_with_times_are_passed_over(tmp_path):
+    np.savez(tmp_path / "a.npz", positions=np.ones((3, 2, 3)), time="noon", names=["a"], fps=60)
+    assert open_recording(tmp_path / "a.npz").fps == 60
+
+
+def test_positions_of_giants_are_not_taken_as_metres(tmp_path):
+    person = np.tile([[0.0, 0, 0], [0, 1700, 0]], (4, 1, 1))
+    np.savez(tmp_path / "a.npz", positions=person, fps=60)
+    recording = open_recording(tmp_path / "a.npz")
+    assert np.nanmax(positions_of(recording)) == pytest.approx(1.7)
+    assert recording.notes == ("unit taken as mm (skeleton is 1.70 m tall); set --unit to change",)
+
+
 def test_a_single_fitting_array_is_taken_with_a_note(tmp_path):
     person = np.tile([[0.0, 0, 0], [0, 1700, 0]], (4, 1, 1))
     np.savez(tmp_path / "a.npz", joints3d=person, other=np.ones(3))
@@ -63,7 +83,7 @@ def test_objects_are_not_unpickled(tmp_path):
             r"no array positions of shape \(n, J, 3\); there are: positions \(2, 3\)",
         ),
         ({"positions": np.ones((0, 2, 3))}, "has 0 frames"),
-        ({"positions": np.ones((2, 2, 3)), "fps": -1}, "'fps' is no possible rate; set fps"),
+        ({"positions": np.ones((2, 2, 3)), "fps": -1}, "'fps' is no possible rate; set --fps"),
         ({"positions": np.ones((2, 2, 3)), "fps": "fast"}, "'fps' is no possible rate"),
         ({"positions": np.ones((2, 2, 3)), "times": [1.0]}, "'times' is not one number for each of 2 frames"),
         (

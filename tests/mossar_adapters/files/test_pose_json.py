@@ -5,6 +5,7 @@ import pytest
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.files.units import height
+from mossar_adapters.joint_sets import COCO_17
 
 
 def positions_of(recording):
@@ -38,6 +39,14 @@ LISTED = [[p["x"], p["y"], p["z"]] for p in points()]
         {"data": [{"pose": LISTED}, {"pose": LISTED}]},
         {"0": {"landmarks": points()}, "1": {"landmarks": points()}},
         [{"pose_landmarks": {"landmark": points()}}] * 2,
+        {"frame_10": LISTED, "frame_9": LISTED},
+        {"landmarks": [LISTED, LISTED], "video": "a.mp4"},
+        {"positions": [LISTED, LISTED]},
+        {"frames": [{"bodies": [{"body_id": 1, "joint_positions": LISTED}], "timestamp_usec": 9}] * 2},
+        [[v for point in LISTED for v in point]] * 2,
+        [{"landmarks": [v for point in LISTED for v in [*point, 0.9]]}] * 2,
+        [{"frame": 1, **dict(zip(COCO_17.names, points(), strict=True))}] * 2,
+        [{"landmarks": dict(zip(COCO_17.names, LISTED, strict=True))}] * 2,
     ],
 )
 def test_many_shapes_are_understood(tmp_path, content):
@@ -61,7 +70,12 @@ def test_world_landmarks_are_metres_and_image_landmarks_are_scaled(tmp_path):
 
 def test_two_dimensions_are_an_error_unless_allowed(tmp_path):
     flat = [{"x": p["x"], "y": p["y"]} for p in points()]
-    for content in ([flat], {"people": [{"pose_keypoints_2d": [1, 2, 0.5, 3, 4, 0.5]}]}):
+    for content in (
+        [flat],
+        {"people": [{"pose_keypoints_2d": [1, 2, 0.5, 3, 4, 0.5]}]},
+        {"people": [{"pose_keypoints": [1, 2, 0.5] * 18}]},
+        {"bodies": [{"joints": [1, 2, 0.5] * 18}]},
+    ):
         path = written(tmp_path, content)
         with pytest.raises(FileError, match=r"frame 0: its poses are 2-D, .*--allow-2d takes them anyway"):
             open_recording(path)
@@ -97,6 +111,60 @@ def test_people_are_performers(tmp_path):
     )
     assert recording.performers == ("p1", "p2")
     assert [(frames.performer, len(frames)) for frames in recording.chunks()] == [("p1", 2), ("p2", 1)]
+
+
+def test_people_of_an_image_are_one_frame(tmp_path):
+    person = {"keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.9}
+    path = written(tmp_path, [{"image_id": name, **person} for name in ("0.jpg", "0.jpg", "1.jpg")])
+    with pytest.raises(FileError, match="2-D"):
+        open_recording(path)
+    recording = open_recording(path, ReadOptions(allow_2d=True))
+    assert [(f.performer, len(f)) for f in recording.chunks()] == [("p1", 2), ("p2", 1)]
+
+
+def test_a_frame_per_line_is_understood(tmp_path):
+    for name in ("a.json", "a.jsonl", "a.ndjson"):
+        path = tmp_path / name
+        path.write_text("".join(json.dumps({"time": i / 20, "landmarks": LISTED}) + "\n" for i in range(5)))
+        assert (open_recording(path).fps, open_recording(path).frame_count) == (20, 5)
+        path.write_bytes(path.read_bytes()[:-40])
+        assert open_recording(path).frame_count == 4
+        assert any("cut off; 4 frames are whole" in note for note in open_recording(path).notes)
+
+
+def test_nan_as_python_writes_it_is_missing(tmp_path):
+    path = written(tmp_path, [LISTED, [[float("nan")] * 3, *LISTED[1:]], [[float("nan")] * 3] * 17])
+    missing = np.isnan(positions_of(open_recording(path))).all(axis=2)
+    assert missing.sum(axis=1).tolist() == [0, 1, 17]
+
+
+def test_joints_are_named_once_or_by_their_keys_and_may_be_absent_now_and_then(tmp_path):
+    three = {"hip": [0, 0, 0], "neck": [0, 1, 0], "head": [0, 1.5, 0]}
+    path = written(
+        tmp_path, [{"a": [1, 2, 3], "neck": [0, 1, 0], "hip": [0, 0, 0]}, three | {"toe": [0, -1, 0]}, three]
+    )
+    recording = open_recording(path, ReadOptions(unit="m"))
+    assert recording.skeleton.names == ("hip", "neck", "head", "toe")
+    assert recording.notes[-1] == "1 poses with other joints are left out"
+    np.testing.assert_array_equal(np.isnan(positions_of(recording)[:, 3, 0]), [False, True])
+    named = open_recording(written(tmp_path, {"joint_names": ["a", "b"], "frames": [LISTED[:2]] * 2}))
+    assert named.skeleton.names == ("a", "b")
+
+
+def test_what_other_programs_leave_in_a_folder_is_passed_over(tmp_path):
+    written(tmp_path, {"people": [{"pose_keypoints_3d": [1.0, 1, 1, 1, 0, 2, 1, 1]}]}, "a_0_keypoints.json")
+    (tmp_path / "._a_0_keypoints.json").write_bytes(b"\0\5\x16\7Mac OS X")
+    (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "folder.json").mkdir()
+    (tmp_path / "a_1_keypoints.json").symlink_to(tmp_path / "nowhere.json")
+    assert open_recording(tmp_path).frame_count == 1
+
+
+def test_the_older_joints_of_openpose_have_names(tmp_path):
+    path = written(tmp_path, {"people": [{"pose_keypoints_3d": [0.5, 1, 1, 1] * 18}]})
+    skeleton = open_recording(path).skeleton
+    assert skeleton.names[:2] == ("Nose", "Neck")
+    assert skeleton.parents[8] == 1
 
 
 def test_times_in_the_frames_are_taken(tmp_path):

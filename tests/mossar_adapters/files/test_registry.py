@@ -1,3 +1,4 @@
+import gzip
 import os
 
 import numpy as np
@@ -122,6 +123,40 @@ def test_missing_files_folders_and_unknown_extensions_are_named(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"x")
     with pytest.raises(FileError, match=r"'\.mp4' is not known; known are \.amc"):
         open_recording(tmp_path / "a.mp4")
+
+
+@pytest.mark.parametrize("kind", ["bvh", "trc", "motive", "qtm", "msk", "xdf"])
+@pytest.mark.parametrize("name", ["a.txt", "a.csv", "a.dat", "a"])
+def test_a_file_that_says_what_it_is_needs_no_extension(sample, kind, name):
+    path = sample(kind)
+    expected = open_recording(path)
+    moved = path.rename(path.with_name(name))
+    found = open_recording(moved)
+    assert (found.skeleton, found.fps) == (expected.skeleton, expected.fps)
+    assert len(positions_of(found)) == expected.frame_count
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "advice"),
+    [
+        ("a.bvh.gz", gzip.compress(b"HIERARCHY"), "packed with gzip; unpack it first"),
+        ("a.c3d", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),
+        ("a.csv", b"PK\x03\x04" + bytes(99), "save the sheet as CSV"),
+    ],
+)
+def test_files_to_be_unpacked_or_fetched_are_refused_with_advice(tmp_path, name, content, advice):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError, match=advice):
+        open_recording(tmp_path / name)
+
+
+@pytest.mark.parametrize("kind", ["bvh", "amc", "csv", "trc", "c3d", "msk", "jsonl", "npz"])
+def test_a_file_that_goes_away_is_one_clear_line(sample, kind):
+    path = sample(kind)
+    recording = open_recording(path)
+    path.unlink()
+    with pytest.raises(FileError, match="No such file"):
+        list(recording.chunks())
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")

@@ -71,6 +71,30 @@ def test_headings_of_many_spellings_are_understood(heading):
     assert columns.xyz == ((1, 2, 3), (4, 5, 6))
 
 
+@pytest.mark.parametrize("heading", ["person_id", "bodyId", "Player", "subject name", "track.id"])
+def test_people_who_take_turns_are_performers(tmp_path, heading):
+    rows = [(stamp, who, *row) for stamp, *row in ROWS for who in ("b", "", "a/1")]
+    text = text_of([*rows, (0.06, "b", *ROWS[0][1:])], HEAD.replace("time", f"time,{heading}"))
+    recording = open_recording(table(tmp_path, text), ReadOptions(unit="m"))
+    assert (recording.performers, recording.frame_count, recording.fps) == (("b", "a_1"), 7, 50)
+    second = open_recording(table(tmp_path, text), ReadOptions(unit="m", performer="a_1"))
+    np.testing.assert_allclose(positions_of(second), EXPECTED, rtol=1e-6)
+    np.testing.assert_allclose(times_of(second), [0, 0.02, 0.04])
+
+
+def test_numbers_of_people_become_performers_and_one_person_is_p1(tmp_path):
+    rows = [(who, *row) for _, *row in ROWS for who in (72057, 11)]
+    head = HEAD.replace("time", "body")
+    two = open_recording(table(tmp_path, text_of(rows, head)), ReadOptions(unit="m", fps=10))
+    assert two.performers == ("p1", "p2")
+    assert [frames.times.tolist() for frames in two.chunks()] == [[0, 0.1, 0.2]] * 2
+    one = open_recording(table(tmp_path, text_of(rows[::2], head)))
+    assert (one.performers, one.frame_count) == (("p1",), 3)
+    crowd = text_of([(who, *ROWS[0][1:]) for who in range(100)], head)
+    with pytest.raises(FileError, match="more than 64 people in column 1"):
+        open_recording(table(tmp_path, crowd))
+
+
 def test_rotations_and_velocities_are_no_joints():
     cells = [f"hip.{what}.{a}" for what in ("rotation", "vel", "pos") for a in "xyz"]
     assert find_columns(cells).xyz == ((6, 7, 8),)

@@ -52,18 +52,23 @@ def run(options: Options, console: Console) -> int:
         *further, last = scheme.form.split(", ")
         for address in further:
             console.line(f"  {address},")
-        console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_missing(scheme)}")
+        console.line(f"  {last:<34}{scheme.description} ({', '.join(uses)}){_extra(scheme)}")
         for line in _devices(scheme):
             console.line(f"{'':36}{line}")
     console.line("")
     console.line(console.colour("recordings", "1"))
     for row in FORMATS:
-        console.line(f"  {row.name:<12}{' '.join(row.extensions):<28}{row.description}{_missing(row)}")
+        console.line(f"  {row.name:<12}{' '.join(row.extensions):<28}{row.description}{_extra(row)}")
     return DONE
 
 
-def _missing(row: "Scheme | Format") -> str:
-    return "" if row.available() else f"  - missing: pip install 'mossar-stream[{row.extra}]'"
+def _extra(row: "Scheme | Format") -> str:
+    """Return which extra a row needs, and how to get it if it is missing."""
+    if row.extra is None:
+        return ""
+    if row.available():
+        return f", extra {row.extra}"
+    return f"  - missing: pip install 'mossar-stream[{row.extra}]'"
 
 
 def _devices(scheme: "Scheme") -> list[str]:
