@@ -4,7 +4,8 @@ None of our code runs inside the SDK: no callback, no host node. An exception th
 camera is noticed by asking (`Camera.get`), in any SDK version, whether or not it announces losses.
 
 On board: colour picture -> pose network -> joints in the picture; stereo pair -> depth, brought into the view of the
-colour camera; then the depth around each joint gives its position in space.
+colour camera. On the host, in nodes of the SDK: joints are matched with the depth of the same moment, and the depth
+around each joint gives its position in space. There, because what runs on the host is tested without a camera.
 """
 
 import logging
@@ -25,7 +26,7 @@ from mossar_adapters.extras import needed
 from mossar_adapters.files.options import METRES
 from mossar_stream.errors import FrameError, MossarError
 
-NEEDED: Final = "depthai>=3.4,<4"  # spatial keypoints exist since 3.4
+NEEDED: Final = "depthai>=3.6,<4"  # measures joints on the host since 3.6
 INSTALL: Final = "pip install 'mossar-stream[oak]'"
 UDEV_RULE: Final = (
     """echo 'SUBSYSTEM=="usb", ATTRS{idVendor}=="03e7", MODE="0666"' | sudo tee /etc/udev/rules.d/80-movidius.rules"""
@@ -50,6 +51,10 @@ _SDK_UNITS: Final = {"METER": 1.0, "CENTIMETER": 0.01, "MILLIMETER": 0.001, "INC
 _RADIUS: Final = 4
 _STEREO_SIZE: Final = (640, 400)
 _QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the gap is counted
+_SAME_MOMENT: Final = (
+    0.6  # of the time between two pictures; the cameras need not be in step, half is the worst
+)
+_MEASURING: Final = 1.0  # s; it takes a millisecond
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
 _SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
 
@@ -99,12 +104,54 @@ class Picture(msgspec.Struct, frozen=True):
     people: tuple[NDArray[np.float64], ...]
 
 
+class Measurement:
+    """Measures where joints are, from people found in a picture and the depth picture of the same moment.
+
+    The node of the SDK that does it takes both in the order in which they come. A network drops the pictures that it
+    has no time for, and each would make the depth older. So they are matched by their times first.
+
+    Args:
+        pipeline: Not yet started.
+        fps: Pictures per second.
+
+    Attributes:
+        depth: Input for depth pictures, to be linked.
+        people: Input for `ImgDetections`, to be linked.
+    """
+
+    def __init__(self, pipeline: Any, fps: float) -> None:
+        node = load_sdk().node
+        match = pipeline.create(node.Sync)
+        match.setRunOnHost(True)
+        match.setSyncThreshold(timedelta(seconds=_SAME_MOMENT / fps))
+        self.depth, self.people = match.inputs["depth"], match.inputs["people"]
+        places = pipeline.create(node.SpatialLocationCalculator)
+        places.setRunOnHost(True)
+        places.initialConfig.setCalculateSpatialKeypoints(True)
+        places.initialConfig.setKeypointRadius(_RADIUS)
+        self._pairs = match.out.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
+        self._given = (
+            ("depth", places.inputDepth.createInputQueue()),
+            ("people", places.inputDetections.createInputQueue()),
+        )
+        self._places = places.outputDetections.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
+
+    def get(self, timeout: float) -> Any:
+        """Return the next `SpatialImgDetections`, None after `timeout` seconds without."""
+        pair = self._pairs.get(timedelta(seconds=timeout))
+        if pair is None:
+            return None
+        for name, queue in self._given:
+            queue.send(pair[name])
+        return self._places.get(timedelta(seconds=_MEASURING))
+
+
 class Camera:
     """A pipeline that runs.
 
     Args:
         pipeline: Started here; stopped by `close`.
-        output: The one that sends `SpatialImgDetections`.
+        measurement: Part of the pipeline.
         device: The camera; None where the pipeline runs on the host alone.
         name: For messages.
         fps: Nominal rate, Hz.
@@ -112,15 +159,22 @@ class Camera:
     """
 
     def __init__(
-        self, pipeline: Any, output: Any, device: Any = None, *, name: str, fps: float, unit: str = "auto"
+        self,
+        pipeline: Any,
+        measurement: Measurement,
+        device: Any = None,
+        *,
+        name: str,
+        fps: float,
+        unit: str = "auto",
     ) -> None:
         self.name = name
         self.fps = fps
         self._sdk = load_sdk()
         self._unit = unit
         self._pipeline = pipeline
+        self._measurement = measurement
         self._device = device
-        self._queue = output.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
         pipeline.start()
         self._patience = time.monotonic() + _FIRST_PICTURE  # monotonic s; silent beyond it means lost
 
@@ -150,8 +204,8 @@ class Camera:
             fps = wish.fps or usual_fps
             say(f"loading the pose model into camera {name}")
             pipeline = sdk.Pipeline(device)
-            output = _build(sdk, pipeline, archive, fps)
-            return cls(pipeline, output, device, name=name, fps=fps, unit=wish.unit)
+            measurement = _build(sdk, pipeline, archive, fps)
+            return cls(pipeline, measurement, device, name=name, fps=fps, unit=wish.unit)
         except (CameraError, *_SDK_ERRORS) as error:
             if device is not None:
                 device.close()
@@ -165,7 +219,7 @@ class Camera:
             FrameError: If the message is not what the pipeline should send.
         """
         try:
-            message = self._queue.get(timedelta(seconds=timeout))
+            message = self._measurement.get(timeout)
         except (self._sdk.MessageQueue.QueueException, *_SDK_ERRORS) as error:
             raise CameraLost(f"its stream ended: {_line(error)}") from None
         if message is not None:
@@ -191,8 +245,6 @@ class Camera:
                 _log.debug("closing camera %s", self.name, exc_info=True)
 
     def _read(self, message: Any) -> Picture:
-        if not isinstance(message, self._sdk.SpatialImgDetections):
-            raise FrameError(f"a message {type(message).__name__} where joints were expected")
         unit = getattr(getattr(message, "unit", None), "name", "MILLIMETER")  # older SDKs: always millimetres
         scale = _SDK_UNITS.get(unit) if self._unit == "auto" else METRES[self._unit]
         if scale is None:
@@ -221,7 +273,7 @@ def load_sdk() -> Any:
     except ImportError as error:
         raise CameraError(f"depthai does not load ({_line(error)}); install it anew: {INSTALL}") from None
     version = tuple(int(part) for part in re.findall(r"\d+", str(depthai.__version__))[:2])
-    if not (3, 4) <= version < (4,):
+    if not (3, 6) <= version < (4,):
         raise CameraError(f"depthai {depthai.__version__} does not fit, {NEEDED} does: {INSTALL}")
     return depthai
 
@@ -307,8 +359,8 @@ def _archive(model: str, platform: str, say: Say) -> Any:
         ) from None
 
 
-def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Any:
-    """Link the pipeline of a real camera and return its output."""
+def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Measurement:
+    """Link the pipeline of a real camera."""
     node, socket = sdk.node, sdk.CameraBoardSocket
     wanted = sdk.ImgFrameCapability()
     wanted.fps.fixed(fps)
@@ -321,17 +373,10 @@ def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Any:
     align = pipeline.create(node.ImageAlign)
     stereo.depth.link(align.input)
     people.passthrough.link(align.inputAlignTo)
-    places = pipeline.create(node.SpatialLocationCalculator)
-    locate_joints(places.initialConfig)
-    align.outputAligned.link(places.inputDepth)
-    people.out.link(places.inputDetections)
-    return places.outputDetections
-
-
-def locate_joints(config: Any) -> None:
-    """Set how the depth of a joint is taken from the depth picture."""
-    config.setCalculateSpatialKeypoints(True)
-    config.setKeypointRadius(_RADIUS)
+    measurement = Measurement(pipeline, fps)
+    align.outputAligned.link(measurement.depth)
+    people.out.link(measurement.people)
+    return measurement
 
 
 def _refusal(name: str, error: Exception) -> CameraError:

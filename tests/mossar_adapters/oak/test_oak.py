@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,9 @@ import pytest
 
 from mossar_adapters.demo import performance
 from mossar_adapters.oak import CONFIDENCE, SKELETON, OakSource
-from mossar_adapters.oak_camera import Camera, CameraError, CameraLost, Wish, load_sdk
+from mossar_adapters.oak_camera import CameraError, CameraLost, Wish, load_sdk
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError, SettingsError
+from mossar_stream.errors import SettingsError
 from mossar_stream.frames import Frames
 
 
@@ -161,24 +162,33 @@ def test_people_with_other_joints_are_counted_and_the_stream_goes_on(studio):
     assert "5 joints" in source.explain()
 
 
-def test_messages_of_another_kind_are_counted_and_the_stream_goes_on(studio):
-    pipeline = studio.dai.Pipeline(False)
-    places = pipeline.create(studio.dai.node.SpatialLocationCalculator)
-    places.setRunOnHost(True)
-    depth = places.inputDepth.createInputQueue()
-    camera = Camera(pipeline, places.passthroughDepth, name="stage", fps=studio.FPS)
-    stage = studio.Stage()
-    stage.depth = depth
-    for number in range(2):
-        stage.send_depth(number, studio.START, np.ones((studio.HEIGHT, studio.WIDTH)))
-    errors = []
-    while len(errors) < 2:
-        try:
-            assert camera.get(1.0) is None
-        except FrameError as error:
-            errors.append(str(error))
-    camera.close()
-    assert "ImgFrame" in errors[0]
+def test_joints_are_measured_in_the_depth_of_their_own_moment_though_the_network_drops_pictures(studio):
+    stage, body = studio.Stage(), studio.standing()
+    seen = studio.project(body)
+    solid = studio.draw([seen])
+    for number in range(8):  # everything is a centimetre farther in each picture
+        stage.send_depth(number, studio.START + number / studio.FPS, solid + 10 * number)
+    for number in (0, 3, 4, 7):  # the colour camera is not quite in step with the stereo pair
+        people = [stage.detection(seen[0], seen[1], np.full(17, 0.9))]
+        stage.send_detections(number, studio.START + (number + 0.2) / studio.FPS, people)
+    pictures = [stage.camera.get(5.0) for _ in range(4)]
+    stage.camera.close()
+    assert [picture.number for picture in pictures] == [0, 3, 4, 7]
+    farther = [picture.people[0][0, 2] - pictures[0].people[0][0, 2] for picture in pictures]
+    assert farther == pytest.approx([0, 0.03, 0.04, 0.07], abs=1e-6)
+    assert pictures[1].time == pytest.approx(studio.START + 3.2 / studio.FPS, abs=1e-6)
+
+
+def test_a_message_that_the_sdk_stumbles_over_loses_the_camera_and_does_not_abort(studio):
+    stage, body = studio.Stage(), studio.standing()
+    message = studio.dai.ImgDetections()  # without the view of the camera that it belongs to
+    message.detections = [stage.detection(*studio.project(body)[:2], np.full(17, 0.9))]
+    message.setTimestamp(timedelta(seconds=studio.START))
+    stage.send_depth(0, studio.START, studio.draw([]))
+    stage.detections.send(message)
+    with pytest.raises(CameraLost, match="its stream ended"):
+        stage.camera.get(5.0)
+    stage.camera.close()
 
 
 def test_a_lost_camera_is_told_of_waited_for_and_comes_back(studio, monkeypatch, caplog):

@@ -71,17 +71,17 @@ def test_a_missing_permission_comes_with_the_rule_to_add(in_sight):
     assert obstacle(FREE) == ""
 
 
-@pytest.mark.parametrize("version", ["2.31.0.0", "3.3.0", "4.0.0"])
+@pytest.mark.parametrize("version", ["2.31.0.0", "3.5.0", "4.0.0"])
 def test_other_versions_of_the_sdk_are_refused_with_the_one_to_install(monkeypatch, version):
     monkeypatch.setattr(dai, "__version__", version)
     with pytest.raises(
-        CameraError, match=rf"depthai {version} does not fit, depthai>=3.4,<4 does: pip install"
+        CameraError, match=rf"depthai {version} does not fit, depthai>=3.6,<4 does: pip install"
     ):
         load_sdk()
 
 
-def test_versions_from_3_4_on_are_taken(monkeypatch):
-    for version in ("3.4.0", "3.12.0rc1"):
+def test_versions_from_3_6_on_are_taken(monkeypatch):
+    for version in ("3.6.1", "3.12.0rc1"):
         monkeypatch.setattr(dai, "__version__", version)
         assert load_sdk() is dai
 
