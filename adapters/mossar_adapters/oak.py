@@ -30,14 +30,8 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.joint_sets import COCO_17
 from mossar_adapters.live import Counters
-from mossar_adapters.oak_camera import (
-    ARCHIVES,
-    Camera,
-    CameraError,
-    CameraLost,
-    Picture,
-    Wish,
-)
+from mossar_adapters.oak_camera import ARCHIVES, Camera
+from mossar_adapters.oak_types import CameraError, CameraLost, Picture, Wish
 from mossar_adapters.people import People, Person
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
@@ -84,7 +78,7 @@ _FAREWELL: Final = 3.0  # s that `close` waits for the camera to stop
 
 _log = logging.getLogger("mossar.oak")
 Floats = NDArray[np.float64]
-Connect = Callable[[Wish, Callable[[str], None]], Camera]
+Connect = Callable[[Wish, Callable[[str], None], Callable[[], bool]], Camera]
 
 
 class OakCounters(Counters):
@@ -116,8 +110,7 @@ class OakSource:
         performer: Name of the first person; the next are called `name_2` and so on.
         confidence: Joints that the network is less sure of are missing.
         name: The URL, for messages.
-        connect: Opens the camera; takes the wish and a callable to be told what is being done.
-        alerts: Called with one line when the camera is lost or back, on the source's thread.
+        connect: Opens the camera; see `Camera.open`.
 
     Example:
         >>> OakSource.from_url("oak:?device=192.168.1.44&fps=15").wish.fps
@@ -134,12 +127,10 @@ class OakSource:
         confidence: float = CONFIDENCE,
         name: str = "oak:",
         connect: Connect = Camera.open,
-        alerts: Callable[[str], None] | None = None,
     ) -> None:
         self.name = name
         self.wish = wish or Wish()
         self.counters = OakCounters()
-        self.alerts = alerts
         self._performer = performer_name(performer)
         self._others = "p" if self._performer == "p1" else f"{self._performer}_"
         self._confidence = confidence
@@ -148,6 +139,7 @@ class OakSource:
         self._latest: int | None = None  # number of the latest picture
         self._fps: float | None = None
         self._doing = "the camera was not opened yet"  # empty while pictures come
+        self._since = time.monotonic()  # s; when that began
         self._closing = threading.Event()
         self._inbox: queue.Queue[Frames | Exception | None] = queue.Queue()  # None: ended
         # Not a daemon: Python would end it inside the SDK at the end of the program, which aborts the process.
@@ -171,6 +163,8 @@ class OakSource:
         model, sure = address.options.get("model", ""), address.number("confidence", 0, 1)
         if model.endswith(ARCHIVES) and not Path(model).is_file():
             raise address.error("there is no such model archive")
+        if not model.endswith(ARCHIVES) and (model.startswith(("/", ".", "~")) or Path(model).is_file()):
+            raise address.error(f"a model is an archive ({' '.join(ARCHIVES)}) or a name at the maker's hub")
         return cls(
             Wish(
                 model,
@@ -211,7 +205,7 @@ class OakSource:
     def explain(self) -> str:
         """Return one line that says why there may be no frames."""
         count = self.counters
-        text = self._doing
+        text = self._doing and f"{self._doing} (for {time.monotonic() - self._since:.0f} s)"
         if not text and not count.people:
             text = f"{count.received} pictures came, nobody was in them; stand 2 to 4 m away, head to feet in view"
         elif not text:
@@ -223,9 +217,12 @@ class OakSource:
 
     def close(self) -> None:
         """Let the camera go; `items` ends soon after. May be called twice, and from any thread."""
+        again = self._closing.is_set()
         self._closing.set()
         if self._thread.is_alive():
             self._thread.join(_FAREWELL)
+        if self._thread.is_alive() and not again:
+            _log.warning("%s: %s; the SDK does not stop at once, please wait", self.name, self._doing)
 
     def _run(self) -> None:
         """Keep a camera open until the source is closed; what fails here is raised where frames are read."""
@@ -240,7 +237,7 @@ class OakSource:
         pause, worked = _SHORTEST_PAUSE, False
         while not self._over():
             try:
-                camera = self._connect(self.wish, self._say)
+                camera = self._connect(self.wish, self._say, self._over)
                 pause, worked = _SHORTEST_PAUSE, True
                 self._read(camera)
             except CameraLost as error:
@@ -319,15 +316,13 @@ class OakSource:
 
     def _say(self, doing: str) -> None:
         """Take note of what is being done, for `explain` and the log."""
-        self._doing = doing
+        self._doing, self._since = doing, time.monotonic()
         _log.info("%s: %s", self.name, doing)
 
     def _tell(self, news: str) -> None:
         """Tell the user that the camera is lost or back."""
-        self._doing = news
+        self._doing, self._since = news, time.monotonic()
         _log.warning("%s: %s", self.name, news)
-        if self.alerts is not None:
-            self.alerts(f"{self.name}: {news}")
 
 
 def clean(found: Floats, confidence: float) -> tuple[Floats, dict[str, NDArray[np.bool_]]]:

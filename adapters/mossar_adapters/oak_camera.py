@@ -11,6 +11,7 @@ around each joint gives its position in space. There, because what runs on the h
 import logging
 import os
 import re
+import sys
 import time
 from collections.abc import Callable
 from datetime import timedelta
@@ -18,13 +19,13 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Final
 
-import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from mossar_adapters.aside import aside
 from mossar_adapters.extras import needed
 from mossar_adapters.files.options import METRES
-from mossar_stream.errors import FrameError, MossarError
+from mossar_adapters.oak_types import CameraError, CameraLost, Picture, Wish
+from mossar_stream.errors import FrameError
 
 NEEDED: Final = "depthai>=3.6,<4"  # measures joints on the host since 3.6
 INSTALL: Final = "pip install 'mossar-stream[oak]'"
@@ -32,12 +33,8 @@ UDEV_RULE: Final = (
     """echo 'SUBSYSTEM=="usb", ATTRS{idVendor}=="03e7", MODE="0666"' | sudo tee /etc/udev/rules.d/80-movidius.rules"""
     " && sudo udevadm control --reload-rules && sudo udevadm trigger"
 )
-ARCHIVES: Final = (
-    ".tar.xz",
-    ".tar.gz",
-    ".tar",
-    ".zip",
-)  # a model called like this is a file, not one of the hub
+# A model called like this is a file, not one of the hub.
+ARCHIVES: Final = (".tar.xz", ".tar.gz", ".tar", ".zip")
 
 # Per platform: the pose model of the maker's hub, and the rate that it reaches, Hz.
 MODELS: Final = {
@@ -63,45 +60,7 @@ _SDK_ERRORS: Final = (RuntimeError, ValueError, TypeError, IndexError, OSError)
 
 _log = logging.getLogger("mossar.oak")
 Say = Callable[[str], None]
-
-
-class CameraError(MossarError):
-    """The camera cannot be used; the message says why and what to do."""
-
-
-class CameraLost(CameraError):  # noqa: N818 - it is what happened
-    """A camera that worked no longer answers."""
-
-
-class Wish(msgspec.Struct, frozen=True):
-    """What the user wants of the camera.
-
-    Args:
-        model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
-        device: Id, address or USB port of one camera; empty for the first one found.
-        fps: Pictures per second; None for what the platform's usual model reaches.
-        unit: Unit of the coordinates; `auto` believes the messages.
-    """
-
-    model: str = ""
-    device: str = ""
-    fps: float | None = None
-    unit: str = "auto"
-
-
-class Picture(msgspec.Struct, frozen=True):
-    """What was found in one picture.
-
-    Args:
-        number: Sequence number of the picture.
-        time: When it was taken, s on the host's monotonic clock.
-        people: One (K, 4) array for each person: x to the right, y down, z away from the camera in metres, and
-            the confidence; below 0 where the network gives none.
-    """
-
-    number: int
-    time: float
-    people: tuple[NDArray[np.float64], ...]
+Over = Callable[[], bool]
 
 
 class Measurement:
@@ -179,15 +138,16 @@ class Camera:
         self._patience = time.monotonic() + _FIRST_PICTURE  # monotonic s; silent beyond it means lost
 
     @classmethod
-    def open(cls, wish: Wish, say: Say) -> "Camera":
-        """Find, boot and start a camera; takes seconds.
+    def open(cls, wish: Wish, say: Say, over: Over) -> "Camera":
+        """Find, boot and start a camera; takes seconds, and longer where the model must be downloaded.
 
         Args:
             wish: What the user wants.
             say: Told what is being done.
+            over: Asked whether to give up.
 
         Raises:
-            CameraError: If there is no camera, it is not ours to use, or the model cannot be had.
+            CameraError: If there is no camera, it is not ours to use, the model cannot be had, or it is over.
         """
         sdk = load_sdk()
         info = find_camera(wish.device)
@@ -200,7 +160,7 @@ class Camera:
             device.setMaxReconnectionAttempts(0)
             platform = device.getPlatformAsString()
             usual_model, usual_fps = MODELS.get(platform, MODELS["RVC2"])
-            archive = _archive(wish.model or usual_model, platform, say)
+            archive = _archive(wish.model or usual_model, platform, say, over)
             fps = wish.fps or usual_fps
             say(f"loading the pose model into camera {name}")
             pipeline = sdk.Pipeline(device)
@@ -265,8 +225,10 @@ def load_sdk() -> Any:
     Raises:
         MossarError: If it is not installed, or in another version; names the extra.
     """
-    # The SDK logs to standard output, where our events go; it only looks when it is imported.
+    # The SDK looks at these when it is imported. It logs to standard output, where our events go, and since 3.7 it
+    # reports to its maker how it is used, which nobody who runs `mossar` has asked for.
     os.environ.setdefault("DEPTHAI_LEVEL", "off")
+    os.environ.setdefault("DEPTHAI_TELEMETRY", "0")
     needed("depthai", "oak", "an OAK camera (oak:)")
     try:
         import depthai
@@ -298,6 +260,12 @@ def obstacle(info: Any) -> str:
     if info.status.name == "X_LINK_DEVICE_ALREADY_IN_USE" or info.state.name == "X_LINK_BOOTED":
         return "another program uses it; close that program"
     return ""
+
+
+def description(info: Any) -> str:
+    """Return one line about a camera: its id, where it is, and whether it can be used."""
+    name = info.deviceId or info.name
+    return f"camera {name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
 
 
 def find_camera(wanted: str = "") -> Any:
@@ -342,21 +310,41 @@ def _is_address(text: str) -> bool:
     return True
 
 
-def _archive(model: str, platform: str, say: Say) -> Any:
+def fetch(model: str, platform: str) -> None:
+    """Write where a model of the hub is to standard output, after downloading it if need be."""
     sdk = load_sdk()
-    if model.endswith(ARCHIVES):
-        try:
-            return sdk.NNArchive(model)
-        except _SDK_ERRORS as error:
-            raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
-    say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {model_folder()}")
     try:
-        return sdk.NNArchive(sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform)))
+        path = sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform))
     except _SDK_ERRORS as error:
-        raise CameraError(
-            f"the pose model {model} cannot be had ({_line(error)}); connect to the internet for the first run, or "
-            "download its archive elsewhere and give it as oak:?model=FILE.tar.xz"
-        ) from None
+        sys.exit(_line(error))
+    sys.stdout.write(str(path))
+
+
+def _archive(model: str, platform: str, say: Say, over: Over) -> Any:
+    """Return the SDK's archive of a model, which a process of its own fetches: the SDK's download knows no end."""
+    if not model.endswith(ARCHIVES):
+        folder = model_folder()
+        say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {folder}")
+        done = aside(fetch, model, platform, enough=over)
+        if done is None:
+            raise CameraError(f"the pose model {model} was not waited for")
+        if done.returncode:
+            reason = done.stderr.strip().rpartition("\n")[2] or f"status {done.returncode}"
+            raise CameraError(f"the pose model {model} cannot be had ({reason}); {_remedy(reason, folder)}")
+        model = done.stdout
+    try:
+        return load_sdk().NNArchive(model)
+    except _SDK_ERRORS as error:
+        raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
+
+
+def _remedy(reason: str, folder: Path) -> str:
+    if "director" in reason or "filesystem" in reason:
+        return f"make {folder} a folder that can be written, or name another in DEPTHAI_ZOO_CACHE_PATH"
+    return (
+        "connect to the internet for the first run, or download its archive elsewhere and give it as "
+        "oak:?model=FILE.tar.xz"
+    )
 
 
 def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Measurement:

@@ -1,11 +1,11 @@
 """What there is of OAK cameras here, and how their owner can see that everything works."""
 
-import os
-import subprocess
 import sys
+import time
 from typing import Final
 
-from mossar_adapters.oak_camera import cameras, load_sdk, model_folder, obstacle
+from mossar_adapters.aside import aside
+from mossar_adapters.oak_camera import cameras, description, load_sdk, model_folder
 from mossar_stream.errors import MossarError
 
 PATIENCE: Final = 5.0  # s; loading the SDK and looking around takes one
@@ -25,7 +25,7 @@ def check() -> str:
     """Return what is there of the SDK and of cameras, and the checklist for owners of a camera."""
     try:
         lines = [f"depthai {load_sdk().__version__}; models are kept in {model_folder()}"]
-        lines += in_sight() or [
+        lines += [description(info) for info in cameras()] or [
             "no OAK camera in sight: plug one in (USB 3 cable, powered port); one on the network may be hidden"
         ]
     except MossarError as error:
@@ -41,16 +41,13 @@ def summary(patience: float = PATIENCE) -> list[str]:
     Args:
         patience: s to wait for it.
     """
-    command = [sys.executable, "-c", f"from {__name__} import tell; tell()"]
-    places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    limit = time.monotonic() + patience
     try:
-        asked = subprocess.run(  # noqa: S603 - this interpreter, our own words
-            command, env=places, capture_output=True, timeout=patience, text=True, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return [f"depthai has not answered for {patience:g} s; unplug the camera and plug it in again"]
+        asked = aside(tell, enough=lambda: time.monotonic() > limit)
     except OSError as error:
         return [f"depthai cannot be asked: {error.strerror or error}"]
+    if asked is None:
+        return [f"depthai has not answered for {patience:g} s; unplug the camera and plug it in again"]
     return asked.stdout.splitlines() or [f"depthai ended without an answer (status {asked.returncode})"]
 
 
@@ -58,19 +55,7 @@ def tell() -> None:
     """Write the lines of `summary` to standard output."""
     try:
         lines = [f"depthai {load_sdk().__version__}"]
-        lines += in_sight() or ["no OAK camera in sight"]
+        lines += [description(info) for info in cameras()] or ["no OAK camera in sight"]
     except MossarError as error:
         lines = [str(error)]
     sys.stdout.write("\n".join(lines) + "\n")
-
-
-def in_sight() -> list[str]:
-    """Return a line for each camera in sight: its id, where it is, and whether it can be used.
-
-    Raises:
-        MossarError: If there is no SDK.
-    """
-    return [
-        f"camera {info.deviceId or info.name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
-        for info in cameras()
-    ]

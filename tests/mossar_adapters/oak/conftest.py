@@ -173,7 +173,7 @@ def with_pelvis(body):
 
 
 def opened(camera):
-    return lambda _wish, _say: camera
+    return lambda *_: camera
 
 
 def shown(stage, pictures, source=None):

@@ -1,12 +1,15 @@
 """What stands between a user and a camera, told in one line each; the SDK is genuine, the devices are records of it."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from mossar_adapters import oak_camera
-from mossar_adapters.oak_camera import CameraError, find_camera, load_sdk, model_folder, obstacle
+from mossar_adapters.oak_camera import find_camera, load_sdk, obstacle
 from mossar_adapters.oak_check import check, summary, tell
+from mossar_adapters.oak_types import CameraError
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 dai = pytest.importorskip("depthai")
@@ -71,6 +74,22 @@ def test_a_missing_permission_comes_with_the_rule_to_add(in_sight):
     assert obstacle(FREE) == ""
 
 
+@pytest.mark.parametrize(
+    ("given", "kept"), [({}, "off 0"), ({"DEPTHAI_LEVEL": "warn", "DEPTHAI_TELEMETRY": "1"}, "warn 1")]
+)
+def test_the_sdk_keeps_quiet_and_reports_nothing_to_its_maker_unless_the_user_wants_it(given, kept):
+    program = (
+        "import os; from mossar_adapters.oak_camera import load_sdk; load_sdk()\n"
+        "print(os.environ['DEPTHAI_LEVEL'], os.environ['DEPTHAI_TELEMETRY'])"
+    )
+    places = {name: value for name, value in os.environ.items() if not name.startswith("DEPTHAI_")}
+    places |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **given}
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True, env=places
+    )
+    assert done.stdout.splitlines()[-1] == kept
+
+
 @pytest.mark.parametrize("version", ["2.31.0.0", "3.5.0", "4.0.0"])
 def test_other_versions_of_the_sdk_are_refused_with_the_one_to_install(monkeypatch, version):
     monkeypatch.setattr(dai, "__version__", version)
@@ -84,27 +103,6 @@ def test_versions_from_3_6_on_are_taken(monkeypatch):
     for version in ("3.6.1", "3.12.0rc1"):
         monkeypatch.setattr(dai, "__version__", version)
         assert load_sdk() is dai
-
-
-def test_a_model_that_cannot_be_downloaded_says_what_to_do_and_where_models_are_kept(monkeypatch, tmp_path):
-    monkeypatch.setenv("DEPTHAI_ZOO_CACHE_PATH", str(tmp_path))
-    monkeypatch.setenv("DEPTHAI_ZOO_INTERNET_CHECK", "0")
-    said = []
-    model, _ = oak_camera.MODELS["RVC2"]
-    with pytest.raises(CameraError, match=r"cannot be had .* oak:\?model=FILE.tar.xz") as error:
-        oak_camera._archive(model, "RVC2", said.append)
-    assert "\n" not in str(error.value)
-    assert model_folder() == tmp_path
-    assert said == [
-        f"fetching the pose model {model}; only the first run downloads it, it is kept in {tmp_path}"
-    ]
-
-
-def test_a_damaged_model_archive_is_named(tmp_path):
-    path = tmp_path / "pose.tar.xz"
-    path.write_bytes(b"no archive")
-    with pytest.raises(CameraError, match="cannot be read as a model archive"):
-        oak_camera._archive(str(path), "RVC2", str)
 
 
 @pytest.mark.parametrize(
