@@ -10,6 +10,7 @@ from mossar_adapters import oak_camera
 from mossar_adapters.oak_camera import find_camera, load_sdk, obstacle
 from mossar_adapters.oak_check import check, summary, tell
 from mossar_adapters.oak_types import CameraError
+from mossar_stream.errors import SettingsError
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 dai = pytest.importorskip("depthai")
@@ -122,11 +123,24 @@ def test_refusals_of_the_sdk_become_one_line(text, words):
 
 def test_the_check_lists_the_sdk_every_camera_and_the_checklist(monkeypatch):
     monkeypatch.setattr("mossar_adapters.oak_check.cameras", lambda: [FREE, BUSY])
-    text = check()
+    monkeypatch.setattr(oak_camera, "cameras", lambda: [FREE, BUSY])
+    text, usable = check()
+    assert usable
     assert text.startswith(f"depthai {dai.__version__}; models are kept in ")
     assert "camera 18443010A1 at 1.2 (MYRIAD_X): ready" in text
     assert "camera 18443010B2 at 1.3 (MYRIAD_X): another program uses it" in text
     assert " 7. mossar record oak: take.msk" in text
+
+
+def test_the_check_says_that_there_is_no_camera_or_not_the_one_that_is_wanted(in_sight):
+    in_sight()
+    text, usable = check()
+    assert not usable
+    assert "\nNo OAK camera found: plug one in" in text
+    in_sight(FREE)
+    assert "\nNo OAK camera called '1844' found; there are 18443010A1\n" in check("oak:?device=1844")[0]
+    with pytest.raises(SettingsError, match="fps must be a number"):
+        check("oak:?fps=fast")
 
 
 def test_what_is_asked_for_the_summary_names_the_sdk_and_every_camera(monkeypatch, capfd):
