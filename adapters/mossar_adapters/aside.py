@@ -31,7 +31,8 @@ def aside(
         'hello'
     """
     name, module = function.__name__, function.__module__
-    command = [sys.executable, "-c", f"import sys; from {module} import {name}; {name}(*sys.argv[1:])"]
+    # -P: a file of the user's in the folder where we were started is not to be taken for a library.
+    command = [sys.executable, "-P", "-c", f"import sys; from {module} import {name}; {name}(*sys.argv[1:])"]
     places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.Popen(  # noqa: S603 - this interpreter, our own words
         [*command, *arguments], env=places, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

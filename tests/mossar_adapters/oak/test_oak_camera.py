@@ -107,6 +107,43 @@ def test_versions_from_3_6_on_are_taken(monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("call", "arguments"),
+    [
+        (dai.Device.__init__, ["deviceInfo: depthai.DeviceInfo"]),
+        (dai.Device.setMaxReconnectionAttempts, ["maxAttempts: int"]),
+        (dai.Device.getPlatformAsString, ["-> str"]),
+        (dai.Device.isClosed, ["-> bool"]),
+        (dai.Pipeline.__init__, ["defaultDevice: depthai.Device"]),
+        (dai.Pipeline.isRunning, ["-> bool"]),
+        (dai.node.Camera.build, ["boardSocket: depthai.CameraBoardSocket"]),
+        (
+            dai.node.DetectionNetwork.build,
+            ["input: depthai.node.Camera, model", "capability: depthai.ImgFrameCapability"],
+        ),
+        (
+            dai.node.StereoDepth.build,
+            ["autoCreateCameras: bool", "size: tuple[int, int]", "fps: Optional[float]"],
+        ),
+        (dai.node.StereoDepth.setLeftRightCheck, ["enable: bool"]),
+        (dai.node.StereoDepth.setSubpixel, ["enable: bool"]),
+    ],
+)
+def test_the_sdk_knows_the_calls_that_only_a_camera_makes(call, arguments):
+    """The pipeline of a camera cannot be built without one; at least its words are those of this SDK."""
+    assert all(argument in call.__doc__ for argument in arguments), call.__doc__
+
+
+def test_the_sdk_knows_the_nodes_and_ends_that_only_a_camera_has():
+    assert {"out", "passthrough"} <= set(dir(dai.node.DetectionNetwork))
+    assert {"input", "inputAlignTo", "outputAligned"} <= set(dir(dai.node.ImageAlign))
+    assert "depth" in dir(dai.node.StereoDepth)
+    assert dai.CameraBoardSocket.CAM_A
+    capability = dai.ImgFrameCapability()
+    capability.fps.fixed(10.0)
+    capability.enableUndistortion = True
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("X_LINK_DEVICE_ALREADY_IN_USE", "close that program"),
