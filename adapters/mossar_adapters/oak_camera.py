@@ -51,6 +51,7 @@ _QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the 
 _SAME_MOMENT: Final = (
     0.6  # of the time between two pictures; the cameras need not be in step, half is the worst
 )
+_DEPTH_KEPT: Final = 64  # depth pictures, 23 MB; the network may be half a second behind them at any rate
 _MEASURING: Final = 1.0  # s; it takes a millisecond
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
 _SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
@@ -84,6 +85,7 @@ class Measurement:
         match.setRunOnHost(True)
         match.setSyncThreshold(timedelta(seconds=_SAME_MOMENT / fps))
         self.depth, self.people = match.inputs["depth"], match.inputs["people"]
+        self.depth.setMaxSize(_DEPTH_KEPT)
         places = pipeline.create(node.SpatialLocationCalculator)
         places.setRunOnHost(True)
         places.initialConfig.setCalculateSpatialKeypoints(True)

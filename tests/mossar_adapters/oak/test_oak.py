@@ -190,7 +190,7 @@ def test_joints_are_measured_in_the_depth_of_their_own_moment_though_the_network
     stage, body = studio.Stage(), studio.standing()
     seen = studio.project(body)
     solid = studio.draw([seen])
-    for number in range(8):  # everything is a centimetre farther in each picture
+    for number in range(50):  # everything is a centimetre farther in each picture
         stage.send_depth(number, studio.START + number / studio.FPS, solid + 10 * number)
     for number in (0, 3, 4, 7):  # the colour camera is not quite in step with the stereo pair
         people = [stage.detection(seen[0], seen[1], np.full(17, 0.9))]
