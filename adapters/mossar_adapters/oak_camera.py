@@ -4,12 +4,14 @@ None of our code runs inside the SDK: no callback, no host node. An exception th
 camera is noticed by asking (`Camera.get`), in any SDK version, whether or not it announces losses.
 
 On board: colour picture -> pose network -> joints in the picture; stereo pair -> depth, brought into the view of the
-colour camera; then the depth around each joint gives its position in space.
+colour camera. On the host, in nodes of the SDK: joints are matched with the depth of the same moment, and the depth
+around each joint gives its position in space. There, because what runs on the host is tested without a camera.
 """
 
 import logging
 import os
 import re
+import sys
 import time
 from collections.abc import Callable
 from datetime import timedelta
@@ -17,26 +19,22 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Final
 
-import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from mossar_adapters.aside import aside
 from mossar_adapters.extras import needed
 from mossar_adapters.files.options import METRES
-from mossar_stream.errors import FrameError, MossarError
+from mossar_adapters.oak_types import CameraError, CameraLost, Picture, Wish
+from mossar_stream.errors import FrameError
 
-NEEDED: Final = "depthai>=3.4,<4"  # spatial keypoints exist since 3.4
+NEEDED: Final = "depthai>=3.6,<4"  # measures joints on the host since 3.6
 INSTALL: Final = "pip install 'mossar-stream[oak]'"
 UDEV_RULE: Final = (
     """echo 'SUBSYSTEM=="usb", ATTRS{idVendor}=="03e7", MODE="0666"' | sudo tee /etc/udev/rules.d/80-movidius.rules"""
     " && sudo udevadm control --reload-rules && sudo udevadm trigger"
 )
-ARCHIVES: Final = (
-    ".tar.xz",
-    ".tar.gz",
-    ".tar",
-    ".zip",
-)  # a model called like this is a file, not one of the hub
+# A model called like this is a file, not one of the hub.
+ARCHIVES: Final = (".tar.xz", ".tar.gz", ".tar", ".zip")
 
 # Per platform: the pose model of the maker's hub, and the rate that it reaches, Hz.
 MODELS: Final = {
@@ -50,6 +48,11 @@ _SDK_UNITS: Final = {"METER": 1.0, "CENTIMETER": 0.01, "MILLIMETER": 0.001, "INC
 _RADIUS: Final = 4
 _STEREO_SIZE: Final = (640, 400)
 _QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the gap is counted
+_SAME_MOMENT: Final = (
+    0.6  # of the time between two pictures; the cameras need not be in step, half is the worst
+)
+_DEPTH_KEPT: Final = 64  # depth pictures, 23 MB; the network may be half a second behind them at any rate
+_MEASURING: Final = 1.0  # s; it takes a millisecond
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
 _SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
 
@@ -58,45 +61,50 @@ _SDK_ERRORS: Final = (RuntimeError, ValueError, TypeError, IndexError, OSError)
 
 _log = logging.getLogger("mossar.oak")
 Say = Callable[[str], None]
+Over = Callable[[], bool]
 
 
-class CameraError(MossarError):
-    """The camera cannot be used; the message says why and what to do."""
+class Measurement:
+    """Measures where joints are, from people found in a picture and the depth picture of the same moment.
 
-
-class CameraLost(CameraError):  # noqa: N818 - it is what happened
-    """A camera that worked no longer answers."""
-
-
-class Wish(msgspec.Struct, frozen=True):
-    """What the user wants of the camera.
+    The node of the SDK that does it takes both in the order in which they come. A network drops the pictures that it
+    has no time for, and each would make the depth older. So they are matched by their times first.
 
     Args:
-        model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
-        device: Id, address or USB port of one camera; empty for the first one found.
-        fps: Pictures per second; None for what the platform's usual model reaches.
-        unit: Unit of the coordinates; `auto` believes the messages.
+        pipeline: Not yet started.
+        fps: Pictures per second.
+
+    Attributes:
+        depth: Input for depth pictures, to be linked.
+        people: Input for `ImgDetections`, to be linked.
     """
 
-    model: str = ""
-    device: str = ""
-    fps: float | None = None
-    unit: str = "auto"
+    def __init__(self, pipeline: Any, fps: float) -> None:
+        node = load_sdk().node
+        match = pipeline.create(node.Sync)
+        match.setRunOnHost(True)
+        match.setSyncThreshold(timedelta(seconds=_SAME_MOMENT / fps))
+        self.depth, self.people = match.inputs["depth"], match.inputs["people"]
+        self.depth.setMaxSize(_DEPTH_KEPT)
+        places = pipeline.create(node.SpatialLocationCalculator)
+        places.setRunOnHost(True)
+        places.initialConfig.setCalculateSpatialKeypoints(True)
+        places.initialConfig.setKeypointRadius(_RADIUS)
+        self._pairs = match.out.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
+        self._given = (
+            ("depth", places.inputDepth.createInputQueue()),
+            ("people", places.inputDetections.createInputQueue()),
+        )
+        self._places = places.outputDetections.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
 
-
-class Picture(msgspec.Struct, frozen=True):
-    """What was found in one picture.
-
-    Args:
-        number: Sequence number of the picture.
-        time: When it was taken, s on the host's monotonic clock.
-        people: One (K, 4) array for each person: x to the right, y down, z away from the camera in metres, and
-            the confidence; below 0 where the network gives none.
-    """
-
-    number: int
-    time: float
-    people: tuple[NDArray[np.float64], ...]
+    def get(self, timeout: float) -> Any:
+        """Return the next `SpatialImgDetections`, None after `timeout` seconds without."""
+        pair = self._pairs.get(timedelta(seconds=timeout))
+        if pair is None:
+            return None
+        for name, queue in self._given:
+            queue.send(pair[name])
+        return self._places.get(timedelta(seconds=_MEASURING))
 
 
 class Camera:
@@ -104,7 +112,7 @@ class Camera:
 
     Args:
         pipeline: Started here; stopped by `close`.
-        output: The one that sends `SpatialImgDetections`.
+        measurement: Part of the pipeline.
         device: The camera; None where the pipeline runs on the host alone.
         name: For messages.
         fps: Nominal rate, Hz.
@@ -112,28 +120,36 @@ class Camera:
     """
 
     def __init__(
-        self, pipeline: Any, output: Any, device: Any = None, *, name: str, fps: float, unit: str = "auto"
+        self,
+        pipeline: Any,
+        measurement: Measurement,
+        device: Any = None,
+        *,
+        name: str,
+        fps: float,
+        unit: str = "auto",
     ) -> None:
         self.name = name
         self.fps = fps
         self._sdk = load_sdk()
         self._unit = unit
         self._pipeline = pipeline
+        self._measurement = measurement
         self._device = device
-        self._queue = output.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
         pipeline.start()
         self._patience = time.monotonic() + _FIRST_PICTURE  # monotonic s; silent beyond it means lost
 
     @classmethod
-    def open(cls, wish: Wish, say: Say) -> "Camera":
-        """Find, boot and start a camera; takes seconds.
+    def open(cls, wish: Wish, say: Say, over: Over) -> "Camera":
+        """Find, boot and start a camera; takes seconds, and longer where the model must be downloaded.
 
         Args:
             wish: What the user wants.
             say: Told what is being done.
+            over: Asked whether to give up.
 
         Raises:
-            CameraError: If there is no camera, it is not ours to use, or the model cannot be had.
+            CameraError: If there is no camera, it is not ours to use, the model cannot be had, or it is over.
         """
         sdk = load_sdk()
         info = find_camera(wish.device)
@@ -146,12 +162,12 @@ class Camera:
             device.setMaxReconnectionAttempts(0)
             platform = device.getPlatformAsString()
             usual_model, usual_fps = MODELS.get(platform, MODELS["RVC2"])
-            archive = _archive(wish.model or usual_model, platform, say)
+            archive = _archive(wish.model or usual_model, platform, say, over)
             fps = wish.fps or usual_fps
             say(f"loading the pose model into camera {name}")
             pipeline = sdk.Pipeline(device)
-            output = _build(sdk, pipeline, archive, fps)
-            return cls(pipeline, output, device, name=name, fps=fps, unit=wish.unit)
+            measurement = _build(sdk, pipeline, archive, fps)
+            return cls(pipeline, measurement, device, name=name, fps=fps, unit=wish.unit)
         except (CameraError, *_SDK_ERRORS) as error:
             if device is not None:
                 device.close()
@@ -165,7 +181,7 @@ class Camera:
             FrameError: If the message is not what the pipeline should send.
         """
         try:
-            message = self._queue.get(timedelta(seconds=timeout))
+            message = self._measurement.get(timeout)
         except (self._sdk.MessageQueue.QueueException, *_SDK_ERRORS) as error:
             raise CameraLost(f"its stream ended: {_line(error)}") from None
         if message is not None:
@@ -191,8 +207,6 @@ class Camera:
                 _log.debug("closing camera %s", self.name, exc_info=True)
 
     def _read(self, message: Any) -> Picture:
-        if not isinstance(message, self._sdk.SpatialImgDetections):
-            raise FrameError(f"a message {type(message).__name__} where joints were expected")
         unit = getattr(getattr(message, "unit", None), "name", "MILLIMETER")  # older SDKs: always millimetres
         scale = _SDK_UNITS.get(unit) if self._unit == "auto" else METRES[self._unit]
         if scale is None:
@@ -213,15 +227,17 @@ def load_sdk() -> Any:
     Raises:
         MossarError: If it is not installed, or in another version; names the extra.
     """
-    # The SDK logs to standard output, where our events go; it only looks when it is imported.
+    # The SDK looks at these when it is imported. It logs to standard output, where our events go, and since 3.7 it
+    # reports to its maker how it is used, which nobody who runs `mossar` has asked for.
     os.environ.setdefault("DEPTHAI_LEVEL", "off")
+    os.environ.setdefault("DEPTHAI_TELEMETRY", "0")
     needed("depthai", "oak", "an OAK camera (oak:)")
     try:
         import depthai
     except ImportError as error:
         raise CameraError(f"depthai does not load ({_line(error)}); install it anew: {INSTALL}") from None
     version = tuple(int(part) for part in re.findall(r"\d+", str(depthai.__version__))[:2])
-    if not (3, 4) <= version < (4,):
+    if not (3, 6) <= version < (4,):
         raise CameraError(f"depthai {depthai.__version__} does not fit, {NEEDED} does: {INSTALL}")
     return depthai
 
@@ -246,6 +262,12 @@ def obstacle(info: Any) -> str:
     if info.status.name == "X_LINK_DEVICE_ALREADY_IN_USE" or info.state.name == "X_LINK_BOOTED":
         return "another program uses it; close that program"
     return ""
+
+
+def description(info: Any) -> str:
+    """Return one line about a camera: its id, where it is, and whether it can be used."""
+    name = info.deviceId or info.name
+    return f"camera {name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
 
 
 def find_camera(wanted: str = "") -> Any:
@@ -290,25 +312,45 @@ def _is_address(text: str) -> bool:
     return True
 
 
-def _archive(model: str, platform: str, say: Say) -> Any:
+def fetch(model: str, platform: str) -> None:
+    """Write where a model of the hub is to standard output, after downloading it if need be."""
     sdk = load_sdk()
-    if model.endswith(ARCHIVES):
-        try:
-            return sdk.NNArchive(model)
-        except _SDK_ERRORS as error:
-            raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
-    say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {model_folder()}")
     try:
-        return sdk.NNArchive(sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform)))
+        path = sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform))
     except _SDK_ERRORS as error:
-        raise CameraError(
-            f"the pose model {model} cannot be had ({_line(error)}); connect to the internet for the first run, or "
-            "download its archive elsewhere and give it as oak:?model=FILE.tar.xz"
-        ) from None
+        sys.exit(_line(error))
+    sys.stdout.write(str(path))
 
 
-def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Any:
-    """Link the pipeline of a real camera and return its output."""
+def _archive(model: str, platform: str, say: Say, over: Over) -> Any:
+    """Return the SDK's archive of a model, which a process of its own fetches: the SDK's download knows no end."""
+    if not model.endswith(ARCHIVES):
+        folder = model_folder()
+        say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {folder}")
+        done = aside(fetch, model, platform, enough=over)
+        if done is None:
+            raise CameraError(f"the pose model {model} was not waited for")
+        if done.returncode:
+            reason = done.stderr.strip().rpartition("\n")[2] or f"status {done.returncode}"
+            raise CameraError(f"the pose model {model} cannot be had ({reason}); {_remedy(reason, folder)}")
+        model = done.stdout
+    try:
+        return load_sdk().NNArchive(model)
+    except _SDK_ERRORS as error:
+        raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
+
+
+def _remedy(reason: str, folder: Path) -> str:
+    if "director" in reason or "filesystem" in reason:
+        return f"make {folder} a folder that can be written, or name another in DEPTHAI_ZOO_CACHE_PATH"
+    return (
+        "connect to the internet for the first run, or download its archive elsewhere and give it as "
+        "oak:?model=FILE.tar.xz"
+    )
+
+
+def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Measurement:
+    """Link the pipeline of a real camera."""
     node, socket = sdk.node, sdk.CameraBoardSocket
     wanted = sdk.ImgFrameCapability()
     wanted.fps.fixed(fps)
@@ -321,17 +363,10 @@ def _build(sdk: Any, pipeline: Any, archive: Any, fps: float) -> Any:
     align = pipeline.create(node.ImageAlign)
     stereo.depth.link(align.input)
     people.passthrough.link(align.inputAlignTo)
-    places = pipeline.create(node.SpatialLocationCalculator)
-    locate_joints(places.initialConfig)
-    align.outputAligned.link(places.inputDepth)
-    people.out.link(places.inputDetections)
-    return places.outputDetections
-
-
-def locate_joints(config: Any) -> None:
-    """Set how the depth of a joint is taken from the depth picture."""
-    config.setCalculateSpatialKeypoints(True)
-    config.setKeypointRadius(_RADIUS)
+    measurement = Measurement(pipeline, fps)
+    align.outputAligned.link(measurement.depth)
+    people.out.link(measurement.people)
+    return measurement
 
 
 def _refusal(name: str, error: Exception) -> CameraError:

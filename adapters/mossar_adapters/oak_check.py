@@ -1,36 +1,47 @@
 """What there is of OAK cameras here, and how their owner can see that everything works."""
 
-import os
-import subprocess
 import sys
+import time
 from typing import Final
 
-from mossar_adapters.oak_camera import cameras, load_sdk, model_folder, obstacle
+from mossar_adapters.aside import aside
+from mossar_adapters.oak import OakSource
+from mossar_adapters.oak_camera import cameras, description, find_camera, load_sdk, model_folder
 from mossar_stream.errors import MossarError
 
 PATIENCE: Final = 5.0  # s; loading the SDK and looking around takes one
 
 CHECKLIST: Final = """\
 Checklist for owners of a camera (each step takes a minute):
+ 0. The first run downloads the pose model and says so; the next start without a network, too.
  1. Stand 2 to 4 m away, head to feet in the picture: mossar view oak:   a skeleton of life size follows, head up.
  2. Raise the LEFT arm: left_wrist goes up. Step towards the camera: z grows by as much as you stepped.
  3. mossar run oak: --stats 5   the rate is near 10 Hz (RVC2) or 24 Hz (RVC4), few gaps; lower it with ?fps=.
  4. Stand still for 10 s: no key frames. Then punch, squat, wave with rests between: key frames at the rests.
  5. Two people side by side keep their names p1 and p2; when one leaves, the other's key frames go on.
- 6. Unplug the camera for 10 s and plug it in again: "lost", then "is back", and frames go on.
+ 6. Unplug the camera for 10 s and plug it in again: "lost", then "is back", and frames go on. Ctrl-C ends it at once.
  7. mossar record oak: take.msk, then mossar run take.msk: the same key frames."""
 
 
-def check() -> str:
-    """Return what is there of the SDK and of cameras, and the checklist for owners of a camera."""
+def check(url: str = "oak:") -> tuple[str, bool]:
+    """Return what is there of the SDK and of cameras with the checklist for owners, and whether a camera can be used.
+
+    Args:
+        url: As for `OakSource.from_url`; may name a camera.
+
+    Raises:
+        SettingsError: If an option is unknown or its value impossible.
+    """
+    wanted = OakSource.from_url(url).wish.device
+    lines, usable = [], True
     try:
-        lines = [f"depthai {load_sdk().__version__}; models are kept in {model_folder()}"]
-        lines += in_sight() or [
-            "no OAK camera in sight: plug one in (USB 3 cable, powered port); one on the network may be hidden"
-        ]
+        lines.append(f"depthai {load_sdk().__version__}; models are kept in {model_folder()}")
+        lines += [description(info) for info in cameras()]
+        find_camera(wanted)
     except MossarError as error:
-        lines = [str(error)]
-    return "\n".join([*lines, CHECKLIST])
+        lines.append(str(error))
+        usable = False
+    return "\n".join([*lines, CHECKLIST]), usable
 
 
 def summary(patience: float = PATIENCE) -> list[str]:
@@ -41,16 +52,13 @@ def summary(patience: float = PATIENCE) -> list[str]:
     Args:
         patience: s to wait for it.
     """
-    command = [sys.executable, "-c", f"from {__name__} import tell; tell()"]
-    places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    limit = time.monotonic() + patience
     try:
-        asked = subprocess.run(  # noqa: S603 - this interpreter, our own words
-            command, env=places, capture_output=True, timeout=patience, text=True, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return [f"depthai has not answered for {patience:g} s; unplug the camera and plug it in again"]
+        asked = aside(tell, enough=lambda: time.monotonic() > limit)
     except OSError as error:
         return [f"depthai cannot be asked: {error.strerror or error}"]
+    if asked is None:
+        return [f"depthai has not answered for {patience:g} s; unplug the camera and plug it in again"]
     return asked.stdout.splitlines() or [f"depthai ended without an answer (status {asked.returncode})"]
 
 
@@ -58,19 +66,7 @@ def tell() -> None:
     """Write the lines of `summary` to standard output."""
     try:
         lines = [f"depthai {load_sdk().__version__}"]
-        lines += in_sight() or ["no OAK camera in sight"]
+        lines += [description(info) for info in cameras()] or ["no OAK camera found"]
     except MossarError as error:
         lines = [str(error)]
     sys.stdout.write("\n".join(lines) + "\n")
-
-
-def in_sight() -> list[str]:
-    """Return a line for each camera in sight: its id, where it is, and whether it can be used.
-
-    Raises:
-        MossarError: If there is no SDK.
-    """
-    return [
-        f"camera {info.deviceId or info.name} at {info.name} ({info.platform.name[7:]}): {obstacle(info) or 'ready'}"
-        for info in cameras()
-    ]

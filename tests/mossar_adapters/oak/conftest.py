@@ -11,7 +11,7 @@ import pytest
 
 from mossar_adapters.demo import performance
 from mossar_adapters.oak import OakSource
-from mossar_adapters.oak_camera import Camera, locate_joints
+from mossar_adapters.oak_camera import Camera, Measurement
 from mossar_stream.frames import Frames
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
@@ -54,13 +54,11 @@ class Stage:
         self.rng = np.random.default_rng(7)
         self.noise, self.holes, self.jitter = noise, holes, jitter
         pipeline = dai.Pipeline(False)
-        places = pipeline.create(dai.node.SpatialLocationCalculator)
-        places.setRunOnHost(True)
-        locate_joints(places.initialConfig)
-        self.depth = places.inputDepth.createInputQueue()
-        self.detections = places.inputDetections.createInputQueue()
+        measurement = Measurement(pipeline, FPS)
+        self.depth = measurement.depth.createInputQueue()
+        self.detections = measurement.people.createInputQueue()
         self.pipeline = pipeline
-        self.camera = Camera(pipeline, places.outputDetections, name="stage", fps=FPS, unit=unit)
+        self.camera = Camera(pipeline, measurement, name="stage", fps=FPS, unit=unit)
         self.view = dai.ImgTransformation(
             WIDTH, HEIGHT, [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]]
         )
@@ -175,7 +173,7 @@ def with_pelvis(body):
 
 
 def opened(camera):
-    return lambda _wish, _say: camera
+    return lambda *_: camera
 
 
 def shown(stage, pictures, source=None):

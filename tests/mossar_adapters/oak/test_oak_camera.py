@@ -1,12 +1,16 @@
 """What stands between a user and a camera, told in one line each; the SDK is genuine, the devices are records of it."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from mossar_adapters import oak_camera
-from mossar_adapters.oak_camera import CameraError, find_camera, load_sdk, model_folder, obstacle
+from mossar_adapters.oak_camera import find_camera, load_sdk, obstacle
 from mossar_adapters.oak_check import check, summary, tell
+from mossar_adapters.oak_types import CameraError
+from mossar_stream.errors import SettingsError
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 dai = pytest.importorskip("depthai")
@@ -71,40 +75,72 @@ def test_a_missing_permission_comes_with_the_rule_to_add(in_sight):
     assert obstacle(FREE) == ""
 
 
-@pytest.mark.parametrize("version", ["2.31.0.0", "3.3.0", "4.0.0"])
+@pytest.mark.parametrize(
+    ("given", "kept"), [({}, "off 0"), ({"DEPTHAI_LEVEL": "warn", "DEPTHAI_TELEMETRY": "1"}, "warn 1")]
+)
+def test_the_sdk_keeps_quiet_and_reports_nothing_to_its_maker_unless_the_user_wants_it(given, kept):
+    program = (
+        "import os; from mossar_adapters.oak_camera import load_sdk; load_sdk()\n"
+        "print(os.environ['DEPTHAI_LEVEL'], os.environ['DEPTHAI_TELEMETRY'])"
+    )
+    places = {name: value for name, value in os.environ.items() if not name.startswith("DEPTHAI_")}
+    places |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **given}
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True, env=places
+    )
+    assert done.stdout.splitlines()[-1] == kept
+
+
+@pytest.mark.parametrize("version", ["2.31.0.0", "3.5.0", "4.0.0"])
 def test_other_versions_of_the_sdk_are_refused_with_the_one_to_install(monkeypatch, version):
     monkeypatch.setattr(dai, "__version__", version)
     with pytest.raises(
-        CameraError, match=rf"depthai {version} does not fit, depthai>=3.4,<4 does: pip install"
+        CameraError, match=rf"depthai {version} does not fit, depthai>=3.6,<4 does: pip install"
     ):
         load_sdk()
 
 
-def test_versions_from_3_4_on_are_taken(monkeypatch):
-    for version in ("3.4.0", "3.12.0rc1"):
+def test_versions_from_3_6_on_are_taken(monkeypatch):
+    for version in ("3.6.1", "3.12.0rc1"):
         monkeypatch.setattr(dai, "__version__", version)
         assert load_sdk() is dai
 
 
-def test_a_model_that_cannot_be_downloaded_says_what_to_do_and_where_models_are_kept(monkeypatch, tmp_path):
-    monkeypatch.setenv("DEPTHAI_ZOO_CACHE_PATH", str(tmp_path))
-    monkeypatch.setenv("DEPTHAI_ZOO_INTERNET_CHECK", "0")
-    said = []
-    model, _ = oak_camera.MODELS["RVC2"]
-    with pytest.raises(CameraError, match=r"cannot be had .* oak:\?model=FILE.tar.xz") as error:
-        oak_camera._archive(model, "RVC2", said.append)
-    assert "\n" not in str(error.value)
-    assert model_folder() == tmp_path
-    assert said == [
-        f"fetching the pose model {model}; only the first run downloads it, it is kept in {tmp_path}"
-    ]
+@pytest.mark.parametrize(
+    ("call", "arguments"),
+    [
+        (dai.Device.__init__, ["deviceInfo: depthai.DeviceInfo"]),
+        (dai.Device.setMaxReconnectionAttempts, ["maxAttempts: int"]),
+        (dai.Device.getPlatformAsString, ["-> str"]),
+        (dai.Device.isClosed, ["-> bool"]),
+        (dai.Pipeline.__init__, ["defaultDevice: depthai.Device"]),
+        (dai.Pipeline.isRunning, ["-> bool"]),
+        (dai.node.Camera.build, ["boardSocket: depthai.CameraBoardSocket"]),
+        (
+            dai.node.DetectionNetwork.build,
+            ["input: depthai.node.Camera, model", "capability: depthai.ImgFrameCapability"],
+        ),
+        (
+            dai.node.StereoDepth.build,
+            ["autoCreateCameras: bool", "size: tuple[int, int]", "fps: Optional[float]"],
+        ),
+        (dai.node.StereoDepth.setLeftRightCheck, ["enable: bool"]),
+        (dai.node.StereoDepth.setSubpixel, ["enable: bool"]),
+    ],
+)
+def test_the_sdk_knows_the_calls_that_only_a_camera_makes(call, arguments):
+    """The pipeline of a camera cannot be built without one; at least its words are those of this SDK."""
+    assert all(argument in call.__doc__ for argument in arguments), call.__doc__
 
 
-def test_a_damaged_model_archive_is_named(tmp_path):
-    path = tmp_path / "pose.tar.xz"
-    path.write_bytes(b"no archive")
-    with pytest.raises(CameraError, match="cannot be read as a model archive"):
-        oak_camera._archive(str(path), "RVC2", str)
+def test_the_sdk_knows_the_nodes_and_ends_that_only_a_camera_has():
+    assert {"out", "passthrough"} <= set(dir(dai.node.DetectionNetwork))
+    assert {"input", "inputAlignTo", "outputAligned"} <= set(dir(dai.node.ImageAlign))
+    assert "depth" in dir(dai.node.StereoDepth)
+    assert dai.CameraBoardSocket.CAM_A
+    capability = dai.ImgFrameCapability()
+    capability.fps.fixed(10.0)
+    capability.enableUndistortion = True
 
 
 @pytest.mark.parametrize(
@@ -124,11 +160,24 @@ def test_refusals_of_the_sdk_become_one_line(text, words):
 
 def test_the_check_lists_the_sdk_every_camera_and_the_checklist(monkeypatch):
     monkeypatch.setattr("mossar_adapters.oak_check.cameras", lambda: [FREE, BUSY])
-    text = check()
+    monkeypatch.setattr(oak_camera, "cameras", lambda: [FREE, BUSY])
+    text, usable = check()
+    assert usable
     assert text.startswith(f"depthai {dai.__version__}; models are kept in ")
     assert "camera 18443010A1 at 1.2 (MYRIAD_X): ready" in text
     assert "camera 18443010B2 at 1.3 (MYRIAD_X): another program uses it" in text
     assert " 7. mossar record oak: take.msk" in text
+
+
+def test_the_check_says_that_there_is_no_camera_or_not_the_one_that_is_wanted(in_sight):
+    in_sight()
+    text, usable = check()
+    assert not usable
+    assert "\nNo OAK camera found: plug one in" in text
+    in_sight(FREE)
+    assert "\nNo OAK camera called '1844' found; there are 18443010A1\n" in check("oak:?device=1844")[0]
+    with pytest.raises(SettingsError, match="fps must be a number"):
+        check("oak:?fps=fast")
 
 
 def test_what_is_asked_for_the_summary_names_the_sdk_and_every_camera(monkeypatch, capfd):

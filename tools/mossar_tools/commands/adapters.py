@@ -87,8 +87,9 @@ def _check(url: str, options: Options, console: Console) -> int:
     if parse_url(url).scheme == "oak":
         from mossar_adapters.oak_check import check
 
-        console.line(check())
-        return DONE
+        text, usable = check(url)
+        console.line(text)
+        return DONE if usable else FAILED
     if parse_url(url).scheme == "file":
         recording = recording_of(url, options)
         rate = f"{recording.fps:g} Hz" if recording.fps else "times of its own"
