@@ -158,7 +158,7 @@ def meta_of(file: str) -> Meta:
 def _turns(file: str) -> bool:
     """Return whether a recording has rotations, which VMC then carries."""
     address = parse_url(file)
-    return address.scheme == "file" and format_of(Path(address.path)).motion is not None
+    return address.scheme == "file" and format_of(Path(address.path)).motion
 
 
 def _placed_bones(file: str, path: Path) -> Path:
