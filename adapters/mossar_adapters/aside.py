@@ -3,19 +3,28 @@
 For calls into libraries that may take for ever, or that abort the process that ends meanwhile.
 """
 
+import importlib
 import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 _LOOK: Final = 0.1  # s between two looks at whether to give up
+_FAREWELL: Final = 2.0  # s for a killed process to end; one that waits for a broken device may not
+_ORPHAN: Final = 0.5  # s between two looks at whether the parent is still there
 
 
 def aside(
     function: Callable[..., None], *arguments: str, enough: Callable[[], bool]
 ) -> "subprocess.CompletedProcess[str] | None":
     """Run a function in another process of this interpreter; return its status and what it wrote, None if given up.
+
+    Ctrl-C is left to this process. The other ends with it, however that happens; on Windows not if it is killed.
 
     Args:
         function: One of a module that can be imported; it may write to standard output and call `sys.exit`.
@@ -30,12 +39,17 @@ def aside(
         >>> aside(say, "hello", enough=lambda: False).stdout  # doctest: +SKIP
         'hello'
     """
-    name, module = function.__name__, function.__module__
     # -P: a file of the user's in the folder where we were started is not to be taken for a library.
-    command = [sys.executable, "-P", "-c", f"import sys; from {module} import {name}; {name}(*sys.argv[1:])"]
-    places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__, *arguments]
+    places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONIOENCODING": "utf-8"}
     process = subprocess.Popen(  # noqa: S603 - this interpreter, our own words
-        [*command, *arguments], env=places, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        env=places,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
     )
     try:
         while True:
@@ -49,4 +63,24 @@ def aside(
     finally:
         if process.returncode is None:
             process.kill()
-            process.communicate()
+            with suppress(subprocess.TimeoutExpired):
+                process.communicate(timeout=_FAREWELL)
+
+
+def _main() -> None:
+    """Run the function that the command line names, as long as there is somebody to tell."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":  # where the number of a parent says nothing about its life
+        threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    module, name, *arguments = sys.argv[1:]
+    getattr(importlib.import_module(module), name)(*arguments)
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_ORPHAN)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    _main()
