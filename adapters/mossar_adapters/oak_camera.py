@@ -14,6 +14,7 @@ import re
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import timedelta
 from ipaddress import ip_address
 from pathlib import Path
@@ -170,7 +171,8 @@ class Camera:
             return cls(pipeline, measurement, device, name=name, fps=fps, unit=wish.unit)
         except (CameraError, *_SDK_ERRORS) as error:
             if device is not None:
-                device.close()
+                with suppress(*_SDK_ERRORS):
+                    device.close()
             raise error if isinstance(error, CameraError) else _refusal(name, error) from None
 
     def get(self, timeout: float) -> Picture | None:
@@ -312,8 +314,9 @@ def _is_address(text: str) -> bool:
     return True
 
 
-def fetch(model: str, platform: str) -> None:
-    """Write where a model of the hub is to standard output, after downloading it if need be."""
+def fetch(model: str, platform: str, ask: str) -> None:
+    """Write where a model is to standard output: the one that is kept, or if `ask` is "1" what the hub has now."""
+    os.environ["DEPTHAI_ZOO_INTERNET_CHECK"] = ask
     sdk = load_sdk()
     try:
         path = sdk.getModelFromZoo(sdk.NNModelDescription(model, platform=platform))
@@ -323,21 +326,28 @@ def fetch(model: str, platform: str) -> None:
 
 
 def _archive(model: str, platform: str, say: Say, over: Over) -> Any:
-    """Return the SDK's archive of a model, which a process of its own fetches: the SDK's download knows no end."""
-    if not model.endswith(ARCHIVES):
-        folder = model_folder()
-        say(f"fetching the pose model {model}; only the first run downloads it, it is kept in {folder}")
-        done = aside(fetch, model, platform, enough=over)
-        if done is None:
-            raise CameraError(f"the pose model {model} was not waited for")
-        if done.returncode:
-            reason = done.stderr.strip().rpartition("\n")[2] or f"status {done.returncode}"
-            raise CameraError(f"the pose model {model} cannot be had ({reason}); {_remedy(reason, folder)}")
-        model = done.stdout
+    """Return the SDK's archive of a model."""
+    path = model if model.endswith(ARCHIVES) else _fetched(model, platform, say, over)
     try:
-        return load_sdk().NNArchive(model)
+        return load_sdk().NNArchive(path)
     except _SDK_ERRORS as error:
-        raise CameraError(f"{model} cannot be read as a model archive: {_line(error)}") from None
+        raise CameraError(f"{path} cannot be read as a model archive: {_line(error)}") from None
+
+
+def _fetched(model: str, platform: str, say: Say, over: Over) -> str:
+    """Return where a model of the hub is; other processes fetch it, for the SDK's download knows no end."""
+    folder = model_folder()
+    # The hub is asked only for what is not kept: whatever ails it, the SDK would not go on without its answer.
+    done = aside(fetch, model, platform, "0", enough=over)
+    if done is not None and done.returncode:
+        say(f"downloading the pose model {model}, once; it is kept in {folder}")
+        done = aside(fetch, model, platform, "1", enough=over)
+    if done is None:
+        raise CameraError(f"the pose model {model} was not waited for")
+    if done.returncode:
+        reason = done.stderr.strip().rpartition("\n")[2] or f"status {done.returncode}"
+        raise CameraError(f"the pose model {model} cannot be had ({reason}); {_remedy(reason, folder)}")
+    return done.stdout
 
 
 def _remedy(reason: str, folder: Path) -> str:

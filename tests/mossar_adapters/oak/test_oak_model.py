@@ -125,13 +125,21 @@ def test_the_first_run_downloads_the_model_and_says_where_it_is_kept_the_next_ru
 ):
     said, first = [], hub()
     assert fetched(say=said.append).getInputWidth() == SHAPE[3]
-    assert said == [
-        f"fetching the pose model {MODEL}; only the first run downloads it, it is kept in {tmp_path / 'models'}"
-    ]
+    assert said == [f"downloading the pose model {MODEL}, once; it is kept in {tmp_path / 'models'}"]
     assert model_folder() == tmp_path / "models"
     assert first.asked.count("/pose.tar.xz") == 1
     first.close()
+    assert fetched(say=said.append).getInputWidth() == SHAPE[3]
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize("answer", [0, 404, 500])
+def test_a_model_that_is_kept_does_not_wait_for_the_hub_nor_fail_with_it(hub, answer):
+    hub()
+    fetched()
+    later = hub(answer=answer)
     assert fetched().getInputWidth() == SHAPE[3]
+    assert later.asked == []
 
 
 def test_a_download_that_does_not_end_is_given_up_when_the_source_is_closed(hub):
