@@ -244,9 +244,11 @@ class OakSource:
         while not self._over():
             try:
                 camera = self._connect(self.wish, self._say, self._over)
-                pause, worked = _SHORTEST_PAUSE, True
+                worked = True
                 self._read(camera)
             except CameraLost as error:
+                if self._latest is not None:
+                    pause = _SHORTEST_PAUSE
                 self._latest = None
                 self._tell(f"the camera was lost ({error}); waiting for it to come back")
             except CameraError as error:

@@ -248,6 +248,24 @@ def test_a_lost_camera_is_told_of_waited_for_and_comes_back(studio, monkeypatch,
     assert list(items) == []
 
 
+def test_a_camera_that_is_lost_before_its_first_picture_is_tried_less_and_less(studio, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.oak._SHORTEST_PAUSE", 0.1)
+    attempts = []
+
+    def connect(*_):
+        attempts.append(time.monotonic())
+        stage = studio.Stage()
+        stage.pipeline.stop()
+        return stage.camera
+
+    source = OakSource(connect=connect)
+    items = source.items()
+    while len(attempts) < 4:
+        assert next(items) is None
+    source.close()
+    assert attempts[3] - attempts[2] >= 0.4 > attempts[1] - attempts[0]
+
+
 def test_a_camera_that_falls_silent_is_lost(studio, monkeypatch):
     monkeypatch.setattr("mossar_adapters.oak_camera._FIRST_PICTURE", 0.05)
     camera = studio.Stage().camera
