@@ -1,18 +1,21 @@
 """Tables in which several people take turns: a row per frame and person, and a column that says whose it is."""
 
+import re
 from collections.abc import Iterator
 
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.rows import Block, Rows
 from mossar_stream.frames import performer_name
 
-MOST = 64  # people; with more the column means something else
+MOST = 64  # people
+_NUMBER = re.compile(r"-?\d+(?:\.0*)?")  # some programs write whole numbers as 1.0
 
 
 def bodies_of(rows: Rows, column: int) -> dict[str, tuple[str, int]]:
     """Return performer and number of rows of each person, in the order in which they appear.
 
-    Numbers become `p1`, `p2` … in that order; rows without a name are nobody's.
+    Numbers become `p1`, `p2` … in that order; rows without a name are nobody's. A column of too many that never
+    come back is another thing: a running number, or one person whom a tracker found anew again and again.
 
     Args:
         rows: The table.
@@ -22,22 +25,34 @@ def bodies_of(rows: Rows, column: int) -> dict[str, tuple[str, int]]:
         By what stands in the column; empty if there is only one person.
 
     Raises:
-        FileError: If there are too many.
+        FileError: If there are too many who take turns.
     """
     counts: dict[str, int] = {}
+    latest, turns = "", False
     for block in rows.blocks() if column >= 0 else ():
         for row in block.cells:
             body = row[column].strip()
+            turns |= body in counts and body != latest
             counts[body] = counts.get(body, 0) + 1
+            latest = body
+        if len(counts) > MOST and not turns:
+            return {}
         if len(counts) > MOST:
-            raise FileError(rows.path, f"there are more than {MOST} people in column {column + 1}")
+            raise FileError(rows.path, f"more than {MOST} people take turns in it (column {column + 1})")
     counts.pop("", None)
     if len(counts) < 2:
         return {}
-    return {
-        body: (f"p{i + 1}" if body.lstrip("-").isdecimal() else performer_name(body), count)
-        for i, (body, count) in enumerate(counts.items())
-    }
+    return dict(zip(counts, zip(_names(list(counts)), counts.values(), strict=True), strict=True))
+
+
+def _names(bodies: list[str]) -> list[str]:
+    """Return a performer's name for each, none twice."""
+    numbers = [f"p{i + 1}" for i in range(len(bodies))]
+    names = [
+        number if _NUMBER.fullmatch(body) else performer_name(body)
+        for number, body in zip(numbers, bodies, strict=True)
+    ]
+    return names if len(set(names)) == len(names) else numbers
 
 
 def by_body(blocks: Iterator[Block], column: int) -> Iterator[tuple[str, Block]]:

@@ -83,7 +83,7 @@ FORMATS: tuple[Format, ...] = (
     Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", telling=True),
     Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
-    Format("msk", (".msk",), sniff.magic(b"MSK"), f"{_HERE}.msk", "our own recordings", telling=True),
+    Format("msk", (".msk",), sniff.msk, f"{_HERE}.msk", "our own recordings", telling=True),
     Format(
         "XDF",
         (".xdf",),

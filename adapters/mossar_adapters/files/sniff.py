@@ -33,10 +33,15 @@ def magic(*beginnings: bytes) -> Sniffer:
     return lambda head, _path: head.startswith(beginnings)
 
 
+def msk(head: bytes, _path: Path) -> bool:
+    """Return whether this is our own format, in whatever version."""
+    return head.startswith(b"MSK") and head[3:4].isdigit()
+
+
 def bvh(head: str) -> bool:
     """Return whether this is BVH, below comments if there are some."""
     first = next((line for line in head.split("\n") if line.strip() and not line.startswith("#")), "")
-    return first.lstrip()[:9].upper() == "HIERARCHY"
+    return first.replace("{", " ").upper().split()[:1] == ["HIERARCHY"]
 
 
 def amc(head: str) -> bool:

@@ -13,7 +13,7 @@ Kinect tables, numbered landmarks of pose estimators, rows of several people who
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -52,10 +52,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
     heading = read_heading(path)
     columns = heading.columns
     rows = survey(path, heading.first_line, heading.split, heading.width)
-    fps, time_unit, notes = _clock(path, heading, rows, options)
-    zeros = set(columns.joints) <= _KINECT and not _is_centred(rows, columns)
-
     bodies = bodies_of(rows, columns.body)
+    fps, time_unit, notes = _clock(path, heading, rows, bodies, options)
+    zeros = set(columns.joints) <= _KINECT and not _is_centred(rows, columns)
 
     def chunks() -> Iterator[Frames]:
         for body, block in by_body(rows.blocks(), columns.body) if bodies else _alone(rows):
@@ -119,7 +118,7 @@ def _stamps(block: Block, rows: Rows, columns: Columns) -> NDArray[np.float64]:
 
 
 def _clock(
-    path: Path, heading: Heading, rows: Rows, options: ReadOptions
+    path: Path, heading: Heading, rows: Rows, bodies: Collection[str], options: ReadOptions
 ) -> tuple[float | None, float | None, tuple[str, ...]]:
     """Return the rate, the seconds per unit of the time column (None to count frames instead), and notes."""
     if options.fps is not None:
@@ -132,8 +131,9 @@ def _clock(
         note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set --fps to change"
         return USUAL_FPS, None, (note,)
     first = next(rows.blocks())
-    if columns.body >= 0:
-        _, first = next(by_body(iter([first]), columns.body))
+    if bodies:
+        parts = [part for body, part in by_body(iter([first]), columns.body) if body in bodies]
+        first = max(parts, key=lambda part: len(part.lines), default=first)
     stamps = _stamps(first, rows, columns)
     unit, notes = columns.time_unit, tuple[str, ...]()
     if unit is None and ":" in first.cells[0][columns.time]:

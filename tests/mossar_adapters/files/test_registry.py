@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.files import FORMATS, FileError, Format, ReadOptions, open_recording
+from mossar_adapters.files.registry import format_of
 from mossar_adapters.files.units import height
 
 EXPECTED = {  # rate, frames, joints, height in metres of the recordings that conftest writes
@@ -134,6 +135,13 @@ def test_a_file_that_says_what_it_is_needs_no_extension(sample, kind, name):
     found = open_recording(moved)
     assert (found.skeleton, found.fps) == (expected.skeleton, expected.fps)
     assert len(positions_of(found)) == expected.frame_count
+
+
+@pytest.mark.parametrize("first", ["hierarchy", "Hierarchy_no", "MSK_id"])
+def test_a_table_whose_first_heading_begins_like_another_format_is_a_table(tmp_path, first):
+    path = tmp_path / "table.csv"
+    path.write_text(f"{first},hip.x,hip.y,hip.z\n1,0,1,0\n2,0,1,0\n")
+    assert format_of(path).name == "CSV"
 
 
 @pytest.mark.parametrize(

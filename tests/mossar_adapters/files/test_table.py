@@ -90,9 +90,37 @@ def test_numbers_of_people_become_performers_and_one_person_is_p1(tmp_path):
     assert [frames.times.tolist() for frames in two.chunks()] == [[0, 0.1, 0.2]] * 2
     one = open_recording(table(tmp_path, text_of(rows[::2], head)))
     assert (one.performers, one.frame_count) == (("p1",), 3)
-    crowd = text_of([(who, *ROWS[0][1:]) for who in range(100)], head)
-    with pytest.raises(FileError, match="more than 64 people in column 1"):
+    crowd = text_of([(who, *ROWS[0][1:]) for who in (*range(100), 0)], head)
+    with pytest.raises(FileError, match=r"more than 64 people take turns in it \(column 1\)"):
         open_recording(table(tmp_path, crowd))
+
+
+@pytest.mark.parametrize(
+    ("people", "performers"),
+    [
+        (("p2", "5"), ("p1", "p2")),
+        (("a/b", "a.b"), ("p1", "p2")),
+        (("1.0", "0.0"), ("p1", "p2")),
+        (("Ann", "7"), ("Ann", "p2")),
+    ],
+)
+def test_no_two_people_get_the_same_name(tmp_path, people, performers):
+    text = text_of([(who, *row) for _, *row in ROWS for who in people], HEAD.replace("time", "body"))
+    assert open_recording(table(tmp_path, text)).performers == performers
+
+
+def test_a_running_number_is_nobody(tmp_path):
+    head = HEAD.replace("time", "time,track")
+    text = text_of([(0.02 * i, i, *ROWS[0][1:]) for i in range(100)], head)
+    recording = open_recording(table(tmp_path, text))
+    assert (recording.performers, recording.frame_count, recording.fps) == (("p1",), 100, 50)
+
+
+def test_the_rate_is_that_of_whoever_is_seen_most(tmp_path):
+    rows = [(20, "guest", *ROWS[0][1:]), *((20 * i, "host", *ROWS[0][1:]) for i in range(20))]
+    recording = open_recording(table(tmp_path, text_of(rows, HEAD.replace("time", "time,person"))))
+    assert recording.fps == 50
+    assert "times taken as ms" in recording.notes
 
 
 def test_rotations_and_velocities_are_no_joints():
