@@ -33,6 +33,7 @@ _COCO = {3 * joints for joints in (17, 18, 25, 26, 133, 136)}
 # How many numbers x, y, score make a flat pose: COCO's, and OpenPose's of 2017.
 _FLAT_2D = {"keypoints": _COCO, "pose_keypoints": _COCO | {45}, "joints": {54}}
 _FEWEST = 3  # named points that make a pose; a box or a size has fewer
+PLAIN_TIMES = ("time", "t", "timestamp")  # which may be in any unit
 _TIMES = {"time": 1.0, "t": 1.0, "timestamp": 1.0, "timestamp_s": 1.0, "time_s": 1.0, "timestamp_ms": 1e-3}
 _TIMES |= {"timestampMs": 1e-3, "time_ms": 1e-3, "timestamp_us": 1e-6, "timestamp_usec": 1e-6}
 _METRIC: tuple[str, ...] = (
@@ -160,7 +161,7 @@ def _poses(found: Any, *, metric: bool, depth: int, allow_2d: bool) -> list[Pose
     if "pose_keypoints_3d" in found or "pose_keypoints_2d" in found:
         return [_openpose(found, allow_2d=allow_2d)]
     for key, sizes in _FLAT_2D.items():
-        if _is_numbers(found.get(key)) and len(found[key]) in sizes:
+        if _is_numbers(found.get(key)) and len(found[key]) in sizes and _are_scores(found[key][2::3]):
             return [_openpose({"pose_keypoints_2d": found[key]}, allow_2d=allow_2d)]
     for key in (*_METRIC, *_PEOPLE, *_IMAGE):
         if key in found:
@@ -191,7 +192,13 @@ def _flat_width(found: Any) -> int:
     """Return how many numbers of a flat list belong to a joint, 0 if it is none of a known set."""
     if not _is_numbers(found):
         return 0
-    return next((w for w in (4, 3) if len(found) % w == 0 and by_count(len(found) // w)), 0)
+    fitting = [w for w in (4, 3) if len(found) % w == 0 and by_count(len(found) // w)]
+    return next((w for w in fitting if w == 3 or _are_scores(found[3::4])), 0)
+
+
+def _are_scores(values: list[Any]) -> bool:
+    """Return whether these may be confidences, or COCO's 0, 1 and 2, rather than coordinates."""
+    return all(value is None or 0 <= value <= 2 for value in values)
 
 
 def _is_number(value: Any) -> bool:

@@ -15,9 +15,10 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.clock import unit_of_steps
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions, plausible_rate
-from mossar_adapters.files.pose_frames import Pose, PoseError, frame_list, poses_of
+from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, frame_list, poses_of
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
@@ -46,6 +47,7 @@ class PoseFile(msgspec.Struct):
         fps: Rate that the file states.
         cut: Whether the JSON was cut off.
         names: Of the joints, if the file names them once for all frames.
+        plain: Whether the times are in a unit that the file does not name.
     """
 
     poses: dict[int, dict[int, Pose]]
@@ -53,6 +55,7 @@ class PoseFile(msgspec.Struct):
     fps: float | None = None
     cut: bool = False
     names: tuple[str, ...] = ()
+    plain: bool = False
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -120,7 +123,9 @@ def _clock(
     stated = options.fps or found.fps
     times = np.array([np.nan if t is None else t for t in found.times])
     if options.fps is None and np.isfinite(times).all() and (np.diff(times) > 0).all() and count > 1:
-        return times, found.fps or rate_of_times(times), ()
+        unit, name = unit_of_steps(times) if found.plain else (1.0, "s")
+        notes = () if name == "s" else (f"times taken as {name}",)
+        return times * unit, found.fps or rate_of_times(times * unit), notes
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
     note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set --fps to change"
@@ -174,6 +179,7 @@ def _add_frame(path: Path, found: PoseFile, frame: Any, options: ReadOptions) ->
     except PoseError as error:
         raise FileError(path, f"frame {index}: {error}") from None
     found.times.append(time)
+    found.plain |= isinstance(frame, dict) and any(key in frame for key in PLAIN_TIMES)
     for person, pose in enumerate(poses[:MAX_PERFORMERS]):
         if len(found.names) == len(pose.names):
             pose = msgspec.structs.replace(pose, names=found.names)

@@ -167,6 +167,27 @@ def test_the_older_joints_of_openpose_have_names(tmp_path):
     assert skeleton.parents[8] == 1
 
 
+@pytest.mark.parametrize("key", ["joints", "keypoints"])
+def test_a_flat_list_whose_thirds_are_no_scores_is_in_space(tmp_path, key):
+    flat = [v for i in range(18 if key == "joints" else 17) for v in (0.1, 0.05 * i, -0.3)]
+    positions = positions_of(open_recording(written(tmp_path, [{key: flat}] * 2), ReadOptions(unit="m")))
+    np.testing.assert_allclose(positions[0, :, 2], 0.3, rtol=1e-6)
+
+
+def test_a_flat_list_of_24_joints_is_not_taken_for_18_with_confidences(tmp_path):
+    flat = [v for i in range(24) for v in (-0.1, 0.05 * i, -0.3)]
+    with pytest.raises(FileError, match="no pose is found"):
+        open_recording(written(tmp_path, [flat] * 2))
+
+
+@pytest.mark.parametrize(("key", "unit"), [("time", 1), ("t", 1e3), ("timestamp", 1e6), ("timestamp", 1e9)])
+def test_times_without_a_unit_are_in_that_in_which_frames_come_usually(tmp_path, key, unit):
+    frames = [{key: t * unit, "landmarks": points()} for t in (0.1, 0.14, 0.18)]
+    recording = open_recording(written(tmp_path, frames))
+    np.testing.assert_allclose(next(recording.chunks()).times, [0.1, 0.14, 0.18])
+    assert any("times taken as" in note for note in recording.notes) == (unit > 1)
+
+
 def test_times_in_the_frames_are_taken(tmp_path):
     frames = [{"timestamp_ms": t, "landmarks": points()} for t in (100, 140, 180)]
     recording = open_recording(written(tmp_path, frames))
