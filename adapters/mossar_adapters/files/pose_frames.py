@@ -7,6 +7,7 @@ object with a point for each joint's name; or a flat list: OpenPose's and COCO's
 """
 
 import re
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import Any
 
@@ -88,7 +89,7 @@ def frame_list(content: Any, *, alone: bool) -> list[Any]:
     """
     for _ in range(3):
         if isinstance(content, list):
-            return [content] if _is_pose(content) else _by_image(content)
+            return [content] if _is_pose(content) else list(by_image(content))
         if not isinstance(content, dict):
             break
         known = [content[key] for key in (*_METRIC, *_IMAGE) if key in content]
@@ -119,11 +120,16 @@ def _by_number(content: dict[str, Any]) -> list[Any] | None:
     return [content[key] for key in keys]
 
 
-def _by_image(content: list[Any]) -> list[Any]:
-    """Return lists of the people that are in the same image, where each person says in which one."""
-    if not all(isinstance(one, dict) and "image_id" in one for one in content):
-        return content
-    return [list(people) for _, people in groupby(content, key=lambda one: one["image_id"])]
+def by_image(frames: Iterable[Any]) -> Iterator[Any]:
+    """Yield the frames; people who say that they are in the same image, and stand one after the other, as a list."""
+    for _, people in groupby(frames, key=_image):
+        found = list(people)
+        yield found[0] if len(found) == 1 else found
+
+
+def _image(frame: Any) -> Any:
+    """Return what tells the image of a frame from the next."""
+    return frame["image_id"] if isinstance(frame, dict) and "image_id" in frame else object()
 
 
 def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:

@@ -1,13 +1,14 @@
 """JSON of pose estimators: MediaPipe, TensorFlow.js, OpenPose; one file, or a folder with a file per frame.
 
-A file holds one frame, a list of frames, an object with a list of frames in it, or a frame per line. Which shapes of a frame
-are understood is in `pose_frames`. Coordinates in metres are taken as they are (MediaPipe's world landmarks);
+A file holds one frame, a list of frames, an object with a list of frames in it, or a frame per line. Which shapes
+of a frame are understood is in `pose_frames`. Coordinates in metres are taken as they are (MediaPipe's world landmarks);
 image coordinates have no unit and are scaled so that the skeleton is 1.7 m tall. The y axis of images points
 down: they are turned about x so that y points up.
 """
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skelet
 from mossar_adapters.files.clock import unit_of_steps
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions, plausible_rate
-from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, frame_list, poses_of
+from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, by_image, frame_list, poses_of
+from mossar_adapters.files.pose_lines import PoseLines, has_frame_per_line
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
@@ -133,6 +135,8 @@ def _clock(
 
 
 def _file(path: Path, options: ReadOptions) -> PoseFile:
+    if has_frame_per_line(path):
+        return _lines(path, options)
     content, cut = _decoded(path)
     fps = None
     if isinstance(content, dict):
@@ -140,6 +144,14 @@ def _file(path: Path, options: ReadOptions) -> PoseFile:
     found = PoseFile({}, [], fps if fps is not None and plausible_rate(fps) else None, cut, _names(content))
     for frame in frame_list(content, alone=True):
         _add_frame(path, found, frame, options)
+    return found
+
+
+def _lines(path: Path, options: ReadOptions) -> PoseFile:
+    found, lines = PoseFile({}, []), PoseLines(path)
+    for people in by_image(lines):
+        _add_frame(path, found, people, options)
+    found.cut = lines.cut
     return found
 
 
@@ -189,7 +201,10 @@ def _add_frame(path: Path, found: PoseFile, frame: Any, options: ReadOptions) ->
 def _decoded(path: Path) -> tuple[Any, bool]:
     """Return the content of a JSON file, and whether it was mended because it was cut off."""
     if path.stat().st_size > MAX_SIZE:
-        raise FileError(path, f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read; convert it to .npz")
+        raise FileError(
+            path,
+            f"JSON of more than {MAX_SIZE >> 20} MiB cannot be read at once; write a frame per line, or .npz",
+        )
     data = path.read_bytes()
     encoding = encoding_of(data[:HEAD_SIZE])
     if encoding is None:
@@ -199,25 +214,14 @@ def _decoded(path: Path) -> tuple[Any, bool]:
     try:
         return msgspec.json.decode(data), False
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        found = _forgiven(data)
-        if found is None:
+        plain = without_nan(data)
+        if plain is not None:
+            with suppress(msgspec.DecodeError, UnicodeError, RecursionError):
+                return msgspec.json.decode(plain), False
+        mended = _mended(plain or data)
+        if mended is None:
             raise FileError(path, f"this is no JSON: {error}") from None
-        return found
-
-
-def _forgiven(data: bytes) -> tuple[Any, bool] | None:
-    """Return the content of JSON with NaN in it, with a frame per line or cut off, and whether it was cut off."""
-    data = without_nan(data) or data
-    lines = msgspec.json.Decoder().decode_lines
-    whole_lines = data[: data.rfind(b"\n") + 1].strip()
-    for decode, part in ((msgspec.json.decode, data), (lines, data), (lines, whole_lines)):
-        try:
-            if part:
-                return decode(part), part is whole_lines
-        except (msgspec.DecodeError, UnicodeError, RecursionError):
-            continue
-    mended = _mended(data)
-    return None if mended is None else (mended, True)
+        return mended, True
 
 
 def _mended(data: bytes) -> Any:

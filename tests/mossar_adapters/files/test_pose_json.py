@@ -132,6 +132,25 @@ def test_a_frame_per_line_is_understood(tmp_path):
         assert any("cut off; 4 frames are whole" in note for note in open_recording(path).notes)
 
 
+def test_a_frame_per_line_is_understood_in_files_of_any_length(tmp_path, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.files.pose_json.MAX_SIZE", 100)
+    path = tmp_path / "a.jsonl"
+    lines = [json.dumps({"image_id": i // 2, "landmarks": LISTED}) for i in range(6)]
+    path.write_text("\n\n".join(lines).replace("0.1,", "NaN,", 1))
+    recording = open_recording(path)
+    assert (recording.performers, recording.frame_count) == (("p1", "p2"), 6)
+    assert np.isnan(positions_of(recording)).any(axis=(1, 2)).sum() == 1
+    path.write_text("\n".join([*lines[:3], "{", *lines[3:]]))
+    with pytest.raises(FileError, match="line 4: this is no JSON"):
+        open_recording(path)
+
+
+def test_what_stands_below_json_is_cut_off(tmp_path):
+    path = written(tmp_path, {"fps": 20, "frames": [LISTED, LISTED]})
+    path.write_text(path.read_text() + "\nwritten by me\n")
+    assert open_recording(path).frame_count == 2
+
+
 def test_nan_as_python_writes_it_is_missing(tmp_path):
     path = written(tmp_path, [LISTED, [[float("nan")] * 3, *LISTED[1:]], [[float("nan")] * 3] * 17])
     missing = np.isnan(positions_of(open_recording(path))).all(axis=2)
