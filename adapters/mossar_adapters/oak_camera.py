@@ -201,10 +201,14 @@ class Camera:
         return None
 
     def close(self) -> None:
-        """Stop the pipeline and let the camera go; what fails now has no consequence."""
-        for part, method in ((self._pipeline, "stop"), (self._device, "close")):
+        """Stop the pipeline and let the camera go; what fails now has no consequence.
+
+        The SDK's threads are waited for here: its destructor would hold Python's lock, which they may need.
+        """
+        closing = () if self._device is None else (self._device.close,)
+        for step in (self._pipeline.stop, *closing, self._pipeline.wait):
             try:
-                getattr(part, method, lambda: None)()
+                step()
             except _SDK_ERRORS:
                 _log.debug("closing camera %s", self.name, exc_info=True)
 

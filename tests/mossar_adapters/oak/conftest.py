@@ -30,6 +30,8 @@ FPS = 24.0
 START = 1000.0  # s on the host's clock
 DEPTH_STEP = DISTANCE**2 / (FOCAL * BASELINE) / SUBPIXELS  # m, 38 mm
 
+OPEN = []  # stages of the test that runs
+
 
 @pytest.fixture(scope="session")
 def studio():
@@ -39,6 +41,14 @@ def studio():
     if not hasattr(dai.node.SpatialLocationCalculator, "setRunOnHost"):
         pytest.skip(f"depthai {dai.__version__} measures no depth on the host")
     return sys.modules[__name__]
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    """Close what a test that failed left open; see `Camera.close`."""
+    yield
+    while OPEN:
+        OPEN.pop().camera.close()
 
 
 class Stage:
@@ -59,6 +69,7 @@ class Stage:
         self.detections = measurement.people.createInputQueue()
         self.pipeline = pipeline
         self.camera = Camera(pipeline, measurement, name="stage", fps=FPS, unit=unit)
+        OPEN.append(self)
         self.view = dai.ImgTransformation(
             WIDTH, HEIGHT, [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1]]
         )

@@ -266,6 +266,21 @@ def test_a_camera_that_is_lost_before_its_first_picture_is_tried_less_and_less(s
     assert attempts[3] - attempts[2] >= 0.4 > attempts[1] - attempts[0]
 
 
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="the system does not name threads")
+def test_the_threads_of_a_closed_camera_have_ended(studio):
+    def threads():
+        return [path.read_text().strip() for path in Path("/proc/self/task").glob("*/comm")]
+
+    stage, body = studio.Stage(), studio.standing()
+    seen = studio.project(body)
+    assert any(name.startswith("Sync") for name in threads())
+    for number in range(60):
+        stage.send_depth(number, studio.START + number / studio.FPS, studio.draw([seen]))
+    stage.send_detections(59, studio.START + 59 / studio.FPS, [stage.detection(*seen[:2], np.full(17, 0.9))])
+    stage.camera.close()
+    assert not any(name.startswith("Sync") for name in threads())
+
+
 def test_a_camera_that_falls_silent_is_lost(studio, monkeypatch):
     monkeypatch.setattr("mossar_adapters.oak_camera._FIRST_PICTURE", 0.05)
     camera = studio.Stage().camera
