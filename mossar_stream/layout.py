@@ -171,6 +171,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("free_count", "i8"),
     ("undecided", "i8"),
     ("ordinal", "i8"),  # of the next key frame
+    ("ranked", "i8"),  # whether the strengths are those of the window as it is
     ("left_frame", "i8"),  # where the window's first segment starts: the last final key frame
     ("left_id", "i8"),  # Algorithm 2's frame of it
     ("left_time", "f8"),

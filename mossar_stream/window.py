@@ -5,7 +5,7 @@
        └ the last final key frame
 
 When a key frame is confirmed the hierarchy of the window is brought up to date. The newest one takes part once
-its right segment is closed, or when the oldest must be decided. The oldest is decided for good when more than W
+its right segment is closed, or when the oldest must be decided and stands near the level. The oldest is decided for good when more than W
 are undecided or it is older than `remerge_seconds`: final if it stands at the level, merged if not. What it costs
 is bounded by W and the number of joints, whatever the length of the stream.
 """
