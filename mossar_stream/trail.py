@@ -135,10 +135,17 @@ def logarithm(values):
         values[i] = exponent * LOG_2 + TWO * z * (ONE + q * odd)
 
 
+@inlined
+def place_back(h, back):
+    """Return the place in the trail of the pose that was kept `back` poses before the newest."""
+    here = h.trail_head - 1 - back
+    return here + h.trail_size if here < 0 else here
+
+
 @compiled
 def load_pose(h, marks, trail, pose, place):
     """Set `pose` to a kept one, with its log speeds; `place` counts back from the newest, 0."""
-    here = (h.trail_head - 1 - place) % h.trail_size
+    here = place_back(h, place)
     for axis in range(3):
         for j in range(h.lanes):
             pose[axis, j] = np.float32(trail[here, axis, j]) * QUANTUM
