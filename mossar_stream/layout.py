@@ -179,6 +179,9 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("has_before", "i8"),  # whether slot_before holds the segment before the window
     ("slot_before", "i8"),
     ("due_time", "f8"),  # s, when the oldest undecided key frame must be decided; inf if there is none
+    # Tempo.
+    ("spread", "f8"),  # m² s, leaky sum of the joints' squared distances from the mean pose
+    ("squared_speed", "f8"),  # m²/s, leaky sum of their squared speeds
     # Trail of poses for the location step.
     ("trail_head", "i8"),
     ("trail_filled", "i8"),

@@ -32,7 +32,7 @@ def trail_size(seconds: float) -> int:
 
 @inlined
 def keep_pose(h, body, marks, trail, weight):
-    """Keep the pose of the last used frame if the trail is due for one.
+    """Keep the pose of the last used frame if the trail is due for one, and return the time it stands for.
 
     Args:
         h: Header of the row.
@@ -40,12 +40,15 @@ def keep_pose(h, body, marks, trail, weight):
         marks: (trail,) MARK.
         trail: (trail, 3, lanes) 1/8192 m.
         weight: s since the frame before.
+
+    Returns:
+        s; 0 for a pose that is not kept, or the first one.
     """
     h.trail_debt += weight
     here = h.trail_head
     last = here - 1 if here > 0 else h.trail_size - 1
     if h.trail_filled > 0 and h.time - marks[last].time < SPACING:
-        return
+        return 0.0
     marks[here].time = h.time
     marks[here].frame = h.used_frame
     marks[here].weight = h.trail_debt
@@ -53,9 +56,11 @@ def keep_pose(h, body, marks, trail, weight):
         for axis in range(3):
             begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
             _quantise(body[begin : begin + PAGE], trail[here, axis, first : first + PAGE])
+    stood_for = h.trail_debt
     h.trail_debt = 0.0
     h.trail_head = here + 1 if here + 1 < h.trail_size else 0
     h.trail_filled = min(h.trail_filled + 1, h.trail_size)
+    return stood_for
 
 
 @inlined
@@ -131,7 +136,9 @@ def logarithm(values):
         mantissa = np.int32((bits & MANTISSA) | BITS_OF_ONE).view(np.float32)
         z = (mantissa - ONE) / (mantissa + ONE)
         q = z * z
-        odd = ODD[0] + q * (ODD[1] + q * (ODD[2] + q * (ODD[3] + q * (ODD[4] + q * ODD[5]))))
+        r = q * q
+        # In pairs, since the frame waits for this sum: ODD[0] + q ODD[1] + …
+        odd = (ODD[0] + q * ODD[1]) + r * ((ODD[2] + q * ODD[3]) + r * (ODD[4] + q * ODD[5]))
         values[i] = exponent * LOG_2 + TWO * z * (ONE + q * odd)
 
 

@@ -85,7 +85,7 @@ def rank(h, w, params, open_slot):
     count = h.undecided if open_slot != NO_SLOT else h.undecided - 1
     if count <= 0:
         return
-    h.pace = pace(h, w.body)
+    h.pace = pace(h)
     w.bounds[0] = h.left_ordinal
     for i in range(count + 1):
         w.places[i] = w.order[i] if i < h.undecided else open_slot
