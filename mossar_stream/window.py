@@ -12,7 +12,7 @@ is bounded by W and the number of joints, whatever the length of the stream.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 from mossar_stream.hierarchy import UNKNOWN, fall, is_known, recall, remember
 from mossar_stream.layout import PATH_JOINTS
 from mossar_stream.outbox import (
@@ -139,7 +139,7 @@ def relabel(h, w, params, events):
         _update_segments(h, w, params, events, SEGMENT_CLOSED)
 
 
-@compiled
+@inlined
 def _update_segments(h, w, params, events, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
     left = h.left_ordinal
@@ -176,7 +176,7 @@ def span(h, w, params, begin, end, open_slot, target):
     close(params, w.scratch[target])
 
 
-@compiled
+@inlined
 def _join(h, w, params, begin, end, open_slot, target, size):
     """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
     own = w.scratch[target]
@@ -240,7 +240,7 @@ def put_segment(h, w, params, events, start, end, status):
         event.rev = w.counts[line, column]
 
 
-@compiled
+@inlined
 def describe(h, w, params, event, has_previous, status, left, middle, right):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
@@ -272,7 +272,7 @@ def describe(h, w, params, event, has_previous, status, left, middle, right):
     event.joint3, event.joint4 = w.active[3], w.active[4]
 
 
-@compiled
+@inlined
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):
