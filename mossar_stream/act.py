@@ -56,6 +56,7 @@ from mossar_stream.window import (
 )
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
+CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
 
@@ -184,6 +185,7 @@ def _follow(h, w, params, events):
     if h.offline == 0:
         rank(h, w, params, NO_SLOT)
         relabel(h, w, params, events)
+        h.ranked = 1
         h.due_time = w.keys[0].time + h.hold
 
 
@@ -201,24 +203,44 @@ def _decide(h, w, params, pose, events, begin):
     If several are due and cause more than `most_events`, the rest is left for the next frame.
     """
     pour_waiting(h, w.body, w.slots, params)
-    open_slot = take_slot(h, w.free, w.slots)
-    merge_into(params, w.slots[open_slot], w.slots[h.slot_settled])
-    merge_into(params, w.slots[open_slot], w.slots[h.slot_since])
-    merge_into(params, w.slots[open_slot], w.slots[h.slot_run])
-    own, time, weight, moving = w.slots[open_slot], h.pending_time, h.pending_weight, h.pending_moving
-    add_frame(params, own, w.body, pose, h.joints, time, weight, moving)
-    pour(params, own, w.body, h.lanes)
-    close(params, w.slots[open_slot])
+    open_slot = NO_SLOT
     end_frame = h.candidate if h.candidate >= 0 else h.run_frame
     last = begin + h.most_events - (4 * h.capacity + 12)  # with room for one more decision
     while h.undecided > 0 and (h.undecided > h.capacity or h.time >= w.keys[0].time + h.hold):
         if events[0].row >= last:
             break
-        rank(h, w, params, open_slot)
-        relabel(h, w, params, events)
+        clear = _is_clear(h, w)
+        if open_slot == NO_SLOT and (w.keys[0].standing == 1 or not clear):
+            open_slot = _gather_open(h, w, params, pose)
+        if not clear:
+            rank(h, w, params, open_slot)
+            relabel(h, w, params, events)
         decide_oldest(h, w, params, events, open_slot, end_frame)
-    give_slot(h, w.free, open_slot)
+        h.ranked = 0
+    if open_slot != NO_SLOT:
+        give_slot(h, w.free, open_slot)
     h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
+
+
+@spliced
+def _is_clear(h, w):
+    """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
+    strength = w.keys[0].strength
+    return h.ranked == 1 and (strength >= CLEAR * h.level or CLEAR * strength <= h.level)
+
+
+@spliced
+def _gather_open(h, w, params, pose):
+    """Return a slot with the closed summary of everything since the newest key frame."""
+    open_slot = take_slot(h, w.free, w.slots)
+    own = w.slots[open_slot]
+    merge_into(params, own, w.slots[h.slot_settled])
+    merge_into(params, own, w.slots[h.slot_since])
+    merge_into(params, own, w.slots[h.slot_run])
+    add_frame(params, own, w.body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    pour(params, own, w.body, h.lanes)
+    close(params, own)
+    return open_slot
 
 
 @spliced

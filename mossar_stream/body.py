@@ -20,20 +20,15 @@ MOVED_X, MOVED_Y, MOVED_Z = 192, 224, 256  # m, displacement in this frame, rela
 LAST_X, LAST_Y, LAST_Z = 288, 320, 352  # m, displacement in the frame before (noise)
 SMOOTH_X, SMOOTH_Y, SMOOTH_Z = 384, 416, 448  # m, displacement with the noise smoothed out
 MEAN_X, MEAN_Y, MEAN_Z = 480, 512, 544  # m, slow mean of the pose (tempo)
-SPREAD, SPEED = 576, 608  # m² s, m²/s, sums of squared distances from that mean and of squared speeds (tempo)
-STEP, STEP_BEFORE = 640, 672  # m, path in this frame, and in the last one that was used
-POSE_X, POSE_Y, POSE_Z = (
-    704,
-    736,
-    768,
-)  # m, features of the last frame: where the joint is relative to the centre,
-LOG_SPEED = 800  # and log(m/s)
-SUM_X, SUM_Y, SUM_Z, SUM_SPEED = 832, 864, 896, 928  # sums of these over the frames that wait for a summary,
-SQUARE_X, SQUARE_Y, SQUARE_Z, SQUARE_SPEED = 960, 992, 1024, 1056  # of their squares,
-SUM_PATH = 1088  # and of the paths
-LIVE = 1120  # 1, or 0 for the lanes after the last joint
-WORK = 1152  # room to work in
-LINES = 37  # of a page
+STEP, STEP_BEFORE = 576, 608  # m, path in this frame, and in the last one that was used
+# Features of the last frame: where the joint is relative to the centre, m, and its log(m/s);
+POSE_X, POSE_Y, POSE_Z, LOG_SPEED = 640, 672, 704, 736
+SUM_X, SUM_Y, SUM_Z, SUM_SPEED = 768, 800, 832, 864  # sums of these over the frames that wait for a summary,
+SQUARE_X, SQUARE_Y, SQUARE_Z, SQUARE_SPEED = 896, 928, 960, 992  # of their squares,
+SUM_PATH = 1024  # and of the paths
+LIVE = 1056  # 1, or 0 for the lanes after the last joint
+WORK = 1088  # room to work in
+LINES = 35  # of a page
 PAGE_SIZE = LINES * PAGE
 PAGE_BYTES = 4 * PAGE_SIZE
 

@@ -8,6 +8,7 @@ from mossar_stream.location import CANDIDATES, FREE, best_candidate, best_pose, 
 from mossar_stream.outbox import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.similarity import close, merge_into
 from mossar_stream.slots import give_slot
+from mossar_stream.trail import place_back
 from mossar_stream.window import put_segment
 
 OLDEST, ONE = np.arange(2)
@@ -59,7 +60,7 @@ def _locate(h, w, params, open_slot, end_frame):
     if h.location == FREE:
         back = best_pose(h, w, params, open_slot, end_frame)
         if back >= 0:
-            mark = w.marks[(h.trail_head - 1 - back) % h.trail_size]
+            mark = w.marks[place_back(h, back)]
             passed = 0
             while passed + 1 < h.undecided and w.keys[passed + 1].frame <= mark.frame:
                 passed += 1

@@ -6,7 +6,7 @@ level of the hierarchy is `strength >= level`: the paper's K + 1 nested sets, wi
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 from mossar_stream.similarity import close, merge_into
 from mossar_stream.similarity import strength as merge_cost
 
@@ -83,18 +83,23 @@ def _cheapest(costs, count):
     return x
 
 
-@compiled
+@inlined
 def _cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
-    fleeting = UNKNOWN in (a, c)
-    if not fleeting and is_known(memo, a, b, c):
+    if is_known(memo, a, b, c):
         return recall(memo, a, b, c)
+    return _new_cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both)
+
+
+@compiled
+def _new_cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both):
+    """Compute the cost of a merge, and remember it if its boundaries are to stay."""
     _complete(params, segments, places, nodes, links, left)
     _complete(params, segments, places, nodes, links, right)
     one = nodes[left] if places[left] == NONE else segments[places[left]]
     other = nodes[right] if places[right] == NONE else segments[places[right]]
     cost = merge_cost(params, one, other, both)
-    if not fleeting:
+    if UNKNOWN not in (a, c):
         remember(memo, a, b, c, cost)
     return cost
 
@@ -123,12 +128,12 @@ def _complete(params, segments, places, nodes, links, own):
     links[NEWEST, own] = own
 
 
-@compiled
+@inlined
 def _memo_place(memo, a, b, c):
     return ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
 
 
-@compiled
+@inlined
 def is_known(memo, a, b, c):
     """Tell whether the cost of merging the segments between three boundaries is remembered."""
     if len(memo) == 0:
@@ -137,7 +142,7 @@ def is_known(memo, a, b, c):
     return known.left == a and known.middle == b and known.right == c
 
 
-@compiled
+@inlined
 def recall(memo, a, b, c):
     """Return a cost that is remembered."""
     return memo[_memo_place(memo, a, b, c)].strength

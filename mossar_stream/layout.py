@@ -171,6 +171,7 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("free_count", "i8"),
     ("undecided", "i8"),
     ("ordinal", "i8"),  # of the next key frame
+    ("ranked", "i8"),  # whether the strengths are those of the window as it is
     ("left_frame", "i8"),  # where the window's first segment starts: the last final key frame
     ("left_id", "i8"),  # Algorithm 2's frame of it
     ("left_time", "f8"),
@@ -178,6 +179,9 @@ _HEADER_FIELDS: list[tuple[str, str]] = [
     ("has_before", "i8"),  # whether slot_before holds the segment before the window
     ("slot_before", "i8"),
     ("due_time", "f8"),  # s, when the oldest undecided key frame must be decided; inf if there is none
+    # Tempo.
+    ("spread", "f8"),  # m² s, leaky sum of the joints' squared distances from the mean pose
+    ("squared_speed", "f8"),  # m²/s, leaky sum of their squared speeds
     # Trail of poses for the location step.
     ("trail_head", "i8"),
     ("trail_filled", "i8"),

@@ -8,9 +8,9 @@ are merged for good.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled, spliced
+from mossar_stream.compiled import compiled, inlined, spliced
 from mossar_stream.similarity import add_pose, close, merge_into, parting, strength
-from mossar_stream.trail import load_pose
+from mossar_stream.trail import load_pose, place_back
 from mossar_stream.window import BOTH, LEFT, RIGHT, span
 
 NONE, FREE, CANDIDATES = np.arange(3)
@@ -18,7 +18,10 @@ LOCATIONS = ("none", "free", "candidates")
 MARGIN = 1e-6  # s, for the rounding of timestamps
 NEXT = np.int64(1)
 STAY = np.int64(-1)
-TO_EARLIER, TO_LATER = np.int64(1), np.int64(-1)  # steps through the trail, which counts back from the newest
+DIRECTIONS = (
+    np.int64(1),
+    np.int64(-1),
+)  # to earlier poses, and to later ones: the trail counts back from the newest
 
 
 @compiled
@@ -70,17 +73,20 @@ def best_pose(h, w, params, open_slot, end_frame):
     """
     home = STAY
     for back in range(h.trail_filled):
-        if w.marks[(h.trail_head - 1 - back) % h.trail_size].frame < w.keys[0].frame:
+        if w.marks[place_back(h, back)].frame < w.keys[0].frame:
             break
         home = back  # type: ignore[assignment]
     neighbour = right_neighbour(h, w)
     limit = w.keys[neighbour].frame if neighbour < h.undecided else end_frame
-    earlier, cost_earlier = _search(h, w, params, open_slot, home, TO_EARLIER, limit)
-    later, cost_later = _search(h, w, params, open_slot, home, TO_LATER, limit)
-    return earlier if cost_earlier >= cost_later else later
+    place, most = STAY, -1.0
+    for direction in DIRECTIONS:
+        there, cost = _search(h, w, params, open_slot, home, direction, limit)
+        if cost > most:
+            place, most = there, cost
+    return place
 
 
-@compiled
+@inlined
 def _search(h, w, params, open_slot, home, direction, limit):
     """Move the border pose by pose away from `home`; return the best place, -1 for home, and its cost."""
     span(h, w, params, NEXT, right_neighbour(h, w), open_slot, RIGHT)
@@ -91,11 +97,11 @@ def _search(h, w, params, open_slot, home, direction, limit):
     while home >= 0 and 0 <= border + direction < h.trail_filled:
         passed = border + direction if direction > 0 else border
         border += direction
-        mark = w.marks[(h.trail_head - 1 - border) % h.trail_size]
+        mark = w.marks[place_back(h, border)]
         if abs(mark.time - w.keys[0].time) > h.refine + MARGIN or not h.left_frame < mark.frame < limit:
             break
         load_pose(h, w.marks, w.trail, w.kept, passed)
-        mark = w.marks[(h.trail_head - 1 - passed) % h.trail_size]
+        mark = w.marks[place_back(h, passed)]
         add_pose(params, right, w.kept, h.joints, mark.time, mark.weight * direction)
         add_pose(params, left, w.kept, h.joints, mark.time, -mark.weight * direction)
         close(params, left)
@@ -110,7 +116,7 @@ def _search(h, w, params, open_slot, home, direction, limit):
 def move_poses(h, w, params, source, target, begin_frame, end_frame):
     """Move the kept poses of frames begin … end - 1 from one slot to another."""
     for back in range(h.trail_filled):
-        mark = w.marks[(h.trail_head - 1 - back) % h.trail_size]
+        mark = w.marks[place_back(h, back)]
         if begin_frame <= mark.frame < end_frame:
             load_pose(h, w.marks, w.trail, w.kept, back)
             add_pose(params, w.slots[source], w.kept, h.joints, mark.time, -mark.weight)

@@ -39,7 +39,7 @@ from mossar_stream.ranges import normalise
 from mossar_stream.similarity import add_pose
 from mossar_stream.splitter import start_curve
 from mossar_stream.take import open_take, split
-from mossar_stream.tempo import follow_tempo, start_tempo
+from mossar_stream.tempo import follow_mean, follow_speed, start_tempo
 from mossar_stream.trail import follow_speeds, keep_pose
 from mossar_stream.velocity import moving_average, ring_is_full, travel
 
@@ -136,10 +136,12 @@ def advance(
         if h.tempo == 1:
             if first:
                 start_tempo(h, body)
-            follow_tempo(h, body, weight)
+            follow_speed(h, body, weight)
         if first and h.pre_roll > 0.0:
             add_pose(params[0], slots[h.slot_settled], pose, h.joints, time, h.pre_roll)
-        keep_pose(h, body, marks, trail, weight)
+        stood_for = keep_pose(h, body, marks, trail, weight)
+        if h.tempo == 1 and stood_for > 0.0:
+            follow_mean(h, body, stood_for)
         h.pending_time = time
         h.pending_weight = weight
         h.pending_moving = h.moving

@@ -1,8 +1,8 @@
 """Tempo: how slowly a performer moves, so that the level asks as much of slow people as of quick ones.
 
-T = sqrt(S / V): S is the joint-mean squared distance from a slow mean of the pose, V the joint-mean squared speed,
-both leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T
-relative to an ordinary tempo, within limits.
+T = sqrt(S / V): S is the squared distance of the joints from a slow mean of the pose, V their squared speed, both
+leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T relative
+to an ordinary tempo, within limits. S follows the poses that the trail keeps, V every frame.
 """
 
 import numpy as np
@@ -11,19 +11,17 @@ from mossar_stream.body import (
     MEAN_X,
     MEAN_Y,
     MEAN_Z,
-    MOVED_X,
-    MOVED_Y,
-    MOVED_Z,
     PAGE,
     POSE_X,
     POSE_Y,
     POSE_Z,
-    SPEED,
-    SPREAD,
+    STEP,
+    WORK,
     page_of,
     place,
 )
 from mossar_stream.compiled import compiled, inlined
+from mossar_stream.lanes import page_product, page_sum
 
 ORDINARY = 0.15  # s
 SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
@@ -43,13 +41,13 @@ def start_tempo(h, body):
             body[k + POSE_Y],
             body[k + POSE_Z],
         )
-        body[k + SPREAD] = PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
-        body[k + SPEED] = PRIOR_TIME * PRIOR_SPEED**2
+    h.spread = h.moving_joints * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
+    h.squared_speed = h.moving_joints * PRIOR_TIME * PRIOR_SPEED**2
 
 
 @inlined
-def follow_tempo(h, body, dt):
-    """Take a frame in; the sums are kept by joint and added up when they are needed.
+def follow_speed(h, body, dt):
+    """Take the displacements of a frame in.
 
     Args:
         h: Header of the row.
@@ -58,20 +56,33 @@ def follow_tempo(h, body, dt):
     """
     if dt <= 0.0:
         return
-    share, keep = dt * (1.0 / MEAN_TIME), max(0.0, 1.0 - dt * (1.0 / TIME_CONSTANT))
+    squares = 0.0
     for first in range(0, h.lanes, PAGE):
-        _follow(
-            page_of(body, first),
-            np.float32(min(share, 1.0)),
-            np.float32(keep),
-            np.float32(dt),
-            np.float32(1.0 / dt),
-        )
+        squares += page_product(page_of(body, first), STEP, STEP)
+    h.squared_speed = h.squared_speed * _kept(dt) + squares / dt
 
 
 @inlined
-def _follow(page, share, keep, dt, rate):
-    """Let the means of a page's joints follow, and add to their sums."""
+def follow_mean(h, body, dt):
+    """Take a pose in that stands for `dt` seconds."""
+    share = np.float32(min(dt / MEAN_TIME, 1.0))
+    squares = 0.0
+    for first in range(0, h.lanes, PAGE):
+        page = page_of(body, first)
+        _follow(page, share)
+        squares += page_sum(page, WORK)
+    h.spread = h.spread * _kept(dt) + squares * dt
+
+
+@inlined
+def _kept(dt):
+    """Return what is left of a leaky sum after some time."""
+    return max(0.0, 1.0 - dt / TIME_CONSTANT)
+
+
+@inlined
+def _follow(page, share):
+    """Let the means of a page's joints follow, and set the squared distances that they had."""
     for j in range(PAGE):
         x, y, z = (
             page[j + POSE_X] - page[j + MEAN_X],
@@ -81,19 +92,12 @@ def _follow(page, share, keep, dt, rate):
         page[j + MEAN_X] += share * x
         page[j + MEAN_Y] += share * y
         page[j + MEAN_Z] += share * z
-        page[j + SPREAD] = page[j + SPREAD] * keep + (x * x + y * y + z * z) * dt
-        u, v, w = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
-        page[j + SPEED] = page[j + SPEED] * keep + (u * u + v * v + w * w) * rate
+        page[j + WORK] = x * x + y * y + z * z
 
 
 @compiled
-def pace(h, body):
+def pace(h):
     """Return the factor that costs are divided by."""
     if h.tempo == 0:
         return 1.0
-    spread = speed = 0.0
-    for j in range(h.joints):
-        if j != h.center:
-            spread += body[place(j) + SPREAD]
-            speed += body[place(j) + SPEED]
-    return min(max(np.sqrt(spread / speed) / ORDINARY, QUICKEST), SLOWEST)
+    return min(max(np.sqrt(h.spread / h.squared_speed) / ORDINARY, QUICKEST), SLOWEST)

@@ -19,10 +19,9 @@ MOST = np.float32(32767.0)
 SPEED_OFFSET = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
 MARGIN = 1e-4  # s, for the rounding of timestamps
 LOG_2 = np.float32(0.6931471805599453)
-EXPONENT_SHIFT, EXPONENT_BIAS = np.int32(23), np.int32(127)  # of a float32
-MANTISSA, BITS_OF_ONE = np.int32(0x007FFFFF), np.int32(0x3F800000)
+EXPONENT_SHIFT, ROOT_HALF = np.int32(23), np.int32(0x3F3504F3)  # of a float32; the bits of √½
 ONE, TWO = np.float32(1.0), np.float32(2.0)
-ODD = tuple(np.float32(1.0 / n) for n in (3, 5, 7, 9, 11, 13))  # of the series of log((1 + z)/(1 - z))
+ODD = tuple(np.float32(1.0 / n) for n in (3, 5, 7))  # of the series of log((1 + z)/(1 - z))
 
 
 def trail_size(seconds: float) -> int:
@@ -32,7 +31,7 @@ def trail_size(seconds: float) -> int:
 
 @inlined
 def keep_pose(h, body, marks, trail, weight):
-    """Keep the pose of the last used frame if the trail is due for one.
+    """Keep the pose of the last used frame if the trail is due for one, and return the time it stands for.
 
     Args:
         h: Header of the row.
@@ -40,12 +39,15 @@ def keep_pose(h, body, marks, trail, weight):
         marks: (trail,) MARK.
         trail: (trail, 3, lanes) 1/8192 m.
         weight: s since the frame before.
+
+    Returns:
+        s; 0 for a pose that is not kept, or the first one.
     """
     h.trail_debt += weight
     here = h.trail_head
     last = here - 1 if here > 0 else h.trail_size - 1
     if h.trail_filled > 0 and h.time - marks[last].time < SPACING:
-        return
+        return 0.0
     marks[here].time = h.time
     marks[here].frame = h.used_frame
     marks[here].weight = h.trail_debt
@@ -53,9 +55,11 @@ def keep_pose(h, body, marks, trail, weight):
         for axis in range(3):
             begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
             _quantise(body[begin : begin + PAGE], trail[here, axis, first : first + PAGE])
+    stood_for = h.trail_debt
     h.trail_debt = 0.0
     h.trail_head = here + 1 if here + 1 < h.trail_size else 0
     h.trail_filled = min(h.trail_filled + 1, h.trail_size)
+    return stood_for
 
 
 @inlined
@@ -124,21 +128,29 @@ def _log_speeds(x, y, z, past, first, rate, speeds):
 
 @inlined
 def logarithm(values):
-    """Replace positive numbers by their natural logarithms, to 1e-7; unlike np.log this vectorises."""
+    """Replace positive numbers by their natural logarithms, to 3e-7; unlike np.log this vectorises."""
     for i in range(len(values)):
         bits = np.float32(values[i]).view(np.int32)
-        exponent = np.float32(np.int32(bits >> EXPONENT_SHIFT) - EXPONENT_BIAS)
-        mantissa = np.int32((bits & MANTISSA) | BITS_OF_ONE).view(np.float32)
+        # From √½ to √2, where the series needs few terms.
+        exponent = np.int32(np.int32(bits - ROOT_HALF) >> EXPONENT_SHIFT)
+        mantissa = np.int32(bits - np.int32(exponent << EXPONENT_SHIFT)).view(np.float32)
         z = (mantissa - ONE) / (mantissa + ONE)
         q = z * z
-        odd = ODD[0] + q * (ODD[1] + q * (ODD[2] + q * (ODD[3] + q * (ODD[4] + q * ODD[5]))))
-        values[i] = exponent * LOG_2 + TWO * z * (ONE + q * odd)
+        odd = ODD[0] + q * (ODD[1] + q * ODD[2])
+        values[i] = np.float32(exponent) * LOG_2 + TWO * z * (ONE + q * odd)
+
+
+@inlined
+def place_back(h, back):
+    """Return the place in the trail of the pose that was kept `back` poses before the newest."""
+    here = h.trail_head - 1 - back
+    return here + h.trail_size if here < 0 else here
 
 
 @compiled
 def load_pose(h, marks, trail, pose, place):
     """Set `pose` to a kept one, with its log speeds; `place` counts back from the newest, 0."""
-    here = (h.trail_head - 1 - place) % h.trail_size
+    here = place_back(h, place)
     for axis in range(3):
         for j in range(h.lanes):
             pose[axis, j] = np.float32(trail[here, axis, j]) * QUANTUM

@@ -24,8 +24,14 @@ def ring_is_full(h, ring_time, time):
     """Tell whether the window holds more displacements than the ring has places."""
     if h.filled < h.ring:
         return False
-    oldest = (h.head - h.filled) % h.ring
-    return time - ring_time[oldest] < h.window - MARGIN
+    return time - ring_time[_oldest(h)] < h.window - MARGIN
+
+
+@inlined
+def _oldest(h):
+    """Return the place in the ring of the oldest displacement; without a division, which takes long."""
+    place = h.head - h.filled
+    return place + h.ring if place < 0 else place
 
 
 @inlined
@@ -43,7 +49,7 @@ def travel(h, ring_time, ring_step, time, displacement):
         Path within the window, summed over the joints, m.
     """
     units = min(np.int64(displacement / UNIT + 0.5), MOST)
-    tail = (h.head - h.filled) % h.ring
+    tail = _oldest(h)
     while h.filled > 0 and time - ring_time[tail] >= h.window - MARGIN:
         h.travelled -= ring_step[tail]
         h.filled -= 1

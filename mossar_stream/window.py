@@ -5,14 +5,14 @@
        └ the last final key frame
 
 When a key frame is confirmed the hierarchy of the window is brought up to date. The newest one takes part once
-its right segment is closed, or when the oldest must be decided. The oldest is decided for good when more than W
+its right segment is closed, or when the oldest must be decided and stands near the level. The oldest is decided for good when more than W
 are undecided or it is older than `remerge_seconds`: final if it stands at the level, merged if not. What it costs
 is bounded by W and the number of joints, whatever the length of the stream.
 """
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.compiled import compiled, inlined
 from mossar_stream.hierarchy import UNKNOWN, fall, is_known, recall, remember
 from mossar_stream.layout import PATH_JOINTS
 from mossar_stream.outbox import (
@@ -85,7 +85,7 @@ def rank(h, w, params, open_slot):
     count = h.undecided if open_slot != NO_SLOT else h.undecided - 1
     if count <= 0:
         return
-    h.pace = pace(h, w.body)
+    h.pace = pace(h)
     w.bounds[0] = h.left_ordinal
     for i in range(count + 1):
         w.places[i] = w.order[i] if i < h.undecided else open_slot
@@ -139,7 +139,7 @@ def relabel(h, w, params, events):
         _update_segments(h, w, params, events, SEGMENT_CLOSED)
 
 
-@compiled
+@inlined
 def _update_segments(h, w, params, events, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
     left = h.left_ordinal
@@ -176,7 +176,7 @@ def span(h, w, params, begin, end, open_slot, target):
     close(params, w.scratch[target])
 
 
-@compiled
+@inlined
 def _join(h, w, params, begin, end, open_slot, target, size):
     """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
     own = w.scratch[target]
@@ -240,7 +240,7 @@ def put_segment(h, w, params, events, start, end, status):
         event.rev = w.counts[line, column]
 
 
-@compiled
+@inlined
 def describe(h, w, params, event, has_previous, status, left, middle, right):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
@@ -272,7 +272,7 @@ def describe(h, w, params, event, has_previous, status, left, middle, right):
     event.joint3, event.joint4 = w.active[3], w.active[4]
 
 
-@compiled
+@inlined
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):
