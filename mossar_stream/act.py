@@ -119,15 +119,33 @@ def act(
         return
     events = part(outbox, 0, EVENT, (len(outbox) // EVENT_BYTES,))
     begin = events[0].row
+    pose = part(row, h.at_pose, np.float32, (4, h.lanes))
+    w = _window(h, row, room)
+    if reason == LEVEL:
+        relabel(h, w, params[0], events)
+        h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
+    elif reason == FOLLOW:
+        _follow(h, w, params[0], events)
+        if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
+            _decide(h, w, params[0], pose, events, begin)
+    else:
+        if reason != DECIDE:
+            _close_take(h, w, params[0], pose, events)
+        if reason != RANK:
+            _decide_all(h, w, params[0], events)
+
+
+@spliced
+def _window(h, row, room):
+    """Return views of a row and of the room to work in, which are as long as its plan and `make_room` say."""
     lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
-    pose = part(row, h.at_pose, np.float32, (4, lanes))
     scratch, long = h.capacity + SCRATCH_ROWS, h.capacity + 4
     at_kept = 8 * scratch * h.slot
     at_integers = at_kept + 16 * lanes
     integers = part(room, at_integers, np.int64, (9, long))
     numbers = part(room, at_integers + 8 * integers.size, np.float64, (2, long))
-    w = Window(
+    return Window(
         part(row, h.at_body, np.float32, ((h.at_seen - h.at_body) // 4,)),
         part(row, h.at_keys, KEY, (places,)),
         part(row, h.at_order, np.int64, (places,)),
@@ -147,18 +165,6 @@ def act(
         numbers[0],
         numbers[1],
     )
-    if reason == LEVEL:
-        relabel(h, w, params[0], events)
-        h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
-    elif reason == FOLLOW:
-        _follow(h, w, params[0], events)
-        if h.offline == 0 and (h.undecided > h.capacity or h.time >= h.due_time):
-            _decide(h, w, params[0], pose, events, begin)
-    else:
-        if reason != DECIDE:
-            _close_take(h, w, params[0], pose, events)
-        if reason != RANK:
-            _decide_all(h, w, params[0], events)
 
 
 @spliced
