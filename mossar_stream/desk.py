@@ -71,7 +71,9 @@ class Desk:
         )
 
 
-_ready: set[SimilarityName] = set()  # measures whose kernels are there; looking it up takes as long as 500 frames
+_ready: set[SimilarityName] = (
+    set()
+)  # measures whose kernels are there; looking it up takes as long as 500 frames
 
 
 def _warm_up(plan: Plan, desk: Desk) -> None:
