@@ -120,7 +120,7 @@ def act(
     events = part(outbox, 0, EVENT, (len(outbox) // EVENT_BYTES,))
     begin = events[0].row
     pose = part(row, h.at_pose, np.float32, (4, h.lanes))
-    w = _window_of(h, row, room)
+    w = _window(h, row, room)
     if reason == LEVEL:
         relabel(h, w, params[0], events)
         h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
@@ -136,8 +136,9 @@ def act(
 
 
 @spliced
-def _window_of(h, row, room):
-    places, lanes = h.capacity + 2, h.lanes
+def _window(h, row, room):
+    """Return views of a row and of the room to work in, which are as long as its plan and `make_room` say."""
+    lanes, places = h.lanes, h.capacity + 2
     counted = 0 if h.offline == 1 else places
     scratch, long = h.capacity + SCRATCH_ROWS, h.capacity + 4
     at_kept = 8 * scratch * h.slot

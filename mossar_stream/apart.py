@@ -14,6 +14,7 @@ from typing import Any, cast
 import llvmlite.binding
 import numba
 import numba.core.cgutils
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from mossar_stream.compiled import entry_point
@@ -39,6 +40,8 @@ def apart(name: str, signature: Any) -> Callable[[Callable[..., Any]], Callable[
         def resolve(_context: Any, *arguments: Any) -> Any:
             if isinstance(signature, numba.types.Type):
                 own = signature(*arguments)
+                if _full_name(name, own.args) not in _published:  # a call would crash
+                    raise TypingError(f"{name} was not published for {own.args}")
                 return own, _call(_full_name(name, own.args), own)
             return signature, _call(_full_name(name, signature.args), signature)
 

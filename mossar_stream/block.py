@@ -91,13 +91,14 @@ class Plan:
         return level_strength(level, self.settings, self.bundle)
 
     def continues(self, other: "Plan") -> bool:
-        """Tell whether a row of `other` can go on with this plan: the same curve, the same summaries."""
+        """Tell whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""
         mine, theirs = self.settings, other.settings
         return (
             self.shape == other.shape
             and self.params.tobytes() == other.params.tobytes()
             and self.center == other.center
-            and (mine.window, mine.smoothing, mine.range) == (theirs.window, theirs.smoothing, theirs.range)
+            and (mine.window, mine.smoothing, mine.range, mine.tempo)
+            == (theirs.window, theirs.smoothing, theirs.range, theirs.tempo)
         )
 
     def prepare(self, row: NDArray[np.uint8], index: int) -> None:

@@ -141,18 +141,19 @@ def compiled(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a kernel into those that call it (decorator): for what every frame goes through.
+    """Compile a kernel on its own, and let LLVM copy it into those that call it (decorator).
 
-    An array is handed over as seven words on the stack, so that a call costs as much as a pass over the joints. One
-    with several callers is better compiled on its own.
+    For what every frame goes through: an array is handed over as seven words on the stack, so that a call costs as
+    much as a pass over the joints. A long one with several callers is better left to be called.
     """
     return cast("F", numba.njit(**{**_OPTIONS, **_INNER, "forceinline": True})(function))
 
 
 def spliced(function: F) -> F:
-    """Compile a function as a part of the one kernel that calls it (decorator).
+    """Let numba copy a function into the kernel that calls it before anything is compiled (decorator).
 
-    A kernel's callees are optimised again in each of their callers; one that is spliced in is not.
+    For parts of one large kernel, and for a line that is no more than a name: a kernel's callees are optimised again in
+    each of their callers; one that is spliced in is not.
     """
     return cast("F", numba.njit(inline="always", **_OPTIONS, **_INNER)(function))
 

@@ -111,7 +111,7 @@ def variance_product(_context, sums, squares, begin, end, scale, floor):
 def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, begin: Any, count: int) -> Any:
     """Return `count` numbers of an array among the arguments as one vector."""
     array = context.make_array(signature.args[which])(context, builder, values[which])
-    kind = ir.VectorType(array.data.type.pointee, count)
+    kind = ir.VectorType(context.get_data_type(signature.args[which].dtype), count)
     return builder.load(
         builder.bitcast(builder.gep(array.data, [begin]), kind.as_pointer()),
         align=4 if kind.element == _float else 8,

@@ -154,7 +154,7 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 taken in then.
         """
-        frames = np.require(positions, np.float32, ["C", "W"])
+        frames = np.require(positions, np.float32, ["C", "A", "W"])
         moments = np.require(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         unknown = [name for name in names if name not in self._segmenters]
@@ -178,7 +178,8 @@ class Performers:
         for name, segmenter in zip(names, segmenters, strict=True):
             del self._segmenters[name]
             self._segmenters[name] = segmenter
-        moments = np.ascontiguousarray(np.broadcast_to(moments, frames.shape[:2]))
+        # Writeable, too: what is broadcast is not, and would be another type to the compiler.
+        moments = np.require(np.broadcast_to(moments, frames.shape[:2]), requirements=["C", "A", "W"])
         return push_block(segmenters, frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:

@@ -178,7 +178,7 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = np.require(positions, np.float32, ["C", "W"])
+    frames = np.require(positions, np.float32, ["C", "A", "W"])
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
@@ -189,7 +189,7 @@ def segment_recording(
     moments = (
         constant_times(len(frames), fps or 0.0)
         if times is None
-        else np.require(times, np.float64, ["C", "W"])
+        else np.require(times, np.float64, ["C", "A", "W"])
     )
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")

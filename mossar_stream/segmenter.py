@@ -187,7 +187,8 @@ class Segmenter:
         """Change settings while running.
 
         The level and thresholds act at once. What changes the curve or the summaries (window, smoothing,
-        similarity, features and the like) ends the take, and the next push starts a new one.
+        similarity, features and the like), or the tempo, which is known only to those who followed it from the start,
+        ends the take, and the next push starts a new one.
 
         Args:
             **changes: Fields of `Settings`.
@@ -391,4 +392,4 @@ def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:
     """Return an array of a kind; most come in the right form, and `np.require` takes as long as a frame."""
     if type(values) is np.ndarray and values.dtype is kind and values.flags.carray:
         return values
-    return np.require(values, kind, ["C", "W"])
+    return np.require(values, kind, ["C", "A", "W"])

@@ -21,7 +21,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.soundness import is_sound
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 1
+VERSION = 2  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 

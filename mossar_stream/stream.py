@@ -48,9 +48,8 @@ from mossar_stream.velocity import moving_average, ring_is_full, travel
 DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
 STOPS = 4
 IN_VAIN = 5  # a frame without a time, or not later than the last one
-MOST_STEPS = (
-    1 << 14
-)  # in the velocity window; a clock that gives more is wrong, and frames that are too many are dropped
+# In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
+MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in h.smoothing
 
 

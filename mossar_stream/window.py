@@ -4,10 +4,11 @@
        │ segment │ segment │   …   │ segment │ open │
        └ the last final key frame
 
-When a key frame is confirmed the hierarchy of the window is brought up to date. The newest one takes part once
-its right segment is closed, or when the oldest must be decided and stands near the level. The oldest is decided for good when more than W
-are undecided or it is older than `remerge_seconds`: final if it stands at the level, merged if not. What it costs
-is bounded by W and the number of joints, whatever the length of the stream.
+When a key frame is confirmed the hierarchy of the window is brought up to date. The newest one takes part once its
+right segment is closed. The oldest is decided for good when more than W are undecided or it is older than
+`remerge_seconds`: final if it stands at the level, merged if not. Where its strength lies near the level, or the one
+before it was just decided, the window is ranked again first, the newest key frame and the open segment included.
+What it costs is bounded by W and the number of joints, whatever the length of the stream.
 """
 
 import numpy as np

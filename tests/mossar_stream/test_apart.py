@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numba import float64
+from numba.core.errors import TypingError
 
 from mossar_stream.apart import apart, publish
 from mossar_stream.compiled import entry_point
@@ -32,3 +33,25 @@ def test_its_errors_reach_the_caller():
     publish("test.mean")
     with pytest.raises(ValueError, match="no values"):
         twice_the_mean(np.empty(0))
+
+
+@entry_point
+def first(values):
+    return values[0]
+
+
+first_of_any = apart("test.first", float64)(first)
+
+
+@entry_point
+def twice_the_first(values):
+    return 2.0 * first_of_any(values)
+
+
+def test_a_kernel_that_was_not_published_for_such_arguments_is_refused_instead_of_called():
+    publish("test.first", np.ones(1))
+    assert twice_the_first(np.ones(3)) == 2.0
+    fixed = np.ones(3)
+    fixed.flags.writeable = False
+    with pytest.raises(TypingError, match=r"test\.first was not published"):
+        twice_the_first(fixed)

@@ -190,6 +190,18 @@ def test_in_a_crowd_takes_end_and_rings_grow_for_one_alone(core):
     assert lines_by_performer(core, events + pool.end_takes()) == expected
 
 
+@pytest.mark.parametrize("people", [1, 3])
+@pytest.mark.parametrize("own", [False, True])
+def test_times_may_be_everybody_s_or_each_one_s_and_need_not_be_writeable(core, people, own):
+    pool, positions, times = crowd(core, people)
+    expected = alone(core, pool, positions, times)
+    given = np.tile(times, (people, 1)) if own else times.copy()
+    for array in (given, positions):
+        array.flags.writeable = False
+    events = pool.push_many(pool.names, positions, given)
+    assert lines_by_performer(core, events + pool.end_takes()) == expected
+
+
 def test_a_crowd_goes_on_when_settings_change_and_people_come_and_go(core):
     pool, positions, times = crowd(core, 6)
     first = pool.push_many(pool.names, positions[:, :100], times[:100])

@@ -317,6 +317,19 @@ def test_a_change_of_the_level_alone_goes_on_and_one_of_the_window_starts_a_new_
     assert segmenter.settings.window == 0.5
 
 
+def test_a_tempo_that_was_not_followed_from_the_start_is_not_used(core):
+    positions, times = core.moving_people(7, frames=400, losses=False)
+    segmenter = Segmenter(core.skeleton(4), Settings(tempo=False))
+    segmenter.push(positions[:200], times[:200])
+    assert segmenter.change(tempo=True)[-1].event == "ended"
+    segmenter.push(positions[200:], times[200:])
+    fresh = Segmenter(core.skeleton(4), Settings(tempo=True))
+    fresh.push(positions[200:], times[200:])
+    assert [segmenter._header[name] for name in ("spread", "squared_speed")] == [
+        fresh._header[name] for name in ("spread", "squared_speed")
+    ]
+
+
 def test_a_performers_name_is_made_fit_for_ids():
     segmenter = Segmenter(Skeleton(("hip",)), performer="a b/c.d")
     assert segmenter.performer == "a_b_c_d"

@@ -11,8 +11,12 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
-from mossar_stream import Segmenter, Settings, SnapshotError
-from mossar_stream.layout import HEADER, header, region
+from mossar_stream import Segmenter, Settings, SnapshotError, summary
+from mossar_stream import body as body_lines
+from mossar_stream.block import Plan
+from mossar_stream.layout import HEADER, KEY, MARK, MEMO, REGIONS, header, region
+from mossar_stream.likelihood import LIKELIHOOD
+from mossar_stream.path_kernel import PATH_KERNEL
 from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
 
 KINDS = {
@@ -77,6 +81,23 @@ def test_a_newer_snapshot_is_refused_by_its_version(segmenter):
     blob[len(MAGIC)] = VERSION + 1
     with pytest.raises(SnapshotError, match=f"version {VERSION + 1}; this program reads version {VERSION}"):
         Segmenter.restore(bytes(blob))
+
+
+def test_a_snapshot_of_an_earlier_version_is_refused_by_its_version(segmenter):
+    blob = bytearray(segmenter.snapshot())
+    blob[len(MAGIC)] = VERSION - 1
+    with pytest.raises(SnapshotError, match=f"version {VERSION - 1}; this program reads version {VERSION}"):
+        Segmenter.restore(bytes(blob))
+
+
+def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
+    # Does this fail? Then raise VERSION, and take the new digest down beside it.
+    kinds = [HEADER.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, PATH_KERNEL.descr]
+    lines = [sorted((n, v) for n, v in vars(module).items() if n.isupper() and isinstance(v, int))
+             for module in (body_lines, summary)]  # fmt: skip
+    rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
+    digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
+    assert (VERSION, digest) == (2, "cef98ace1a6e81a7")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from mossar_stream import Segmenter, Settings, segment_recording
+from mossar_stream.layout import region
 
 NEXT = {  # status: what may follow it
     None: {"candidate", "confirmed"},
@@ -203,6 +204,34 @@ def test_the_oldest_is_decided_by_frame_time_even_if_nothing_else_happens(core):
     for e in core.key_frames(events, "final"):
         assert e.decided_time == pytest.approx(e.time + 1.5, abs=1 / core.FPS)
     assert len(core.key_frames(events, "final")) == 2
+
+
+def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(core):
+    settings = Settings(level=0.05, remerge_seconds=0.5, location="none", range_floor=0.01, window=0.05)
+    clear, near, changed = 0, 0, 0
+    for seed in range(6):
+        positions, times = core.moving_people(seed, frames=900, losses=False)
+        segmenter = Segmenter(core.skeleton(4), settings)
+        key, h = region(segmenter._memory[0], segmenter._plan.shape, "keys"), segmenter._header
+        for t in range(900):
+            ranked = h["ranked"] == 1 and h["undecided"] > 0
+            identity, strength, stood = key["frame"][0], key["strength"][0], key["standing"][0]
+            told = [
+                e for e in segmenter.push(positions[t], times[t]) if e.__struct_config__.tag == "key_frame"
+            ]
+            decided = [e for e in told if e.decided and e.status != "withdrawn"]
+            if not ranked or not decided or any(e.status == "confirmed" for e in told):
+                continue  # a new key frame has the window ranked in any case
+            assert decided[0].id == f"p1/0/{identity}"
+            if strength >= 2 * settings.level or strength <= settings.level / 2:
+                clear += 1
+                assert decided[0].strength == strength
+                assert decided[0].status == ("final" if stood else "merged")
+            else:
+                near += 1
+                changed += decided[0].strength != strength
+                assert decided[0].status == ("final" if decided[0].strength >= settings.level else "merged")
+    assert min(clear, near, changed) > 5
 
 
 def test_the_row_does_not_grow_with_the_stream(core):
