@@ -1,10 +1,11 @@
 """Frames: what goes into a segmenter."""
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 MAX_PERFORMER_NAME = 64
 _LONGEST = 1024  # characters that are looked at: others may send names of any length
@@ -29,6 +30,16 @@ class Frames(msgspec.Struct, frozen=True):
 
     def __len__(self) -> int:
         return len(self.positions)
+
+
+def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
+    """Return numbers in the one form that the kernels take: an array of a kind, contiguous, aligned and writeable.
+
+    What a masked array masks becomes NaN, which is missing.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(np.ma.asarray(values, kind), np.nan)
+    return np.require(np.asarray(values), kind, ["C", "A", "W"])
 
 
 def performer_name(name: str) -> str:

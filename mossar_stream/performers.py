@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mossar_stream.block import Plan
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
-from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.pages import Pages, push_block
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
@@ -154,8 +154,8 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 taken in then.
         """
-        frames = np.require(positions, np.float32, ["C", "A", "W"])
-        moments = np.require(times, np.float64)
+        frames = plain_array(positions, np.float32)
+        moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         unknown = [name for name in names if name not in self._segmenters]
         if unknown or len(set(names)) != len(names):
@@ -179,7 +179,7 @@ class Performers:
             del self._segmenters[name]
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
-        moments = np.require(np.broadcast_to(moments, frames.shape[:2]), requirements=["C", "A", "W"])
+        moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
         return push_block(segmenters, frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:

@@ -21,7 +21,7 @@ from mossar_stream.events import (
     SegmentEvent,
     SegmentState,
 )
-from mossar_stream.frames import constant_times
+from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.layout import header, region
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -178,7 +178,7 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = np.require(positions, np.float32, ["C", "A", "W"])
+    frames = plain_array(positions, np.float32)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
@@ -186,11 +186,7 @@ def segment_recording(
         raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
     if times is None and fps is None:
         raise ValueError("segment_recording needs fps or times")
-    moments = (
-        constant_times(len(frames), fps or 0.0)
-        if times is None
-        else np.require(times, np.float64, ["C", "A", "W"])
-    )
+    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     chosen = settings or Settings()

@@ -11,7 +11,7 @@ from mossar_stream.block import Plan, move_row
 from mossar_stream.desk import Desk
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
-from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.layout import header
 from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.settings import LevelName, Settings
@@ -389,7 +389,7 @@ class Segmenter:
 
 
 def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:
-    """Return an array of a kind; most come in the right form, and `np.require` takes as long as a frame."""
+    """Return an array of a kind; most come in the right form, and seeing to it takes as long as a frame."""
     if type(values) is np.ndarray and values.dtype is kind and values.flags.carray:
         return values
-    return np.require(values, kind, ["C", "A", "W"])
+    return plain_array(values, kind)

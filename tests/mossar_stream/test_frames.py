@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mossar_stream import Frames
-from mossar_stream.frames import MAX_PERFORMER_NAME, constant_times, performer_name
+from mossar_stream import Frames, Segmenter, Skeleton
+from mossar_stream.frames import MAX_PERFORMER_NAME, constant_times, performer_name, plain_array
 
 
 def test_frames_have_a_length_and_defaults():
@@ -36,3 +36,18 @@ def test_constant_times_count_from_the_first_frame():
     for fps in (0, -30, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="fps must be a positive number"):
             constant_times(1, fps)
+
+
+def test_what_is_masked_is_missing():
+    masked = np.ma.masked_greater(np.arange(4, dtype=np.int64), 2)
+    found = plain_array(masked, np.float32)
+    assert type(found) is np.ndarray
+    assert found.dtype == np.float32
+    assert np.array_equal(found, [0, 1, 2, np.nan], equal_nan=True)
+
+
+def test_a_masked_joint_is_held_like_one_that_is_nan():
+    segmenter = Segmenter(Skeleton(("hip", "hand"), (-1, 0)), fps=30)
+    segmenter.push(np.zeros((1, 2, 3)))
+    segmenter.push(np.ma.masked_less(np.array([[[0.0, 0, 0], [-1, -1, -1]]]), 0))
+    assert segmenter.stats["held"] == 1
