@@ -42,6 +42,7 @@ EVENT = np.dtype(
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
 EVENT_BYTES = EVENT.itemsize
+NONE = -1  # in place of a joint; after it there is none either
 _COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.
@@ -100,6 +101,8 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
         return []
     _COUNT.pack_into(outbox, 0, 0)
     events: list[Event] = []
+    last = of = -1
+    performer = prefix = ""
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (
@@ -107,12 +110,14 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
         time, until_time, velocity, strength, a, b, c, d, e,
     ) in _RECORD.iter_unpack(outbox[_RECORD.size : (count + 1) * _RECORD.size]):
         # fmt: on
-        performer = performers[row]
+        if row != last or take != of:
+            last, of, performer = row, take, performers[row]
+            prefix = f"{performer}/{take}/"
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
             event: Event = KeyFrameEvent(
                 performer=performer,
-                id=f"{performer}/{take}/{begin}",
+                id=f"{prefix}{begin}",
                 rev=rev,
                 status=KEY_FRAME_STATUSES[status],
                 decided=decided == 1,
@@ -126,9 +131,10 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
                 strength=value,
             )
         else:
+            joint = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
                 performer=performer,
-                id=f"{performer}/{take}/{begin}-{end}",
+                id=f"{prefix}{begin}-{end}",
                 rev=rev,
                 status=SEGMENT_STATUSES[status],
                 state=SEGMENT_STATES[nature],
@@ -137,11 +143,7 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
                 end_frame=until,
                 start_time=time,
                 end_time=until_time,
-                active_joints=(
-                    (joints[a], joints[b], joints[c], joints[d], joints[e])
-                    if e >= 0
-                    else tuple([joints[j] for j in (a, b, c, d) if j >= 0])
-                ),
+                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NONE)],
                 similarity=value,
             )
         events.append(event)

@@ -152,6 +152,7 @@ def push_block(
         own = [segmenters[k] for k in members]
         rows, begins = np.array(places), np.array(members) * count
         for segmenter in own:
-            events += segmenter.take_pending()
+            if segmenter.pending:
+                events += segmenter.take_pending()
         events += page.push(rows, own, begins, begins + count, flat, moments)
     return events

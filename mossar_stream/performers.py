@@ -169,12 +169,11 @@ class Performers:
         if moments.shape not in (frames.shape[:2], frames.shape[1:2]):
             raise FrameError(f"positions have shape {frames.shape} but times {moments.shape}")
         segmenters = [self._segmenters[name] for name in names]
-        for segmenter in segmenters:
-            if segmenter.joints != frames.shape[2]:
-                raise FrameError(
-                    f"positions have {frames.shape[2]} joints; performer {segmenter.performer!r} has "
-                    f"{segmenter.joints}"
-                )
+        if {segmenter.joints for segmenter in segmenters} - {frames.shape[2]}:
+            other = next(segmenter for segmenter in segmenters if segmenter.joints != frames.shape[2])
+            raise FrameError(
+                f"positions have {frames.shape[2]} joints; performer {other.performer!r} has {other.joints}"
+            )
         for name, segmenter in zip(names, segmenters, strict=True):
             del self._segmenters[name]
             self._segmenters[name] = segmenter

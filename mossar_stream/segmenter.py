@@ -77,7 +77,7 @@ class Segmenter:
         self.performer = performer
         self.seat: Seat | None = None
         self._level: LevelName | float = plan.given.level
-        self._pending: list[Event] = []
+        self.pending: list[Event] = []  # for the next push
         self.joints = len(plan.skeleton)
         self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
@@ -129,7 +129,7 @@ class Segmenter:
 
     def take_pending(self) -> list[Event]:
         """Return the events that wait for the next push."""
-        events, self._pending = self._pending, []
+        events, self.pending = self.pending, []
         return events
 
     def vacate(self) -> None:
@@ -181,7 +181,7 @@ class Segmenter:
     def level(self, level: LevelName | float) -> None:
         self._level = self._plan.given.replace(level=level).level
         self._header["level"] = self._plan.strength(self._level)
-        self._act(LEVEL, self._pending)
+        self._act(LEVEL, self.pending)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -237,7 +237,7 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        events = self._pending
+        events = self.pending
         if (
             type(times) is float
             and type(positions) is np.ndarray
@@ -254,7 +254,7 @@ class Segmenter:
             code = advance(self._memory, 0, self._params, chunk, moments)
             if code == ONE_DONE and not events:
                 return []
-            self._pending = []
+            self.pending = []
             if code == ONE_HAPPENED:
                 self._act(FOLLOW, events)
             if code >= STOPS:
@@ -266,7 +266,7 @@ class Segmenter:
             chunk, moments = self._check(positions, times, confidence, first_frame)
             if first_frame is not None:
                 self._header["next_frame"] = first_frame
-            self._pending = []
+            self.pending = []
         self._run(chunk, moments, events, first_frame)
         return events
 
@@ -322,7 +322,7 @@ class Segmenter:
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        return pack_snapshot(self._plan, self.performer, self._level, self._pending, self._memory[0])
+        return pack_snapshot(self._plan, self.performer, self._level, self.pending, self._memory[0])
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -333,7 +333,7 @@ class Segmenter:
         """
         plan, performer, level, pending, row = unpack_snapshot(blob)
         segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer)
-        segmenter._level, segmenter._pending = level, pending  # noqa: SLF001 - its own class
+        segmenter._level, segmenter.pending = level, pending  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
