@@ -45,7 +45,7 @@ class Crowd:
 
     def __init__(self, motion: Motion, count: int) -> None:
         gc.collect()
-        before = resident_bytes()
+        self._before = resident_bytes()
         self.names = [f"p{k}" for k in range(count)]
         self.pool = Performers(most=count)
         for name in self.names:
@@ -55,8 +55,11 @@ class Crowd:
         self._frame = 0
         self.push_many(self.batch(SIZE))
         self.push_many(self.batch(SIZE))
+
+    def kilobytes(self) -> float:
+        """Return the memory that each performer takes."""
         gc.collect()
-        self.kilobytes = (resident_bytes() - before) / count / 1e3
+        return (resident_bytes() - self._before) / len(self.names) / 1e3
 
     def batch(self, size: int) -> Batch:
         """Return the next frames of everybody: (P, size, J, 3) m and (size,) s."""
@@ -91,6 +94,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     motion = work.single.slowed(CROWD_FPS)
     Crowd(motion, 2)  # compiles, so that this is not counted as memory of performers
     crowd = Crowd(motion, count)
+    early = crowd.kilobytes()
     for way in _WAYS:
         batches = work.some(way.batches, 3)
         frames = count * way.size * batches
@@ -105,7 +109,9 @@ def measure(work: Work) -> Iterator[Measurement]:
         by_wall, by_cpu = (tuple(value / CROWD_FPS for value in values) for values in (own.wall, own.cpu))
         yield Measurement("performers", note, "performers", by_wall, by_cpu, target, clock=own.clock)
     target = None if work.quick else Target(MOST_KB, halved=False)
-    yield Measurement("performers", "memory of each", "kB", (crowd.kilobytes,), target=target)
+    yield Measurement("performers", f"memory of each after {2 * SIZE} frames", "kB", (early,))
+    note = "memory of each when all of it is in use"
+    yield Measurement("performers", note, "kB", (crowd.kilobytes(),), target=target)
 
 
 def _timed(crowd: Crowd, way: _Way) -> Took:
