@@ -73,7 +73,7 @@ class Desk:
 
 _ready: set[SimilarityName] = (
     set()
-)  # measures whose kernels are there; looking it up takes as long as 500 frames
+)  # measures whose kernels are there; looking them up takes as long as a thousand frames
 
 
 def _warm_up(plan: Plan, desk: Desk) -> None:

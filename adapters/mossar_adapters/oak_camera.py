@@ -49,9 +49,8 @@ _SDK_UNITS: Final = {"METER": 1.0, "CENTIMETER": 0.01, "MILLIMETER": 0.001, "INC
 _RADIUS: Final = 4
 _STEREO_SIZE: Final = (640, 400)
 _QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the gap is counted
-_SAME_MOMENT: Final = (
-    0.6  # of the time between two pictures; the cameras need not be in step, half is the worst
-)
+# Of the time between two pictures; the cameras need not be in step, half is the worst.
+_SAME_MOMENT: Final = 0.6
 _DEPTH_KEPT: Final = 64  # depth pictures, 23 MB; the network may be half a second behind them at any rate
 _MEASURING: Final = 1.0  # s; it takes a millisecond
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
