@@ -71,9 +71,8 @@ class Desk:
         )
 
 
-_ready: set[SimilarityName] = (
-    set()
-)  # measures whose kernels are there; looking them up takes as long as a thousand frames
+# Measures whose kernels are there; looking them up takes as long as a thousand frames.
+_ready: set[SimilarityName] = set()
 
 
 def _warm_up(plan: Plan, desk: Desk) -> None:

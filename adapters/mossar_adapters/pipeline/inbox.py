@@ -14,9 +14,8 @@ from mossar_adapters.source import Left, Meta
 from mossar_stream.frames import Frames
 
 ROOM = 2048  # frames per source
-MOST = (
-    4096  # arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait
-)
+# Arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait.
+MOST = 4096
 
 
 class Arrival(msgspec.Struct, frozen=True):
