@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mossar_stream.block import Plan
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Pages, push_block
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.pages import Pages, push_block
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton

@@ -9,9 +9,12 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import DECIDE, FOLLOW, RANK
-from mossar_stream.block import Plan, move_row
-from mossar_stream.desk import Desk
+from mossar_stream.algorithm.frame_step import HAPPENED, RING_FULL, STOPS, advance
+from mossar_stream.algorithm.pose_history import SPACING, trail_size
+from mossar_stream.algorithm.window_step import DECIDE, FOLLOW, RANK
+from mossar_stream.engine.buffers import Desk
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     KEY_FRAME_KINDS,
@@ -22,12 +25,9 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.layout import header, region
+from mossar_stream.memory.row import header, region
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import HAPPENED, RING_FULL, STOPS, advance
-from mossar_stream.trail import SPACING, trail_size
 
 FIRST_ROOM = 64  # key frames there is room for at first
 

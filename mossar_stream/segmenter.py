@@ -6,19 +6,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import END, FOLLOW, LEVEL
-from mossar_stream.block import Plan, move_row
-from mossar_stream.desk import Desk
+from mossar_stream.algorithm.frame_step import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
+from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL
+from mossar_stream.engine.buffers import Desk
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.engine import OUTBOX_FULL
+from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.layout import header
-from mossar_stream.run import OUTBOX_FULL
+from mossar_stream.memory.row import header
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
-from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED

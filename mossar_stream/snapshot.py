@@ -11,14 +11,14 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.block import Plan
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
-from mossar_stream.layout import header
+from mossar_stream.memory.row import header
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.soundness import is_sound
 
 MAGIC = b"MOSSAR\x00"
 VERSION = 2  # the next one whenever rows are laid out, or their numbers are meant, otherwise

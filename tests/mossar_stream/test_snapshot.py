@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
-from mossar_stream import Segmenter, Settings, SnapshotError, summary
-from mossar_stream import body as body_lines
-from mossar_stream.block import Plan
-from mossar_stream.layout import HEADER, KEY, MARK, MEMO, REGIONS, header, region
-from mossar_stream.likelihood import LIKELIHOOD
-from mossar_stream.path_kernel import PATH_KERNEL
+from mossar_stream import Segmenter, Settings, SnapshotError
+from mossar_stream.engine.plan import Plan
+from mossar_stream.memory import joint_pages as body_lines
+from mossar_stream.memory.row import HEADER, KEY, MARK, MEMO, REGIONS, header, region
+from mossar_stream.similarity.likelihood import LIKELIHOOD
+from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
+from mossar_stream.similarity import summary
 from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
 
 KINDS = {
@@ -252,9 +253,9 @@ def test_pending_events_are_kept(core):
 
 RESTORE = """
 import sys
-from mossar_stream.act import act
+from mossar_stream.algorithm.window_step import act
 from mossar_stream.segmenter import Segmenter
-from mossar_stream.stream import advance
+from mossar_stream.algorithm.frame_step import advance
 Segmenter.restore(sys.stdin.buffer.read())
 print(len(advance.signatures), len(act.signatures))
 """

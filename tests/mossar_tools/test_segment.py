@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mossar_adapters.files import open_recording
+from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_stream.recording import segment_recording
-from mossar_stream.reference import generate_key_frames
 from mossar_stream.settings import Settings
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"

@@ -109,7 +109,7 @@ def warm_up(settings: Settings) -> None:
 
 def saying_if_cold() -> AbstractContextManager[None]:
     """Return a block in which it is said that kernels are being compiled, if they are."""
-    from mossar_stream.compiled import telling
+    from mossar_stream.jit.decorators import telling
 
     return telling(lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS))
 

@@ -5,8 +5,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from mossar_stream import path_reference
 from mossar_stream.recording import segment_recording
+from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_tools.bench.crowd import Crowd
 from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints

@@ -1,6 +1,6 @@
 """Splitting alone: joints, velocity, range, envelope and splitter (Algorithms 1 and 2), without summaries and remerge.
 
-The kernel here is the beginning of `mossar_stream.stream.advance`, from the same parts.
+The kernel here is the beginning of `mossar_stream.algorithm.frame_step.advance`, from the same parts.
 """
 
 from collections.abc import Iterator
@@ -8,15 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.block import Plan
-from mossar_stream.body import POINT
-from mossar_stream.compiled import frame_entry_point
-from mossar_stream.joints import first_joints, step_joints
-from mossar_stream.layout import HEADER, HEADER_BYTES
-from mossar_stream.ranges import normalise
+from mossar_stream.algorithm.joints import first_joints, step_joints
+from mossar_stream.algorithm.normalisation import normalise
+from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, follow_curve, start_curve
+from mossar_stream.algorithm.velocity import travel
+from mossar_stream.engine.plan import Plan
+from mossar_stream.jit.decorators import frame_entry_point
+from mossar_stream.memory.joint_pages import POINT
+from mossar_stream.memory.row import HEADER, HEADER_BYTES
 from mossar_stream.settings import Settings
-from mossar_stream.splitter import CONFIRMED, CROSSED, follow_curve, start_curve
-from mossar_stream.velocity import travel
 from mossar_tools.bench.measurement import Measurement, Took, rate, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work

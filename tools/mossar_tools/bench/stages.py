@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mossar_stream.act import FOLLOW
-from mossar_stream.block import Plan
-from mossar_stream.desk import Desk
+from mossar_stream.algorithm.frame_step import HAPPENED, STOPS, advance
+from mossar_stream.algorithm.window_step import FOLLOW
+from mossar_stream.engine.buffers import Desk
+from mossar_stream.engine.plan import Plan
 from mossar_stream.settings import Settings
-from mossar_stream.stream import HAPPENED, STOPS, advance
 from mossar_tools.bench.measurement import Measurement, Took, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
+from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, KeyFrameEvent
 from mossar_stream.frames import Frames
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.settings import LevelName, Settings
-from mossar_stream.state import CurveState
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.recorder import Recorder

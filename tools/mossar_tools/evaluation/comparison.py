@@ -6,11 +6,11 @@ This is the part of Li and Leung's method that costs time, in compiled code, on 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.compiled import entry_point
-from mossar_stream.layout import Shape
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.memory.row import Shape
 from mossar_stream.recording import segment_recording
 from mossar_stream.settings import Settings
-from mossar_stream.similarity import add_pose, close, make_params, merge_into, slot_size, strength
+from mossar_stream.similarity.protocol import add_pose, close, make_params, merge_into, slot_size, strength
 from mossar_tools.evaluation.takes import Take
 
 Floats = NDArray[np.float64]

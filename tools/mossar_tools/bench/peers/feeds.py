@@ -6,8 +6,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.velocity import MARGIN
 from mossar_stream.settings import Settings
-from mossar_stream.velocity import MARGIN
 from mossar_tools.evaluation.takes import Take
 
 FeedName = Literal["curve", "poses", "positions"]

@@ -1,0 +1,228 @@
+"""Joints of one frame: who is there, how far each moved relative to the body centre.
+
+Localisation is step 1 of the paper's preprocessing (3.1.1): positions relative to the body centre, so that the
+place where the performer stands does not matter. Displacements of localised joints are differences of
+displacements, which is what is computed here.
+
+Live joints come and go. A joint that is missing, or faster than `max_speed`, is held where it was for `max_gap`
+seconds; after that it is left out until it is back, without a displacement across the gap.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.simd import line_sum, page_within
+from mossar_stream.memory.joint_pages import (
+    GOOD_X,
+    GOOD_Y,
+    GOOD_Z,
+    LIVE,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    PAGE,
+    STEP,
+    WORK,
+    X,
+    Y,
+    Z,
+    page_of,
+    place,
+)
+
+FARTHEST = 1e5  # m; a coordinate beyond this is no position
+
+
+@inlined
+def step_joints(h, seen, body, frame, time):
+    """Take one frame's joints in and set each joint's way relative to the centre.
+
+    Args:
+        h: Header of the row.
+        seen: (lanes,) s, when each joint was last there.
+        body: See joint_pages.py; positions, displacements and their lengths are set.
+        frame: (J,) POINT, m, NaN where missing.
+        time: s, later than the last frame's.
+
+    Returns:
+        Path summed over the joints, scaled up for those left out, m.
+    """
+    if h.complete == 1:
+        if time - h.time <= h.max_gap and _step_complete(h, body, frame, time):
+            return line_sum(h, body, STEP)
+        for j in range(h.joints):
+            seen[j] = h.time
+    return _step_partial(h, seen, body, frame, time)
+
+
+@compiled
+def first_joints(h, seen, body, frame, time):
+    """Take the first frame of a take in: no joint has moved yet."""
+    h.complete = 1
+    for j in range(h.joints):
+        k = place(j)
+        body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
+        if _is_position(frame[j]):
+            seen[j] = time
+            _keep(body, k, frame[j])
+        else:
+            seen[j] = -np.inf
+            h.complete = 0
+        _hold(body, k)
+
+
+@inlined
+def _step_complete(h, body, frame, time):
+    """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
+    joints = h.joints
+    for first in range(0, joints, PAGE):
+        page = page_of(body, first)
+        points = frame[first : min(first + PAGE, joints)]
+        for j in range(len(points)):
+            page[j + X] = points[j].x
+            page[j + Y] = points[j].y
+            page[j + Z] = points[j].z
+    reach = h.max_speed * (time - h.time)
+    for first in range(0, h.lanes, PAGE):
+        page = page_of(body, first)
+        _measure(page)
+        if not page_within(page, WORK, reach * reach):
+            return False
+    cx, cy, cz = _center_step(h, body)
+    for first in range(0, h.lanes, PAGE):
+        _displace(page_of(body, first), cx, cy, cz)
+    return True
+
+
+@inlined
+def _measure(page):
+    """Set the squared distances of a page's joints from where they were last there; NaN for those missing."""
+    for j in range(PAGE):
+        x = page[j + X] - page[j + GOOD_X]
+        y = page[j + Y] - page[j + GOOD_Y]
+        z = page[j + Z] - page[j + GOOD_Z]
+        page[j + WORK] = x * x + y * y + z * z
+
+
+@inlined
+def _center_step(h, body):
+    """Return how far the centre moved when all joints are there."""
+    if h.center >= 0:
+        return _way(body, place(h.center))
+    x = y = z = 0.0
+    for j in range(h.joints):
+        u, v, w = _way(body, place(j))
+        x += u
+        y += v
+        z += w
+    return np.float32(x / h.joints), np.float32(y / h.joints), np.float32(z / h.joints)
+
+
+@inlined
+def _way(body, k):
+    """Return how far a joint is from where it was last there."""
+    return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
+
+
+@inlined
+def _displace(page, cx, cy, cz):
+    """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
+    for j in range(PAGE):
+        x = (page[j + X] - page[j + GOOD_X] - cx) * page[j + LIVE]
+        y = (page[j + Y] - page[j + GOOD_Y] - cy) * page[j + LIVE]
+        z = (page[j + Z] - page[j + GOOD_Z] - cz) * page[j + LIVE]
+        page[j + GOOD_X], page[j + GOOD_Y], page[j + GOOD_Z] = page[j + X], page[j + Y], page[j + Z]
+        page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z] = x, y, z
+        page[j + STEP] = np.sqrt(x * x + y * y + z * z)
+
+
+@compiled
+def _is_position(joint):
+    return abs(joint.x) <= FARTHEST and abs(joint.y) <= FARTHEST and abs(joint.z) <= FARTHEST
+
+
+@compiled
+def _keep(body, k, joint):
+    """Note where a joint is."""
+    body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
+
+
+@compiled
+def _hold(body, k):
+    """Let a joint be where it was last there."""
+    body[k + X], body[k + Y], body[k + Z] = body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z]
+
+
+@compiled
+def _step_partial(h, seen, body, frame, time):
+    """Step joint by joint, when one is missing, is back, or is too fast."""
+    h.complete = 1
+    cx = cy = cz = 0.0
+    counted = 0
+    for j in range(h.joints):
+        k = place(j)
+        lasted = time - seen[j]
+        there = _is_position(frame[j])
+        body[k + X], body[k + Y], body[k + Z] = frame[j].x, frame[j].y, frame[j].z
+        x, y, z = _way(body, k)
+        reach = h.max_speed * lasted
+        if there and lasted <= h.max_gap and x * x + y * y + z * z > reach * reach:
+            h.outliers += 1
+            there = False
+        # In STEP: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
+        body[k + STEP] = -1.0 if lasted > h.max_gap else (1.0 if there else 0.0)
+        if body[k + STEP] > 0.0 and (h.center < 0 or j == h.center):
+            cx += x
+            cy += y
+            cz += z
+        counted += 1 if body[k + STEP] >= 0.0 else 0
+        if not there:
+            h.complete = 0
+            h.held += 1 if lasted <= h.max_gap else 0
+    if h.center < 0 and counted > 0:
+        cx /= counted
+        cy /= counted
+        cz /= counted
+    lost = counted == 0 or (h.center >= 0 and body[place(h.center) + STEP] < 0.0)
+    return _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost)
+
+
+@compiled
+def _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost):
+    """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
+    moving = 0
+    for j in range(h.joints):
+        k = place(j)
+        mark = body[k + STEP]
+        x = y = z = 0.0
+        back = mark < 0.0 and _is_position(frame[j])
+        if mark > 0.0:
+            x, y, z = _way(body, k)
+        if mark > 0.0 or back:
+            seen[j] = time
+            _keep(body, k, frame[j])
+        body[k + STEP] = 0.0
+        if mark >= 0.0 and j != h.center and not lost:
+            moving += 1
+            x, y, z = x - cx, y - cy, z - cz
+            body[k + STEP] = np.sqrt(x * x + y * y + z * z)
+        else:
+            x = y = z = 0.0
+        body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
+        _hold(body, k)
+    return line_sum(h, body, STEP) * h.moving_joints / moving if moving > 0 else 0.0
+
+
+def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:
+    """Return positions relative to the body centre (paper 3.1.1, localisation).
+
+    Args:
+        positions: (n, J, 3) m.
+        root: Index of the root, -1 for the centroid.
+
+    Returns:
+        (n, J, 3) m.
+    """
+    center = positions[:, root : root + 1] if root >= 0 else positions.mean(axis=1, keepdims=True)
+    return positions - center

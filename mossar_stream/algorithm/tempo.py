@@ -1,0 +1,103 @@
+"""Tempo: how slowly a performer moves, so that the level asks as much of slow people as of quick ones.
+
+T = sqrt(S / V): S is the squared distance of the joints from a slow mean of the pose, V their squared speed, both
+leaky sums. It is the time in which the performer covers the size of their movements. Costs are divided by T relative
+to an ordinary tempo, within limits. S follows the poses that the trail keeps, V every frame.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.simd import page_product, page_sum
+from mossar_stream.memory.joint_pages import (
+    MEAN_X,
+    MEAN_Y,
+    MEAN_Z,
+    PAGE,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    STEP,
+    WORK,
+    page_of,
+    place,
+)
+
+ORDINARY = 0.15  # s
+SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
+TIME_CONSTANT = 30.0  # s, of the sums
+MEAN_TIME = 5.0  # s, of the mean pose
+PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
+PRIOR_SPEED = 0.5  # m/s
+
+
+@compiled
+def start_tempo(h, body):
+    """Begin a take with the prior."""
+    for j in range(h.joints):
+        k = place(j)
+        body[k + MEAN_X], body[k + MEAN_Y], body[k + MEAN_Z] = (
+            body[k + POSE_X],
+            body[k + POSE_Y],
+            body[k + POSE_Z],
+        )
+    h.spread = h.moving_joints * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
+    h.squared_speed = h.moving_joints * PRIOR_TIME * PRIOR_SPEED**2
+
+
+@inlined
+def follow_speed(h, body, dt):
+    """Take the displacements of a frame in.
+
+    Args:
+        h: Header of the row.
+        body: See joint_pages.py.
+        dt: s since the last frame.
+    """
+    if dt <= 0.0:
+        return
+    squares = 0.0
+    for first in range(0, h.lanes, PAGE):
+        squares += page_product(page_of(body, first), STEP, STEP)
+    h.squared_speed = h.squared_speed * _kept(dt) + squares / dt
+
+
+@inlined
+def follow_mean(h, body, dt):
+    """Take a pose in that stands for `dt` seconds."""
+    share = np.float32(min(dt / MEAN_TIME, 1.0))
+    squares = 0.0
+    for first in range(0, h.lanes, PAGE):
+        page = page_of(body, first)
+        _follow(page, share)
+        squares += page_sum(page, WORK)
+    h.spread = h.spread * _kept(dt) + squares * dt
+
+
+@inlined
+def _kept(dt):
+    """Return what is left of a leaky sum after some time."""
+    return max(0.0, 1.0 - dt / TIME_CONSTANT)
+
+
+@inlined
+def _follow(page, share):
+    """Let the means of a page's joints follow, and set the squared distances that they had."""
+    for j in range(PAGE):
+        x, y, z = (
+            page[j + POSE_X] - page[j + MEAN_X],
+            page[j + POSE_Y] - page[j + MEAN_Y],
+            page[j + POSE_Z] - page[j + MEAN_Z],
+        )
+        page[j + MEAN_X] += share * x
+        page[j + MEAN_Y] += share * y
+        page[j + MEAN_Z] += share * z
+        page[j + WORK] = x * x + y * y + z * z
+
+
+@compiled
+def pace(h):
+    """Return the factor that costs are divided by."""
+    if h.tempo == 0:
+        return 1.0
+    return min(max(np.sqrt(h.spread / h.squared_speed) / ORDINARY, QUICKEST), SLOWEST)

@@ -1,0 +1,68 @@
+"""Beside: a second process that compiles some kernels while this one compiles others, so that two cores are used.
+
+Compiling holds the interpreter lock, so a thread would not help. The other process is a plain interpreter that is
+told what to compile; it leaves the kernels in the cache on disk. Nothing depends on it: what it does not leave
+there is compiled here.
+"""
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from mossar_stream.jit.decorators import CACHE_FOLDER, CACHE_LASTS, telling
+
+LONGEST = 120.0  # s; a process that takes longer is given up
+_PROGRAM = "import sys; sys.path[:] = sys.argv[3:]; import {module}; {module}.compile_beside(sys.argv[1], sys.argv[2])"
+
+
+@contextlib.contextmanager
+def beside(module: str, argument: str) -> Iterator[None]:
+    """Have something compiled by another process if, and as soon as, a kernel is compiled while the block runs.
+
+    The block ends when the other process has. If everything is loaded from the cache there is none.
+
+    Args:
+        module: That has `compile_beside(folder, argument)`.
+        argument: For it.
+    """
+    helpers: list[subprocess.Popen[bytes]] = []
+
+    def start() -> None:
+        if is_possible():
+            with contextlib.suppress(OSError):  # processes may be forbidden
+                helpers.append(_interpreter(module, argument))
+
+    try:
+        with telling(start):
+            yield
+        for helper in helpers:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                helper.wait(LONGEST)
+    finally:
+        for helper in helpers:
+            helper.kill()
+            helper.wait()
+
+
+def is_possible() -> bool:
+    """Tell whether another process could help: a second core, a cache that it shares, an interpreter to run.
+
+    In a program that embeds or freezes Python `sys.executable` is that program, which must not be started again.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    is_interpreter = Path(sys.executable or "").name.lower().startswith("python")
+    return cores > 1 and CACHE_LASTS and is_interpreter and not getattr(sys, "frozen", False)
+
+
+def _interpreter(module: str, argument: str) -> subprocess.Popen[bytes]:
+    """Start an interpreter that finds the same modules and says nothing."""
+    return subprocess.Popen(  # noqa: S603 - our own interpreter
+        [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(CACHE_FOLDER), argument, *sys.path],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    )

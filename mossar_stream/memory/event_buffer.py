@@ -1,0 +1,150 @@
+"""Outbox: the buffer through which compiled code hands events out.
+
+Record 0 counts the others. `events.py` has the records that users see; `empty_outbox` makes them.
+"""
+
+import struct
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.events import (
+    KEY_FRAME_KINDS,
+    KEY_FRAME_STATUSES,
+    SEGMENT_STATES,
+    SEGMENT_STATUSES,
+    Event,
+    KeyFrameEvent,
+    SegmentEvent,
+)
+from mossar_stream.jit.decorators import compiled
+from mossar_stream.memory.row import PATH_JOINTS
+
+EVENT = np.dtype(
+    [
+        ("row", "i8"),  # which performer; in record 0 the number of records in use
+        ("code", "i8"),  # KEY_FRAME or SEGMENT
+        ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
+        ("nature", "i8"),  # index into KEY_FRAME_KINDS or SEGMENT_STATES
+        ("take", "i8"),
+        ("rev", "i8"),
+        ("id", "i8"),  # Algorithm 2's frame; of a segment the start's
+        ("end_id", "i8"),  # of a segment the end's
+        ("frame", "i8"),
+        ("until_frame", "i8"),  # decided_frame; of a segment end_frame
+        ("decided", "i8"),
+        ("time", "f8"),
+        ("until_time", "f8"),
+        ("velocity", "f8"),
+        ("strength", "f8"),  # of a segment its similarity; NaN for None
+    ]
+    + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
+)
+EVENT_BYTES = EVENT.itemsize
+NONE = -1  # in place of a joint; after it there is none either
+_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
+KEY_FRAME, SEGMENT = np.arange(2)
+# As numpy integers: a Python integer would make numba compile a version for each value.
+CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
+ONSET, OFFSET, MINIMUM = np.arange(3)
+SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
+FIRST, SECOND = np.int64(1), np.int64(2)  # revisions
+UNDECIDED, DECIDED = np.int64(0), np.int64(1)
+UNKNOWN_STRENGTH = np.float64(np.nan)
+
+
+def make_outbox(most: int) -> NDArray[np.uint8]:
+    """Return an outbox for `most` events."""
+    return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
+
+
+@compiled
+def next_event(h, events, code):
+    """Return a fresh record of the outbox."""
+    used = events[0].row + 1
+    events[0].row = used
+    event = events[used]
+    event.row = h.row
+    event.code = code
+    event.take = h.take
+    return event
+
+
+@compiled
+def put_key_frame(h, events, status, kind, identity, frame, time, velocity, strength, rev, decided):
+    """Put a message about a key frame into the outbox; the last used frame is what caused it."""
+    event = next_event(h, events, KEY_FRAME)
+    event.status = status
+    event.nature = kind
+    event.id = identity
+    event.frame = frame
+    event.time = time
+    event.velocity = velocity
+    event.strength = strength
+    event.rev = rev
+    event.decided = decided
+    event.until_frame = h.used_frame
+    event.until_time = h.time
+
+
+def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tuple[str, ...]) -> list[Event]:
+    """Return the events in an outbox, and empty it.
+
+    Args:
+        outbox: Its bytes.
+        performers: Names by row.
+        joints: Their names.
+    """
+    (count,) = _COUNT.unpack_from(outbox)
+    if not count:
+        return []
+    _COUNT.pack_into(outbox, 0, 0)
+    events: list[Event] = []
+    last = of = -1
+    performer = prefix = ""
+    # Making events takes as long as finding them: so no call for each, and no part of a record copied.
+    # fmt: off
+    for (
+        row, code, status, nature, take, rev, begin, end, frame, until, decided,
+        time, until_time, velocity, strength, a, b, c, d, e,
+    ) in _RECORD.iter_unpack(outbox[_RECORD.size : (count + 1) * _RECORD.size]):
+        # fmt: on
+        if row != last or take != of:
+            last, of, performer = row, take, performers[row]
+            prefix = f"{performer}/{take}/"
+        value = None if strength != strength else strength  # noqa: PLR0124 - NaN
+        if code == 0:
+            event: Event = KeyFrameEvent(
+                performer=performer,
+                id=f"{prefix}{begin}",
+                rev=rev,
+                status=KEY_FRAME_STATUSES[status],
+                decided=decided == 1,
+                kind=KEY_FRAME_KINDS[nature],
+                take=take,
+                frame=frame,
+                time=time,
+                decided_frame=until,
+                decided_time=until_time,
+                velocity=velocity,
+                strength=value,
+            )
+        else:
+            joint = joints[a], joints[b], joints[c], joints[d], joints[e]
+            event = SegmentEvent(
+                performer=performer,
+                id=f"{prefix}{begin}-{end}",
+                rev=rev,
+                status=SEGMENT_STATUSES[status],
+                state=SEGMENT_STATES[nature],
+                take=take,
+                start_frame=frame,
+                end_frame=until,
+                start_time=time,
+                end_time=until_time,
+                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NONE)],
+                similarity=value,
+            )
+        events.append(event)
+    return events
