@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.window_step import act, make_room
+from mossar_stream.algorithm.window_step import new_scratch, update_window
 from mossar_stream.engine.engine import ACT, ADVANCE, run
 from mossar_stream.engine.plan import Plan
 from mossar_stream.events import Event
 from mossar_stream.jit.decorators import CACHE_FOLDER
 from mossar_stream.jit.linked import publish
 from mossar_stream.jit.precompile import beside
-from mossar_stream.memory.event_buffer import empty_outbox, make_outbox
+from mossar_stream.memory.event_buffer import new_event_buffer, take_events
 from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 
@@ -31,19 +31,19 @@ class Desk:
     def __init__(self, plan: Plan) -> None:
         self.params = plan.params
         self.joints = plan.skeleton.names
-        self.room = make_room(plan)
-        self.outbox = make_outbox(plan.most_events + BATCH)
+        self.room = new_scratch(plan.shape)
+        self.outbox = new_event_buffer(plan.most_events + BATCH)
         self._out = memoryview(self.outbox)  # type: ignore[arg-type]
         self._most = plan.most_events
         _warm_up(plan, self)
 
     def empty(self, performers: Mapping[int, str]) -> list[Event]:
         """Return what lies in the outbox; performers are named by row."""
-        return empty_outbox(self._out, performers, self.joints)
+        return take_events(self._out, performers, self.joints)
 
     def act(self, memory: NDArray[np.uint8], row: int, reason: int) -> None:
         """Let the compiled part do what is due for one performer."""
-        act(memory, row, self.params, self.room, self.outbox, reason)
+        update_window(memory, row, self.params, self.room, self.outbox, reason)
 
     def run(
         self,

@@ -8,7 +8,7 @@ from numba import int64, void
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, STOPS, advance
-from mossar_stream.algorithm.window_step import FOLLOW, act
+from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.jit.decorators import frame_entry_point
 from mossar_stream.jit.linked import apart
 from mossar_stream.jit.views import part
@@ -17,7 +17,7 @@ from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
 OUTBOX_FULL = STOPS  # what the caller must do, besides what `advance` asks for
 ADVANCE, ACT = "mossar.advance", "mossar.act"
 _advance = apart(ADVANCE, int64)(advance)
-_act = apart(ACT, void)(act)
+_act = apart(ACT, void)(update_window)
 FOLLOWS = np.int64(FOLLOW)
 
 

@@ -11,23 +11,14 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from mossar_stream.jit.decorators import generated, inlined
-from mossar_stream.memory.joint_pages import PAGE, page_of
+from mossar_stream.jit.decorators import generated
 
+PAGE = 32  # numbers that are added at once
 BLOCK = 8  # numbers that are multiplied at once
 FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
 FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
 _float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64), ir.IntType(32)
-
-
-@inlined
-def line_sum(h, body, line):
-    """Sum of a line of the body over all joints."""
-    total = 0.0
-    for first in range(0, h.lanes, PAGE):
-        total += page_sum(page_of(body, first), line)
-    return total
 
 
 @generated

@@ -18,6 +18,7 @@ from mossar_stream.jit.decorators import compiled
 from mossar_stream.jit.simd import BLOCK, variance_product
 from mossar_stream.memory.joint_pages import (
     LOG_SPEED,
+    PADDING,
     PAGE,
     POSE_X,
     POSE_Y,
@@ -34,7 +35,6 @@ from mossar_stream.memory.joint_pages import (
     SUM_Z,
     page_of,
 )
-from mossar_stream.memory.row import LANES
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
@@ -92,7 +92,7 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
 
 def slot_size(params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
-    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // LANES) * LANES
+    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // PADDING) * PADDING
 
 
 def takes_pose(params: NDArray[np.void]) -> bool:

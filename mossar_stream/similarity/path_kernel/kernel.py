@@ -29,8 +29,7 @@ from numpy.typing import NDArray
 from mossar_stream.errors import SettingsError
 from mossar_stream.jit.decorators import compiled
 from mossar_stream.jit.linked import apart, publish
-from mossar_stream.memory.joint_pages import STEP_BEFORE, place
-from mossar_stream.memory.row import LANES
+from mossar_stream.memory.joint_pages import PADDING, STEP_BEFORE, place
 from mossar_stream.settings import KernelForm, ResolvedSettings
 from mossar_stream.similarity.path_kernel.graph import add_distances, merge_distances, set_edges
 from mossar_stream.similarity.path_kernel.path_sum import path_sum
@@ -115,7 +114,7 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
     at = PATH + lanes
     for name, size in parts.items():
         p[name] = at
-        at += -(-int(size) // LANES) * LANES
+        at += -(-int(size) // PADDING) * PADDING
     for name in ("coarsen", "add", "merge", "kernel", "close", "strength"):
         publish(f"mossar.{name}")
     return np.array([p], PATH_KERNEL)

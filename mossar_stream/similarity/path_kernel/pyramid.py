@@ -20,7 +20,7 @@ from numba import float64, int64, void
 
 from mossar_stream.jit.decorators import compiled
 from mossar_stream.jit.linked import apart
-from mossar_stream.memory.row import LANES
+from mossar_stream.memory.joint_pages import PADDING
 from mossar_stream.similarity.summary import DURATION
 
 MOST_BINS = 64
@@ -33,7 +33,7 @@ NONE = np.int64(0)
 
 def bin_size(lanes: int) -> int:
     """Return the length of a bin: weight and padding, 3 means and 6 products per joint."""
-    return LANES + 9 * lanes
+    return PADDING + 9 * lanes
 
 
 @compiled
@@ -75,11 +75,11 @@ def _mix(own, means, lanes, weight):
     share = weight / own[0]
     pull = (own[0] - weight) * share
     delta = np.empty(3 * lanes)
-    center = own[LANES : LANES + 3 * lanes]
+    center = own[PADDING : PADDING + 3 * lanes]
     for d in range(3 * lanes):
         delta[d] = means[d] - center[d]
         center[d] += share * delta[d]
-    at = LANES + 3 * lanes
+    at = PADDING + 3 * lanes
     for a in range(3):
         for b in range(a, 3):
             one, two = delta[a * lanes : (a + 1) * lanes], delta[b * lanes : (b + 1) * lanes]
@@ -93,8 +93,8 @@ def _mix(own, means, lanes, weight):
 def _merge_bin(own, other, lanes):
     """Add one bin to another one, which may be empty."""
     if other[0] > 0.0:
-        _mix(own, other[LANES : LANES + 3 * lanes], lanes, other[0])
-        for d in range(LANES + 3 * lanes, LANES + 9 * lanes):
+        _mix(own, other[PADDING : PADDING + 3 * lanes], lanes, other[0])
+        for d in range(PADDING + 3 * lanes, PADDING + 9 * lanes):
             own[d] += other[d]
 
 
@@ -164,7 +164,7 @@ def set_covariances(params, slot):
             scale = 1.0 / whole[0] if whole[0] > 0.0 else 0.0
             for j in range(params.joints):
                 for element in range(6):
-                    own = whole[LANES + (3 + element) * lanes + j] * scale
+                    own = whole[PADDING + (3 + element) * lanes + j] * scale
                     if element == 0 or element == 3 or element == 5:  # noqa: PLR1714 - a tuple compiles slowly
                         own += params.diagonal
                     slot[at + j * params.covariance + element] = own

@@ -1,13 +1,12 @@
 """Sums and products in lanes against numpy, bit by bit, for odd numbers, too."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from mossar_stream.jit import simd as lanes
 from mossar_stream.jit.decorators import entry_point
+from mossar_stream.memory import joint_pages
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP, WORK, body_size, place
 
 ODD = np.float32(
@@ -16,13 +15,9 @@ ODD = np.float32(
 JOINTS = [1, 2, 31, 32, 33, 64, 65, 100]
 
 
-class Head(NamedTuple):
-    lanes: int
-
-
 @entry_point
-def line_sum(h, body, line):
-    return lanes.line_sum(h, body, line)
+def line_sum(body, line):
+    return joint_pages.line_sum(body, line)
 
 
 @entry_point
@@ -75,7 +70,7 @@ def test_a_line_is_summed_in_double_precision_page_by_page(joints):
     total = 0.0
     for first in range(0, len(body), PAGE_SIZE):
         total += folded(body[first + WORK : first + WORK + PAGE].astype(np.float64), np.add)
-    same(line_sum(Head(-(-joints // 8) * 8), body, WORK), total)
+    same(line_sum(body, WORK), total)
 
 
 @np.errstate(all="ignore")

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, place
-from mossar_stream.memory.row import Shape
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, pad, place
 from mossar_stream.settings import Features, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.likelihood import make_params, slot_size
@@ -54,7 +53,7 @@ class Segment:
 
     def __init__(self, seed, frames, joints, features, short=0.0):
         rng = np.random.default_rng(seed)
-        lanes = Shape.pad(joints)
+        lanes = pad(joints)
         self.settings = Settings(features=Features(**features), short_segment=short).resolved()
         self.params = make_params(self.settings, joints, lanes, 0)
         self.joints, self.poses = joints, np.zeros((frames, 4, lanes), np.float32)

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mossar_stream.algorithm import reference
-from mossar_stream.algorithm import remerging as hierarchy
+from mossar_stream.algorithm import reference, remerging
 from mossar_stream.errors import SettingsError
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, place
-from mossar_stream.memory.row import MEMO, Shape
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, pad, place
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
@@ -57,18 +55,22 @@ def alike(params, cost, left, right):
 
 
 @entry_point
-def fall(params, segments, places, nodes, bounds, memo, both, links, costs, strengths, order):
-    count = len(nodes) - 1
-    hierarchy.fall(
-        params[0], segments, places, nodes, count, bounds, memo, both, links, costs, 1.0, strengths, order
+def remerge(params, segments, bounds, costs, integers, removed):
+    count = len(bounds) - 2
+    memo = np.zeros(0, remerging.MEMO)
+    places, links = integers[0], integers[1:]
+    nodes, both = np.empty_like(segments), np.empty(segments.shape[1])
+    run = remerging.Remerging(
+        params[0], segments, memo, places, bounds, nodes, both, links, costs[0], costs[1], removed
     )
+    remerging.remerge(run, count, 1.0)
 
 
 def make_params(joints, *, form="damped", edges=20, layers=1):
     chosen = Settings(
         similarity="path_kernel", kernel_form=form, edges=edges, layers=layers, location="none"
     ).resolved()
-    return path_kernel.make_params(chosen, joints, Shape.pad(joints), 0)
+    return path_kernel.make_params(chosen, joints, pad(joints), 0)
 
 
 def times_of(positions, start=0.0):
@@ -315,24 +317,13 @@ def test_free_location_is_refused():
 
 
 def hierarchy_of(params, positions, times, bounds):
-    """Run Algorithm 3 on summaries made frame by frame; return the order of the fall with the strengths."""
+    """Run Algorithm 3 on summaries made frame by frame; return the key frames as they are removed, with their strengths."""
     count = len(bounds) - 2
     segments = np.stack([closed(params, positions[a:b], times[a:b]) for a, b in pairwise(bounds)])
-    strengths, order = np.zeros(count), np.zeros(count, np.int64)
-    fall(
-        params,
-        segments,
-        np.arange(count + 1),
-        np.empty_like(segments),
-        np.arange(count + 2),
-        np.zeros(0, MEMO),
-        np.empty(segments.shape[1]),
-        np.empty((5, count + 1), np.int64),
-        np.empty(count),
-        strengths,
-        order,
-    )
-    return [(bounds[1 + k], strengths[k]) for k in order]
+    integers = np.tile(np.arange(count + 1), (6, 1))
+    costs, removed = np.zeros((2, count)), np.zeros(count, np.int64)
+    remerge(params, segments, np.arange(count + 2), costs, integers, removed)
+    return [(bounds[1 + k], costs[1, k]) for k in removed]
 
 
 @pytest.mark.parametrize("form", FORMS)
