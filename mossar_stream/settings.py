@@ -14,7 +14,7 @@ from mossar_stream.errors import SettingsError
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
 Center = Literal["root", "centroid"]
-SimilarityName = Literal["likelihood", "path_kernel"]
+SimilarityName = Literal["evidence", "likelihood", "path_kernel"]
 KernelForm = Literal["damped", "sum", "normalised"]
 Location = Literal["none", "free", "candidates"]
 LevelName = Literal["posture", "motion", "cluster"]
@@ -56,7 +56,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         noise_margin: θ · range is at least this many times what the sensor's noise adds to the velocity, for
             `running`, `decay` and `file`; 0 is off.
         center: Body centre that positions are relative to: the skeleton's `root`, or the `centroid`.
-        similarity: What compares neighbouring segments: `likelihood` or `path_kernel`.
+        similarity: What compares neighbouring segments: `evidence`, `likelihood` or `path_kernel`.
         features: Weights of the likelihood's feature groups.
         variance_floor: Floors on the variances of the likelihood's feature groups.
         edges: N, the edges of a segment graph, 1 to 45.
@@ -98,7 +98,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     range_floor: float | None = None
     noise_margin: float = 1.5
     center: Center = "root"
-    similarity: SimilarityName = "likelihood"
+    similarity: SimilarityName | None = None
     features: Features | None = None
     variance_floor: VarianceFloor = VarianceFloor()
     edges: int = 20
@@ -112,7 +112,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tempo: bool | None = None
     level: LevelName | float = "motion"
     max_key_frames: int | None = None
-    remerge_window: int = 8
+    remerge_window: int | None = None
     remerge_seconds: float | None = None
     max_gap: float = 0.25
     max_speed: float = 15.0
@@ -176,6 +176,8 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     """Settings with nothing left to a bundle."""
 
     window: float
+    similarity: SimilarityName
+    remerge_window: int
     range_floor: float
     features: Features
     short_segment: float
@@ -217,7 +219,7 @@ CHOICES: dict[str, tuple[str | None, ...]] = {
     "smoothing": get_args(Smoothing),
     "range": get_args(RangePolicy),
     "center": get_args(Center),
-    "similarity": get_args(SimilarityName),
+    "similarity": (*get_args(SimilarityName), None),
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
 }

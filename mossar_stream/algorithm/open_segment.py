@@ -22,6 +22,7 @@ from mossar_stream.algorithm.splitter import (
 from mossar_stream.jit.decorators import compiled, inlined
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.memory.slots import allocate, empty
+from mossar_stream.similarity.evidence import note_peak
 from mossar_stream.similarity.protocol import add_frame, merge_into, pour
 
 MOST_WAITING = 32  # frames, in single precision: their sums are good to a millionth
@@ -37,6 +38,7 @@ OPEN_SEGMENT = np.dtype(
         ("last_time", "f8"),  # s, of the last frame, which is in no summary yet
         ("last_weight", "f8"),  # s
         ("last_moving", "i8"),
+        ("last_speed", "f8"),  # m/s, rms of the joints, see scales.py
     ],
 )
 
@@ -71,14 +73,16 @@ def start_open_segment(segment):
     state.last_time = 0.0
     state.last_weight = 0.0
     state.last_moving = 0
+    state.last_speed = 0.0
 
 
 @inlined
-def note_last_frame(state, time, weight, moving):
+def note_last_frame(state, time, weight, moving, speed):
     """Note the last frame, which joins a summary when the next one has come."""
     state.last_time = time
     state.last_weight = weight
     state.last_moving = moving
+    state.last_speed = speed
 
 
 @inlined
@@ -149,6 +153,8 @@ def add_last_frame(segment, slot):
         state.last_weight,
         state.last_moving,
     )
+    if segment.plan.evidence == 1:
+        note_peak(segment.summaries[slot], segment.plan.facts, state.last_speed)
 
 
 @inlined

@@ -77,7 +77,7 @@ _ready: set[SimilarityName] = set()
 
 def _warm_up(plan: Plan, desk: Desk) -> None:
     """Compile the kernels, or load them; on two cores if there are two."""
-    similarity = plan.given.similarity
+    similarity = plan.settings.similarity
     if similarity in _ready:
         return
     memory = plan.new_rows(1)

@@ -34,6 +34,7 @@ from mossar_stream.similarity import likelihood
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
+    "evidence": (likelihood, likelihood.LIKELIHOOD),
     "likelihood": (likelihood, likelihood.LIKELIHOOD),
     "path_kernel": (path_kernel, path_kernel.PATH_KERNEL),
 }
@@ -47,6 +48,11 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
 def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
+
+
+def facts_at(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
+    """Return where the facts of evidence begin in a summary, 0 if there are none."""
+    return int(params["facts"][0]) if settings.similarity == "evidence" else 0
 
 
 def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
