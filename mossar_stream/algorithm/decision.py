@@ -6,7 +6,7 @@ from mossar_stream.algorithm.location import CANDIDATES, FREE, best_candidate, b
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
 from mossar_stream.algorithm.window import put_segment
-from mossar_stream.jit.decorators import compiled, spliced
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.memory.slots import give_slot
 from mossar_stream.similarity.protocol import close, merge_into
@@ -14,7 +14,7 @@ from mossar_stream.similarity.protocol import close, merge_into
 OLDEST, ONE = np.arange(2)
 
 
-@compiled
+@kernel
 def decide_oldest(h, w, params, events, open_slot, end_frame):
     """Decide the oldest key frame: final where it stands at the level, merged if not.
 
@@ -50,7 +50,7 @@ def decide_oldest(h, w, params, events, open_slot, end_frame):
     _leave(h, w, params, passed, frame, time)
 
 
-@spliced
+@inline_kernel
 def _locate(h, w, params, open_slot, end_frame):
     """Return frame and time where the oldest key frame had better be, and how many others it passes."""
     key = w.keys[0]
@@ -68,7 +68,7 @@ def _locate(h, w, params, open_slot, end_frame):
     return key.frame, key.time, 0
 
 
-@compiled
+@kernel
 def _put_decided(h, w, events, place, status, frame, time):
     """Put the last message about a key frame into the outbox."""
     key = w.keys[place]
@@ -77,7 +77,7 @@ def _put_decided(h, w, events, place, status, frame, time):
     put_key_frame(h, events, status, key.kind, identity, frame, time, share, rank, key.rev, DECIDED)
 
 
-@spliced
+@inline_kernel
 def _leave(h, w, params, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
     oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame
@@ -108,7 +108,7 @@ def _leave(h, w, params, passed, frame, time):
         forget(w.memo, ordinal)
 
 
-@compiled
+@kernel
 def _shift(h, w, count):
     """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
     if count == h.undecided:

@@ -24,7 +24,7 @@ from mossar_stream.algorithm.pose_history import follow_speeds, keep_pose
 from mossar_stream.algorithm.splitter import start_curve
 from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, travel
-from mossar_stream.jit.decorators import frame_entry_point, inlined, spliced
+from mossar_stream.jit.decorators import entry_point, inline_kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
     LIVE,
@@ -70,7 +70,7 @@ class Views(NamedTuple):
     trail: NDArray[np.int16]  # (trail, 3, lanes)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def advance(
     memory: NDArray[np.uint8],
     index: int,
@@ -113,7 +113,7 @@ def advance(
     return STOPS * len(times) + DONE
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _views_of(h, row):
     return Views(
         part(row, h.at_seen, np.float64, (h.lanes,)),
@@ -131,7 +131,7 @@ def _views_of(h, row):
     )
 
 
-@inlined
+@inline_kernel
 def _place_in_time(h, v, time):
     """Return DONE for a frame that can be taken in, IN_VAIN for one that cannot, or what `advance` must stop for."""
     if not abs(time) < np.inf:
@@ -148,7 +148,7 @@ def _place_in_time(h, v, time):
     return DONE
 
 
-@inlined
+@inline_kernel
 def _take_in(h, v, params, frame, time):
     """Take one frame in, all the way to its summary."""
     first = h.open == 0
@@ -184,7 +184,7 @@ def _take_in(h, v, params, frame, time):
     h.pending_moving = h.moving
 
 
-@inlined
+@inline_kernel
 def _describe(h, v, weight, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     _localise(h, v.body)
@@ -200,7 +200,7 @@ def _describe(h, v, weight, first):
         follow_mean(h, v.body, stood_for)
 
 
-@inlined
+@inline_kernel
 def _localise(h, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
     cx, cy, cz = center_of(h, body)
@@ -208,7 +208,7 @@ def _localise(h, body):
         _shift(page_of(body, first), cx, cy, cz)
 
 
-@inlined
+@inline_kernel
 def _shift(page, cx, cy, cz):
     for j in range(PAGE):
         page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]

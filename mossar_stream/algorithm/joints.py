@@ -11,8 +11,8 @@ seconds; after that it is left out until it is back, without a displacement acro
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
-from mossar_stream.jit.simd import line_sum, page_within
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_within
 from mossar_stream.memory.joint_pages import (
     GOOD_X,
     GOOD_Y,
@@ -27,6 +27,7 @@ from mossar_stream.memory.joint_pages import (
     X,
     Y,
     Z,
+    line_sum,
     page_of,
     place,
 )
@@ -34,7 +35,7 @@ from mossar_stream.memory.joint_pages import (
 FARTHEST = 1e5  # m; a coordinate beyond this is no position
 
 
-@inlined
+@inline_kernel
 def step_joints(h, seen, body, frame, time):
     """Take one frame's joints in and set each joint's way relative to the centre.
 
@@ -56,7 +57,7 @@ def step_joints(h, seen, body, frame, time):
     return _step_partial(h, seen, body, frame, time)
 
 
-@compiled
+@kernel
 def first_joints(h, seen, body, frame, time):
     """Take the first frame of a take in: no joint has moved yet."""
     h.complete = 1
@@ -72,7 +73,7 @@ def first_joints(h, seen, body, frame, time):
         _hold(body, k)
 
 
-@inlined
+@inline_kernel
 def _step_complete(h, body, frame, time):
     """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
     joints = h.joints
@@ -95,7 +96,7 @@ def _step_complete(h, body, frame, time):
     return True
 
 
-@inlined
+@inline_kernel
 def _measure(page):
     """Set the squared distances of a page's joints from where they were last there; NaN for those missing."""
     for j in range(PAGE):
@@ -105,7 +106,7 @@ def _measure(page):
         page[j + WORK] = x * x + y * y + z * z
 
 
-@inlined
+@inline_kernel
 def _center_step(h, body):
     """Return how far the centre moved when all joints are there."""
     if h.center >= 0:
@@ -119,13 +120,13 @@ def _center_step(h, body):
     return np.float32(x / h.joints), np.float32(y / h.joints), np.float32(z / h.joints)
 
 
-@inlined
+@inline_kernel
 def _way(body, k):
     """Return how far a joint is from where it was last there."""
     return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
 
 
-@inlined
+@inline_kernel
 def _displace(page, cx, cy, cz):
     """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
     for j in range(PAGE):
@@ -137,24 +138,24 @@ def _displace(page, cx, cy, cz):
         page[j + STEP] = np.sqrt(x * x + y * y + z * z)
 
 
-@compiled
+@kernel
 def _is_position(joint):
     return abs(joint.x) <= FARTHEST and abs(joint.y) <= FARTHEST and abs(joint.z) <= FARTHEST
 
 
-@compiled
+@kernel
 def _keep(body, k, joint):
     """Note where a joint is."""
     body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
 
 
-@compiled
+@kernel
 def _hold(body, k):
     """Let a joint be where it was last there."""
     body[k + X], body[k + Y], body[k + Z] = body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z]
 
 
-@compiled
+@kernel
 def _step_partial(h, seen, body, frame, time):
     """Step joint by joint, when one is missing, is back, or is too fast."""
     h.complete = 1
@@ -188,7 +189,7 @@ def _step_partial(h, seen, body, frame, time):
     return _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost)
 
 
-@compiled
+@kernel
 def _partial_sum(h, seen, body, frame, time, cx, cy, cz, lost):
     """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
     moving = 0

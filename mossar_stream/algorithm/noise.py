@@ -17,8 +17,8 @@ Recordings with little noise, and performers who never rest, go through unchange
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
-from mossar_stream.jit.simd import line_sum, page_product, page_sum
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
     LAST_X,
     LAST_Y,
@@ -32,6 +32,7 @@ from mossar_stream.memory.joint_pages import (
     SMOOTH_Z,
     STEP,
     WORK,
+    line_sum,
     page_of,
 )
 
@@ -45,7 +46,7 @@ BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may com
 SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
 
 
-@inlined
+@inline_kernel
 def calm_noise(h, body, displacement, dt):
     """Take a frame in, set `h.noise_floor`, and return the frame's path with the noise smoothed out of it.
 
@@ -73,7 +74,7 @@ def calm_noise(h, body, displacement, dt):
     return _smooth(h, body, displacement, dt)
 
 
-@inlined
+@inline_kernel
 def _turned(h, body):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
@@ -87,7 +88,7 @@ def _turned(h, body):
     return product / scale if scale > 0.0 else 0.0
 
 
-@inlined
+@inline_kernel
 def _is_even(h):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
     step = h.noise_time
@@ -100,7 +101,7 @@ def _is_even(h):
     return even
 
 
-@inlined
+@inline_kernel
 def _turn(page):
     for j in range(PAGE):
         x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
@@ -108,7 +109,7 @@ def _turn(page):
         page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
 
 
-@inlined
+@inline_kernel
 def _listen(h, turned, displacement):
     """Take the path of a frame for noise if joints keep turning back."""
     time = h.noise_time
@@ -127,13 +128,13 @@ def _listen(h, turned, displacement):
         h.noise = 0.0
 
 
-@inlined
+@inline_kernel
 def _is_loud(h):
     """Tell whether the noise comes too near to the threshold line."""
     return h.noise * h.window * h.noise_margin > h.theta * max(h.largest, h.range_floor)
 
 
-@compiled
+@kernel
 def _smooth(h, body, displacement, dt):
     """Smooth the displacements as far as the noise calls for, set the floor for what is left, return the path.
 
@@ -153,7 +154,7 @@ def _smooth(h, body, displacement, dt):
     return smooth * displacement / raw if raw > 0.0 else smooth
 
 
-@compiled
+@kernel
 def _follow(page, keep, take):
     for j in range(PAGE):
         x = keep * page[j + SMOOTH_X] + take * page[j + LAST_X]

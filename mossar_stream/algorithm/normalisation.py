@@ -9,13 +9,13 @@ pass) the curve is normalised at once, as in the paper.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 
 POLICIES = ("running", "fixed", "decay")
 RUNNING, FIXED, DECAY = range(3)
 
 
-@compiled
+@kernel
 def normalise(h, velocity, dt):
     """Return the velocity on the scale that θ is compared on, and what 1 is on that scale.
 

@@ -9,15 +9,16 @@ the next one tells whether it was a minimum. When a candidate is confirmed, `set
 import numpy as np
 
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, REPLACED, WITHDRAWN, follow_curve
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.memory.slots import empty_slot, take_slot
-from mossar_stream.similarity.protocol import add_frame, merge_into, pour
+from mossar_stream.similarity.protocol import add_frame, flush_sums, merge_into
+from mossar_stream.similarity.summary import SummaryFrame
 
 MOST_WAITING = 32  # frames, in single precision: their sums are good to a millionth
 
 
-@compiled
+@kernel
 def open_take(h, body, row_free, slots, memo, time):
     """Empty everything that belongs to a take; the running range survives.
 
@@ -71,7 +72,7 @@ def open_take(h, body, row_free, slots, memo, time):
     h.slot_run = take_slot(h, row_free, slots)
 
 
-@inlined
+@inline_kernel
 def split(h, body, free, slots, params, pose, value, scale):
     """Take the next velocity in, give the last frame to its summary, and note what the splitter found.
 
@@ -106,7 +107,7 @@ def split(h, body, free, slots, params, pose, value, scale):
         h.slot_since = take_slot(h, free, slots)
 
 
-@inlined
+@inline_kernel
 def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
     """Give the last frame to the summary it belongs to, and the run with it if the run is over."""
     target = h.slot_since if h.candidate >= 0 else h.slot_settled
@@ -114,7 +115,8 @@ def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
     if slot != h.fed or h.waiting >= MOST_WAITING:
         pour_waiting(h, body, slots, params)
         h.fed = slot
-    add_frame(params, slots[slot], body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    frame = SummaryFrame(body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    add_frame(params, slots[slot], frame)
     h.waiting += 1
     if slot != target and not goes_on:
         pour_waiting(h, body, slots, params)
@@ -122,15 +124,15 @@ def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
         empty_slot(slots[slot])
 
 
-@inlined
+@inline_kernel
 def pour_waiting(h, body, slots, params):
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
     if h.waiting > 0:
-        pour(params, slots[h.fed], body, h.lanes)
+        flush_sums(params, slots[h.fed], body, h.lanes)
         h.waiting = 0
 
 
-@compiled
+@kernel
 def settle(h, body, slots, params):
     """Give what came since the candidate to what came before it."""
     pour_waiting(h, body, slots, params)

@@ -6,7 +6,7 @@ the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relati
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
 
 RATE = 30.0  # Hz
@@ -29,7 +29,7 @@ def trail_size(seconds: float) -> int:
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4
 
 
-@inlined
+@inline_kernel
 def keep_pose(h, body, marks, trail, weight):
     """Keep the pose of the last used frame if the trail is due for one, and return the time it stands for.
 
@@ -62,13 +62,13 @@ def keep_pose(h, body, marks, trail, weight):
     return stood_for
 
 
-@inlined
+@inline_kernel
 def _quantise(values, target):
     for j in range(len(target)):
         target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
 
 
-@inlined
+@inline_kernel
 def follow_speeds(h, body, marks, trail, time):
     """Set the log speeds of the joints in the body.
 
@@ -88,7 +88,7 @@ def follow_speeds(h, body, marks, trail, time):
         _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], trail[past], first, rate, target)
 
 
-@inlined
+@inline_kernel
 def _past_place(h, marks, time, newest):
     """Return the place in the trail of the pose from which a speed is taken: about a tenth of a second ago, or -1.
 
@@ -107,14 +107,14 @@ def _past_place(h, marks, time, newest):
     return past
 
 
-@inlined
+@inline_kernel
 def _rate(marks, past, time):
     """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
     span = time - marks[past].time if past >= 0 else 0.0
     return np.float32(1.0 / span if span > MARGIN else 0.0)
 
 
-@inlined
+@inline_kernel
 def _log_speeds(x, y, z, past, first, rate, speeds):
     """Set `speeds` to log(speed + 0.1 m/s)."""
     a, b, c = past[0, first:], past[1, first:], past[2, first:]
@@ -126,7 +126,7 @@ def _log_speeds(x, y, z, past, first, rate, speeds):
     logarithm(speeds)
 
 
-@inlined
+@inline_kernel
 def logarithm(values):
     """Replace positive numbers by their natural logarithms, to 3e-7; unlike np.log this vectorises."""
     for i in range(len(values)):
@@ -140,14 +140,14 @@ def logarithm(values):
         values[i] = np.float32(exponent) * LOG_2 + TWO * z * (ONE + q * odd)
 
 
-@inlined
+@inline_kernel
 def place_back(h, back):
     """Return the place in the trail of the pose that was kept `back` poses before the newest."""
     here = h.trail_head - 1 - back
     return here + h.trail_size if here < 0 else here
 
 
-@compiled
+@kernel
 def load_pose(h, marks, trail, pose, place):
     """Set `pose` to a kept one, with its log speeds; `place` counts back from the newest, 0."""
     here = place_back(h, place)

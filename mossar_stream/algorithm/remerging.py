@@ -6,7 +6,7 @@ level of the hierarchy is `strength >= level`: the paper's K + 1 nested sets, wi
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.protocol import close, merge_into
 from mossar_stream.similarity.protocol import strength as merge_cost
 
@@ -15,7 +15,7 @@ WAITING, NEWEST = 3, 4  # rows of the links
 UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
 
 
-@compiled
+@kernel
 def fall(params, segments, places, nodes, count, bounds, memo, both, links, costs, tempo, strengths, order):
     """Run Algorithm 3 until no key frame is left.
 
@@ -74,7 +74,7 @@ def fall(params, segments, places, nodes, count, bounds, memo, both, links, cost
             costs[left] = _cost(params, segments, places, nodes, links, earlier, merged, c, a, b, memo, both)
 
 
-@compiled
+@kernel
 def _cheapest(costs, count):
     x = 0
     for i in range(1, count):
@@ -83,7 +83,7 @@ def _cheapest(costs, count):
     return x
 
 
-@inlined
+@inline_kernel
 def _cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
     if is_known(memo, a, b, c):
@@ -91,7 +91,7 @@ def _cost(params, segments, places, nodes, links, left, right, a, b, c, memo, bo
     return _new_cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both)
 
 
-@compiled
+@kernel
 def _new_cost(params, segments, places, nodes, links, left, right, a, b, c, memo, both):
     """Compute the cost of a merge, and remember it if its boundaries are to stay."""
     _complete(params, segments, places, nodes, links, left)
@@ -104,7 +104,7 @@ def _new_cost(params, segments, places, nodes, links, left, right, a, b, c, memo
     return cost
 
 
-@compiled
+@kernel
 def _complete(params, segments, places, nodes, links, own):
     """Merge what belongs to a node into it: not before it is needed, for most costs are remembered.
 
@@ -128,12 +128,12 @@ def _complete(params, segments, places, nodes, links, own):
     links[NEWEST, own] = own
 
 
-@inlined
+@inline_kernel
 def _memo_place(memo, a, b, c):
     return ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
 
 
-@inlined
+@inline_kernel
 def is_known(memo, a, b, c):
     """Tell whether the cost of merging the segments between three boundaries is remembered."""
     if len(memo) == 0:
@@ -142,13 +142,13 @@ def is_known(memo, a, b, c):
     return known.left == a and known.middle == b and known.right == c
 
 
-@inlined
+@inline_kernel
 def recall(memo, a, b, c):
     """Return a cost that is remembered."""
     return memo[_memo_place(memo, a, b, c)].strength
 
 
-@compiled
+@kernel
 def remember(memo, a, b, c, cost):
     """Remember a cost, in place of another one."""
     if len(memo) > 0:
@@ -157,7 +157,7 @@ def remember(memo, a, b, c, cost):
         known.strength = cost
 
 
-@compiled
+@kernel
 def forget(memo, left):
     """Forget what is remembered of segments that begin at a boundary."""
     for i in range(len(memo)):

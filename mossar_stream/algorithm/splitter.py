@@ -13,12 +13,12 @@ frame with V[t] >= Ceiling[t-1]. The list is the same, except that at the end of
 confirmed whose maximum never came: it is withdrawn then.
 """
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 CROSSED, CONFIRMED, PROMOTED, REPLACED, WITHDRAWN = 1, 2, 4, 8, 16
 
 
-@compiled
+@kernel
 def start_curve(h, value, scale):
     """Begin a curve: no crossing and no extremum at its first frame."""
     theta = h.theta * scale
@@ -33,7 +33,7 @@ def start_curve(h, value, scale):
     h.testable = 0
 
 
-@inlined
+@inline_kernel
 def follow_curve(h, value, scale, frame, time):
     """Take the next value in; what happened is returned as flags.
 
@@ -70,7 +70,7 @@ def follow_curve(h, value, scale, frame, time):
     return happened
 
 
-@compiled
+@kernel
 def _update_envelope(h, value, theta):
     """Algorithm 1."""
     if value > h.ceiling:
@@ -81,7 +81,7 @@ def _update_envelope(h, value, theta):
         h.ceiling = min(value + theta, h.ceiling)
 
 
-@compiled
+@kernel
 def _test_run(h, value):
     """Algorithm 2, lines 12 to 15: make the run that ends a candidate if it is a significant minimum."""
     if h.testable == 0 or h.falling == 0 or not value > h.value:
@@ -96,7 +96,7 @@ def _test_run(h, value):
     return happened
 
 
-@compiled
+@kernel
 def _next_run(h, value, scale, frame, time, moving):
     """Start a new run of equal values unless this one goes on."""
     if value == h.value:
@@ -109,7 +109,7 @@ def _next_run(h, value, scale, frame, time, moving):
     _begin_run(h, value, scale)
 
 
-@compiled
+@kernel
 def _begin_run(h, value, scale):
     h.value = value
     h.run_length = 1

@@ -7,7 +7,7 @@ to an ordinary tempo, within limits. S follows the poses that the trail keeps, V
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
     MEAN_X,
@@ -31,7 +31,7 @@ PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved be
 PRIOR_SPEED = 0.5  # m/s
 
 
-@compiled
+@kernel
 def start_tempo(h, body):
     """Begin a take with the prior."""
     for j in range(h.joints):
@@ -45,7 +45,7 @@ def start_tempo(h, body):
     h.squared_speed = h.moving_joints * PRIOR_TIME * PRIOR_SPEED**2
 
 
-@inlined
+@inline_kernel
 def follow_speed(h, body, dt):
     """Take the displacements of a frame in.
 
@@ -62,7 +62,7 @@ def follow_speed(h, body, dt):
     h.squared_speed = h.squared_speed * _kept(dt) + squares / dt
 
 
-@inlined
+@inline_kernel
 def follow_mean(h, body, dt):
     """Take a pose in that stands for `dt` seconds."""
     share = np.float32(min(dt / MEAN_TIME, 1.0))
@@ -74,13 +74,13 @@ def follow_mean(h, body, dt):
     h.spread = h.spread * _kept(dt) + squares * dt
 
 
-@inlined
+@inline_kernel
 def _kept(dt):
     """Return what is left of a leaky sum after some time."""
     return max(0.0, 1.0 - dt / TIME_CONSTANT)
 
 
-@inlined
+@inline_kernel
 def _follow(page, share):
     """Let the means of a page's joints follow, and set the squared distances that they had."""
     for j in range(PAGE):
@@ -95,7 +95,7 @@ def _follow(page, share):
         page[j + WORK] = x * x + y * y + z * z
 
 
-@compiled
+@kernel
 def pace(h):
     """Return the factor that costs are divided by."""
     if h.tempo == 0:

@@ -12,14 +12,14 @@ depend on the order of additions, and equal velocities compare equal.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 UNIT = 2.0**-40  # m
 MARGIN = 1e-6  # s, for the rounding of timestamps
 MOST = 2**60  # of one displacement, in units: far beyond any body
 
 
-@inlined
+@inline_kernel
 def ring_is_full(h, ring_time, time):
     """Tell whether the window holds more displacements than the ring has places."""
     if h.filled < h.ring:
@@ -27,14 +27,14 @@ def ring_is_full(h, ring_time, time):
     return time - ring_time[_oldest(h)] < h.window - MARGIN
 
 
-@inlined
+@inline_kernel
 def _oldest(h):
     """Return the place in the ring of the oldest displacement; without a division, which takes long."""
     place = h.head - h.filled
     return place + h.ring if place < 0 else place
 
 
-@inlined
+@inline_kernel
 def travel(h, ring_time, ring_step, time, displacement):
     """Add one displacement, drop those that left the window, and return the velocity (equation 1).
 
@@ -62,7 +62,7 @@ def travel(h, ring_time, ring_step, time, displacement):
     return h.travelled * UNIT
 
 
-@compiled
+@kernel
 def moving_average(h, average, velocity):
     """Return the mean of the last `smoothing_window` velocities, of those there are at the start (wSize)."""
     units = np.int64(velocity / UNIT)

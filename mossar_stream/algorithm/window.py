@@ -15,7 +15,7 @@ import numpy as np
 
 from mossar_stream.algorithm.remerging import UNKNOWN, fall, is_known, recall, remember
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
     MERGED,
@@ -42,7 +42,7 @@ OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch, b
 SCRATCH_ROWS = 8  # more than W
 
 
-@compiled
+@kernel
 def add_key(h, w, params, events, slot, kind, frame, time, share, rev):
     """Add a confirmed key frame and the segment that it ends.
 
@@ -80,7 +80,7 @@ def add_key(h, w, params, events, slot, kind, frame, time, share, rev):
     put_key_frame(h, events, CONFIRMED, kind, frame, frame, time, share, UNKNOWN_STRENGTH, rev, UNDECIDED)
 
 
-@compiled
+@kernel
 def rank(h, w, params, open_slot):
     """Compute the strengths of the undecided key frames; without an open slot the newest takes no part."""
     count = h.undecided if open_slot != NO_SLOT else h.undecided - 1
@@ -111,7 +111,7 @@ def rank(h, w, params, open_slot):
         w.keys[w.fallen[i]].place = i
 
 
-@compiled
+@kernel
 def relabel(h, w, params, events):
     """Let every undecided key frame stand or not at the level as it is now, and say what changed."""
     for i in range(h.undecided):
@@ -140,7 +140,7 @@ def relabel(h, w, params, events):
         _update_segments(h, w, params, events, SEGMENT_CLOSED)
 
 
-@inlined
+@inline_kernel
 def _update_segments(h, w, params, events, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
     left = h.left_ordinal
@@ -160,7 +160,7 @@ def _update_segments(h, w, params, events, status):
             left = key.ordinal
 
 
-@compiled
+@kernel
 def span(h, w, params, begin, end, open_slot, target):
     """Set a row of the scratch to the closed summary of the window's segments begin … end together.
 
@@ -177,7 +177,7 @@ def span(h, w, params, begin, end, open_slot, target):
     close(params, w.scratch[target])
 
 
-@inlined
+@inline_kernel
 def _join(h, w, params, begin, end, open_slot, target, size):
     """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
     own = w.scratch[target]
@@ -193,7 +193,7 @@ def _join(h, w, params, begin, end, open_slot, target, size):
                 own[d] += w.slots[slot, d]
 
 
-@compiled
+@kernel
 def put_segment(h, w, params, events, start, end, status):
     """Put a message about the segment between two key frames of the window into the outbox.
 
@@ -241,7 +241,7 @@ def put_segment(h, w, params, events, start, end, status):
         event.rev = w.counts[line, column]
 
 
-@inlined
+@inline_kernel
 def describe(h, w, params, event, has_previous, status, left, middle, right):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
@@ -273,7 +273,7 @@ def describe(h, w, params, event, has_previous, status, left, middle, right):
     event.joint3, event.joint4 = w.active[3], w.active[4]
 
 
-@inlined
+@inline_kernel
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):

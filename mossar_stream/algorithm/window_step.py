@@ -29,7 +29,7 @@ from mossar_stream.algorithm.window import (
     relabel,
 )
 from mossar_stream.engine.plan import Plan
-from mossar_stream.jit.decorators import compiled, frame_entry_point, spliced
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import (
     CANDIDATE,
@@ -53,7 +53,8 @@ from mossar_stream.memory.event_buffer import (
 from mossar_stream.memory.joint_pages import flatten
 from mossar_stream.memory.row import HEADER, KEY, MARK, MEMO
 from mossar_stream.memory.slots import give_slot, take_slot
-from mossar_stream.similarity.protocol import add_frame, add_pose, close, merge_into, pour
+from mossar_stream.similarity.protocol import add_frame, add_pose, close, flush_sums, merge_into
+from mossar_stream.similarity.summary import SummaryFrame
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `act` is called
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
@@ -93,7 +94,7 @@ def make_room(plan: Plan) -> NDArray[np.uint8]:
     return np.zeros(8 * numbers, np.uint8)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def act(
     memory: NDArray[np.uint8],
     index: int,
@@ -135,7 +136,7 @@ def act(
             _decide_all(h, w, params[0], events)
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _window(h, row, room):
     """Return views of a row and of the room to work in, which are as long as its plan and `make_room` say."""
     lanes, places = h.lanes, h.capacity + 2
@@ -167,7 +168,7 @@ def _window(h, row, room):
     )
 
 
-@spliced
+@inline_kernel
 def _follow(h, w, params, events):
     """Say what the splitter found, and add the key frame if there is one."""
     happened = h.happened
@@ -195,14 +196,14 @@ def _follow(h, w, params, events):
         h.due_time = w.keys[0].time + h.hold
 
 
-@compiled
+@kernel
 def _put_candidate(h, events, status, frame, time, share):
     rev = FIRST if status == CANDIDATE else SECOND
     decided = UNDECIDED if status == CANDIDATE else DECIDED
     put_key_frame(h, events, status, MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH, rev, decided)
 
 
-@spliced
+@inline_kernel
 def _decide(h, w, params, pose, events, begin):
     """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
 
@@ -228,14 +229,14 @@ def _decide(h, w, params, pose, events, begin):
     h.due_time = w.keys[0].time + h.hold if h.undecided > 0 else np.inf
 
 
-@spliced
+@inline_kernel
 def _is_clear(h, w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
     strength = w.keys[0].strength
     return h.ranked == 1 and (strength >= CLEAR * h.level or CLEAR * strength <= h.level)
 
 
-@spliced
+@inline_kernel
 def _gather_open(h, w, params, pose):
     """Return a slot with the closed summary of everything since the newest key frame."""
     open_slot = take_slot(h, w.free, w.slots)
@@ -243,13 +244,14 @@ def _gather_open(h, w, params, pose):
     merge_into(params, own, w.slots[h.slot_settled])
     merge_into(params, own, w.slots[h.slot_since])
     merge_into(params, own, w.slots[h.slot_run])
-    add_frame(params, own, w.body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
-    pour(params, own, w.body, h.lanes)
+    frame = SummaryFrame(w.body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
+    add_frame(params, own, frame)
+    flush_sums(params, own, w.body, h.lanes)
     close(params, own)
     return open_slot
 
 
-@spliced
+@inline_kernel
 def _close_take(h, w, params, pose, events):
     """Close the last segment and rank all undecided key frames together."""
     place_last_frame(h, w.body, w.slots, params, pose, h.run_length, h.run_length < 0)
@@ -269,7 +271,7 @@ def _close_take(h, w, params, pose, events):
     rank(h, w, params, h.slot_settled)
 
 
-@spliced
+@inline_kernel
 def _withdraw_newest(h, w, params, events):
     """Take back the newest key frame, confirmed early, since the maximum that accepts it never came."""
     newest = h.undecided - 1
@@ -288,7 +290,7 @@ def _withdraw_newest(h, w, params, events):
     h.ordinal -= 1
 
 
-@spliced
+@inline_kernel
 def _decide_all(h, w, params, events):
     """Decide all undecided key frames by their strengths, and end the take."""
     relabel(h, w, params, events)
@@ -300,7 +302,7 @@ def _decide_all(h, w, params, events):
     h.next_frame = 0
 
 
-@spliced
+@inline_kernel
 def _put_last_segment(h, w, params, events):
     """Put the final message about the segment from the last final key frame to the end into the outbox."""
     for d in range(h.slot):

@@ -18,7 +18,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     SegmentEvent,
 )
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.memory.row import PATH_JOINTS
 
 EVENT = np.dtype(
@@ -59,7 +59,7 @@ def make_outbox(most: int) -> NDArray[np.uint8]:
     return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
 
 
-@compiled
+@kernel
 def next_event(h, events, code):
     """Return a fresh record of the outbox."""
     used = events[0].row + 1
@@ -71,7 +71,7 @@ def next_event(h, events, code):
     return event
 
 
-@compiled
+@kernel
 def put_key_frame(h, events, status, kind, identity, frame, time, velocity, strength, rev, decided):
     """Put a message about a key frame into the outbox; the last used frame is what caused it."""
     event = next_event(h, events, KEY_FRAME)

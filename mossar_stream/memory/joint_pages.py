@@ -9,11 +9,12 @@ is not looked at.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, spliced
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import WIDTH, page_sum
 from mossar_stream.jit.views import part
 
 POINT = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4")])  # m; a frame is J of these
-PAGE = 32  # joints
+PAGE = WIDTH  # joints
 X, Y, Z = 0, 32, 64  # m, where the joint is taken to be, in the source's space
 GOOD_X, GOOD_Y, GOOD_Z = 96, 128, 160  # m, where it was last there
 MOVED_X, MOVED_Y, MOVED_Z = 192, 224, 256  # m, displacement in this frame, relative to the centre
@@ -38,19 +39,28 @@ def body_size(joints: int) -> int:
     return -(-joints // PAGE) * PAGE_SIZE
 
 
-@compiled
+@kernel
 def place(j):
     """Return where joint j's numbers begin."""
     return j // PAGE * PAGE_SIZE + j % PAGE
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def page_of(body, first):
     """Return the page that begins with a joint."""
     return part(body, first // PAGE * PAGE_BYTES, np.float32, (PAGE_SIZE,))
 
 
-@compiled
+@inline_kernel
+def line_sum(h, body, line):
+    """Sum of a line of the body over all joints."""
+    total = 0.0
+    for first in range(0, h.lanes, PAGE):
+        total += page_sum(page_of(body, first), line)
+    return total
+
+
+@kernel
 def center_of(h, body):
     """Return where the centre is: the root, or the centroid of all joints."""
     if h.center >= 0:
@@ -65,7 +75,7 @@ def center_of(h, body):
     return np.float32(x / h.joints), np.float32(y / h.joints), np.float32(z / h.joints)
 
 
-@compiled
+@kernel
 def flatten(h, body, pose):
     """Copy the features of the last frame to where all joints follow each other.
 

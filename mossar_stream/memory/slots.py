@@ -1,9 +1,9 @@
 """Slots: the summaries of a row, handed out and taken back."""
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 
 
-@compiled
+@kernel
 def take_slot(h, free, slots):
     """Return an unused slot, emptied.
 
@@ -18,14 +18,14 @@ def take_slot(h, free, slots):
     return slot
 
 
-@compiled
+@kernel
 def give_slot(h, free, slot):
     """Take back a slot that is no longer needed."""
     free[h.free_count] = slot
     h.free_count += 1
 
 
-@compiled
+@kernel
 def empty_slot(slot):
     """Make a summary that of no frames."""
     for d in range(len(slot)):
