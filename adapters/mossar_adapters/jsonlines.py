@@ -10,13 +10,13 @@ from collections.abc import Iterator, Sequence
 from typing import IO
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError, OutputFile
-from mossar_adapters.frame_codec import from_json, to_json
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.live import Counters, OutputClosedError
-from mossar_adapters.map_intake import MapIntake
+from mossar_adapters.maps.codec import from_json, to_json
+from mossar_adapters.maps.decoder import MapIntake
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
+from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.events import Event

@@ -12,8 +12,14 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.units import given
-from mossar_adapters.frame_maps import FrameMap, MetaMap, confidence_of_map, meta_of_map, positions_of_map
 from mossar_adapters.joint_sets import by_count
+from mossar_adapters.maps.frame_maps import (
+    FrameMap,
+    MetaMap,
+    confidence_of_map,
+    meta_of_map,
+    positions_of_map,
+)
 from mossar_adapters.source import Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames, performer_name

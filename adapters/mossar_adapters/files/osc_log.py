@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.assembly import sane_frames
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions
@@ -18,9 +17,10 @@ from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 from mossar_adapters.live import Counters
-from mossar_adapters.osc.intake import Intake, Message
-from mossar_adapters.osc.profiles import Routes
-from mossar_adapters.senders import Senders
+from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.routes import Routes
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.source import Left, Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames

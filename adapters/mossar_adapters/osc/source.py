@@ -3,15 +3,15 @@
 from collections.abc import Iterator
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters, Listener
 from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
-from mossar_adapters.osc.intake import Intake, Message
 from mossar_adapters.osc.messages import messages
-from mossar_adapters.osc.nuisance import Nuisances
-from mossar_adapters.osc.profiles import NAMES, OPTIONS, Routes
-from mossar_adapters.senders import AllowList, Senders
+from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.receiving.nuisance import Nuisances
+from mossar_adapters.receiving.senders import AllowList, Senders
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Sequence
 import zmq
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.frame_codec import from_json, from_msgpack
 from mossar_adapters.live import Counters
-from mossar_adapters.map_intake import MapIntake
+from mossar_adapters.maps.codec import from_json, from_msgpack
+from mossar_adapters.maps.decoder import MapIntake
+from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext

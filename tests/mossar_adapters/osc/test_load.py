@@ -8,11 +8,11 @@ import time
 import numpy as np
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.osc.assembly.known_joints import MAX_NAMES
 from mossar_adapters.osc.encode import encode
-from mossar_adapters.osc.roster import MAX_NAMES
 from mossar_adapters.osc.source import OscSource
+from mossar_adapters.receiving.batch import MAX_PERFORMERS
 
 SENDER = """
 import socket, sys, time

@@ -7,7 +7,7 @@ import zmq
 import zmq.auth
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.control_zmq import ZmqControl
+from mossar_adapters.control.zeromq import ZmqControl
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream.errors import MossarError

@@ -11,10 +11,10 @@ import numpy as np
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.frame_codec import to_json, to_msgpack
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.jsonlines import JsonLinesSource
 from mossar_adapters.live import Counters
+from mossar_adapters.maps.codec import to_json, to_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
