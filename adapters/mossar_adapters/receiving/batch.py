@@ -1,4 +1,8 @@
-"""Single frames of many performers, collected into metas and chunks."""
+"""Batching: poses of many performers, announced, timed and put together into chunks.
+
+The last step from a wire to the pipeline, and the same for all wires. Here it is decided which skeleton a performer
+has, which time a frame gets, and what goes on together.
+"""
 
 from collections import OrderedDict
 
@@ -6,6 +10,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.joint_sets import by_count
+from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.steady import Steady
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import FrameError
@@ -22,8 +28,8 @@ class _Line(msgspec.Struct):
     meta: Meta | None = None
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
-    positions: list[NDArray[np.float32]] = msgspec.field(default_factory=list)
-    confidence: list[NDArray[np.float32]] = msgspec.field(default_factory=list)
+    positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
+    confidence: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
     times: list[float] = msgspec.field(default_factory=list)
 
 
@@ -39,68 +45,20 @@ class Batch:
         self._lines: OrderedDict[str, _Line] = OrderedDict()
         self._ready: list[Meta | Frames | Left] = []
 
-    def announce(self, meta: Meta) -> None:
-        """Take note of a performer; nothing happens if it is the same as before."""
-        line = self._line(meta.performer)
-        if line.meta == meta:
-            return
-        self._finish(meta.performer, line)
-        line.meta = meta
-        self._ready.append(meta)
+    def put(self, item: Meta | Pose | Left) -> None:
+        """Take one thing that a decoder found.
 
-    def skeleton(self, performer: str) -> Skeleton | None:
-        """Return the skeleton announced for a performer."""
-        line = self._lines.get(performer)
-        return None if line is None or line.meta is None else line.meta.skeleton
-
-    def add(
-        self,
-        performer: str,
-        positions: NDArray[np.float32],
-        *,
-        arrival: float,
-        time: float | None = None,
-        confidence: NDArray[np.float32] | None = None,
-    ) -> None:
-        """Add one frame of an announced performer.
-
-        Args:
-            performer: Name.
-            positions: (J, 3) float32, metres.
-            arrival: When it came, s.
-            time: The sender's time, s.
-            confidence: (J,) or None.
+        A meta that says the same as before, and the leaving of somebody unknown, change nothing.
 
         Raises:
-            FrameError: If it does not fit the performer's skeleton, or the time is none.
+            FrameError: If a pose does not fit the performer's skeleton, or its time is none.
         """
-        line = self._line(performer)
-        if line.meta is None or len(positions) != len(line.meta.skeleton):
-            expected = "none was announced" if line.meta is None else f"it has {len(line.meta.skeleton)}"
-            raise FrameError(f"a frame with {len(positions)} joints does not fit the skeleton: {expected}")
-        if time is not None and not abs(time) < 1e15:
-            raise FrameError(f"t = {time} is no time")
-        if line.times and (confidence is None) != (not line.confidence):
-            self._finish(performer, line)
-        if time is None:
-            time = line.steady.time(arrival) if self.fps is None else line.count / self.fps
-        line.count += 1
-        line.times.append(time)
-        line.positions.append(positions)
-        if confidence is not None:
-            line.confidence.append(confidence)
-
-    def leave(self, performer: str, reason: str) -> None:
-        """Note that a performer has left; nothing happens if it was never announced.
-
-        Args:
-            performer: Name.
-            reason: What the sender says.
-        """
-        line = self._lines.get(performer)
-        if line is not None:
-            self._finish(performer, line)
-            self._ready.append(Left(performer, reason))
+        if isinstance(item, Pose):
+            self._add(item)
+        elif isinstance(item, Meta):
+            self._announce(item)
+        else:
+            self._leave(item)
 
     def take(self) -> list[Meta | Frames | Left]:
         """Return everything collected since the last call."""
@@ -109,6 +67,45 @@ class Batch:
                 self._finish(performer, line)
         ready, self._ready = self._ready, []
         return ready
+
+    def _announce(self, meta: Meta) -> None:
+        line = self._line(meta.performer)
+        if line.meta != meta:
+            self._finish(meta.performer, line)
+            self._ready.append(meta)
+        line.meta = meta
+
+    def _leave(self, left: Left) -> None:
+        line = self._lines.get(left.performer)
+        if line is not None:
+            self._finish(left.performer, line)
+            self._ready.append(left)
+
+    def _add(self, pose: Pose) -> None:
+        check_time(pose.time)
+        line = self._line(pose.performer)
+        meta = line.meta
+        if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
+            self._announce(Meta(pose.performer, pose.skeleton, self.fps, pose.unit))
+        elif meta is None:
+            self._announce(Meta(pose.performer, _unnamed(len(pose.positions)), self.fps))
+        elif len(pose.positions) != len(meta.skeleton):
+            raise FrameError(
+                f"a frame with {len(pose.positions)} joints does not fit the skeleton: it has {len(meta.skeleton)}"
+            )
+        if line.times and (pose.confidence is None) != (not line.confidence):
+            self._finish(pose.performer, line)
+        line.times.append(self._time(line, pose))
+        line.positions.append(pose.positions)
+        if pose.confidence is not None:
+            line.confidence.append(pose.confidence)
+
+    def _time(self, line: _Line, pose: Pose) -> float:
+        time = pose.time
+        if time is None:
+            time = line.steady.time(pose.arrival) if self.fps is None else line.count / self.fps
+        line.count += 1
+        return time
 
     def _line(self, performer: str) -> _Line:
         line = self._lines.get(performer)
@@ -123,10 +120,22 @@ class Batch:
     def _finish(self, performer: str, line: _Line) -> None:
         if not line.times:
             return
-        positions = np.array(line.positions)
-        if not float(np.abs(positions).max()) < FARTHEST:  # most frames are whole: one look is enough
-            with np.errstate(invalid="ignore"):
-                positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
-        confidence = np.array(line.confidence) if line.confidence else None
-        self._ready.append(Frames(positions, np.array(line.times), confidence, performer))
+        confidence = None
+        if line.confidence:
+            confidence = np.clip(np.nan_to_num(np.array(line.confidence)), 0.0, 1.0).astype(np.float32)
+        self._ready.append(Frames(_sane(line.positions), np.array(line.times), confidence, performer))
         line.positions, line.confidence, line.times = [], [], []
+
+
+def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Return poses as (n, J, 3) float32, without what is damage."""
+    positions = np.array(poses)
+    if not float(np.abs(positions).max()) < FARTHEST:  # most frames are whole: one look is enough
+        with np.errstate(invalid="ignore"):
+            positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
+    return positions.astype(np.float32, copy=False)
+
+
+def _unnamed(joints: int) -> Skeleton:
+    """Return a skeleton for a sender that never described it."""
+    return by_count(joints) or Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)

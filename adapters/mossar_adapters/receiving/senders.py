@@ -7,10 +7,7 @@ one is heard again after the second.
 """
 
 from collections import OrderedDict
-from collections.abc import Sequence
-from ipaddress import IPv4Network, IPv6Address, IPv6Network, ip_address, ip_network
 
-from mossar_adapters.address import Address
 from mossar_stream.frames import performer_name
 
 MAX_SENDERS = 64
@@ -102,39 +99,3 @@ class _Host:
             self._former.popitem(last=False)
         self._main = port
         return False
-
-
-class AllowList:
-    """Addresses whose datagrams are welcome.
-
-    Args:
-        address: Its option `allow` lists numbers and networks: `192.168.0.7,10.0.0.0/8`; without it all are.
-
-    Raises:
-        SettingsError: If one of them is no IP number.
-    """
-
-    def __init__(self, address: Address) -> None:
-        self._networks: Sequence[IPv4Network | IPv6Network] = ()
-        self._known: dict[str, bool] = {}
-        text = address.options.get("allow")
-        if text is None:
-            return
-        try:
-            self._networks = [ip_network(part.strip(), strict=False) for part in text.split(",")]
-        except ValueError as error:
-            raise address.error(f"option allow lists IP numbers or networks: {error}") from None
-
-    def welcome(self, host: str) -> bool:
-        """Return whether a host may send."""
-        if not self._networks:
-            return True
-        known = self._known.get(host)
-        if known is None:
-            number = ip_address(host.partition("%")[0])
-            if isinstance(number, IPv6Address) and number.ipv4_mapped:  # as a socket for both writes IPv4
-                number = number.ipv4_mapped
-            known = any(number in network for network in self._networks)
-            if len(self._known) < 4096:
-                self._known[host] = known
-        return known

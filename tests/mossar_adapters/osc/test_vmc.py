@@ -286,13 +286,11 @@ def test_times_rounded_on_the_way_are_made_exact():
 
 
 def test_an_idle_gap_closes_a_frame():
-    closed = []
-    frames = VmcFrames(closed.append)
-    frames.bone("Hips", (0.0,) * 7, 0.0)
-    frames.idle(0.001)
-    assert closed == []
-    frames.idle(0.2)
-    assert closed == [ClosedFrame({"Hips": (0.0,) * 7}, 0.0)]
+    frames = VmcFrames()
+    assert frames.bone("Hips", (0.0,) * 7, 0.0) == []
+    assert frames.idle(0.001) == []
+    assert frames.idle(0.2) == [ClosedFrame({"Hips": (0.0,) * 7}, 0.0)]
+    assert frames.idle(0.4) == []
 
 
 def test_a_sender_that_restarts_keeps_its_name_and_a_second_one_gets_its_own(hear):

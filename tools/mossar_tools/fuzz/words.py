@@ -9,7 +9,7 @@ from mossar_adapters.control.requests import Control
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.osc.profiles.generic import checked_args, checked_pattern
 from mossar_adapters.pipeline import Pipeline
-from mossar_adapters.receiving.senders import AllowList
+from mossar_adapters.receiving.admission import AllowList
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames

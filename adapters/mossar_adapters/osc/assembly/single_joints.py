@@ -9,7 +9,7 @@ Nothing marks the end of a frame in these protocols. A frame is closed, whicheve
 - when nothing comes after the joint that ended the frame before, or nothing at all for a tenth of a second.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,72 +17,84 @@ from numpy.typing import NDArray
 from mossar_adapters.files.units import Scale, height
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, Row
-from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.profile import Context, Message
+from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.source import Left
 from mossar_stream.frames import performer_name
 from mossar_stream.skeleton import MAX_NAME, Skeleton
 
-MAX_PEOPLE = 64  # per profile; the one unheard for longest makes room
+MAX_PERFORMERS = 64  # per profile; the one unheard for longest makes room
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 
+NO_POSES: Sequence[Pose] = ()
 Parents = Callable[[Sequence[str]], tuple[tuple[int, ...], int]]
 Scaling = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], Scale]]
 
 
-class People:
-    """The performers of one profile.
+class SingleJoints:
+    """Puts the joints of a profile's performers together to frames.
 
     Args:
-        intake: Where frames go.
+        context: What is known of the source.
         scaling: Takes (n, J, 3) raw positions of the first frames and returns factor (3,) and the scale.
         parents: Finds parents and root of named joints.
     """
 
-    def __init__(self, intake: Intake, scaling: Scaling, parents: Parents = with_known_parents) -> None:
-        self._intake = intake
+    def __init__(self, context: Context, scaling: Scaling, parents: Parents = with_known_parents) -> None:
+        self._senders = context.senders
         self._scaling = scaling
         self._parents = parents
-        self._people: dict[str, _Person] = {}
+        self._performers: dict[str, _Performer] = {}
 
-    def put(self, message: Message, person: str, joint: str, xyzc: Row) -> None:
-        """Take one joint.
+    def put(self, message: Message, person: str, joint: str, xyzc: Row) -> Sequence[Pose]:
+        """Take one joint and return the frames that it completes.
 
         Args:
             message: The message it came in.
             person: Id of the performer, empty if the protocol has none.
             joint: Name.
             xyzc: Position and confidence (NaN where the protocol has none).
+
+        Raises:
+            FrameError: If the performer has too many joints; nothing is changed then.
         """
-        name = self._intake.senders.name(message.sender, person)
-        found = self._people.get(name)
+        return self._performer(message, person).put(_clean(joint), xyzc, message.arrival)
+
+    def put_all(self, message: Message, person: str, rows: Mapping[str, Row]) -> list[Pose]:
+        """Take several joints of one message, see `put`."""
+        performer = self._performer(message, person)
+        performer.note(rows)  # all of them, before anything is changed
+        return [pose for joint, row in rows.items() for pose in performer.put(joint, row, message.arrival)]
+
+    def _performer(self, message: Message, person: str) -> "_Performer":
+        name = self._senders.name(message.sender, person)
+        found = self._performers.get(name)
         if found is None:
-            if len(self._people) == MAX_PEOPLE:
-                del self._people[min(self._people, key=lambda key: self._people[key].last)]
-            found = self._people[name] = _Person(name, self._intake, self._scaling, self._parents)
-        found.put(_clean(joint), xyzc, message.arrival)
+            if len(self._performers) == MAX_PERFORMERS:
+                del self._performers[min(self._performers, key=lambda key: self._performers[key].last)]
+            found = self._performers[name] = _Performer(name, self._scaling, self._parents)
+        return found
 
-    def lost(self, message: Message, person: str, reason: str) -> None:
-        """Close what a performer has and pass on that it left."""
-        name = self._intake.senders.name(message.sender, person)
-        found = self._people.pop(name, None)
-        if found is not None:
-            found.finish()
-        self._intake.batch.leave(name, reason)
+    def leave(self, message: Message, person: str, reason: str) -> list[Pose | Left]:
+        """Return what a performer has, and that it left."""
+        name = self._senders.name(message.sender, person)
+        found = self._performers.pop(name, None)
+        return [*(found.finish() if found is not None else ()), Left(name, reason)]
 
-    def idle(self, now: float) -> None:
-        """Close the frames that nothing more comes for."""
-        for person in self._people.values():
-            person.idle(now)
+    def idle(self, now: float) -> list[Pose]:
+        """Return the frames that nothing more comes for."""
+        return [pose for performer in self._performers.values() for pose in performer.idle(now)]
 
     def pending(self) -> bool:
         """Return whether a frame is open or held back."""
-        return any(person.pending for person in self._people.values())
+        return any(performer.pending for performer in self._performers.values())
 
 
-class _Person:
+class _Performer:
     """The frames of one performer."""
 
-    def __init__(self, name: str, intake: Intake, scaling: Scaling, parents: Parents) -> None:
-        self._name, self._intake, self._scaling, self._parents = name, intake, scaling, parents
+    def __init__(self, name: str, scaling: Scaling, parents: Parents) -> None:
+        self._name, self._scaling, self._parents = name, scaling, parents
         self._known = KnownJoints()
         self._skeleton: Skeleton | None = None
         self._factor: NDArray[np.float64] | None = None  # (3,) metres per unit
@@ -105,30 +117,31 @@ class _Person:
         """The wait that is rather between frames than between joints, s."""
         return min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
 
-    def put(self, joint: str, xyzc: Row, arrival: float) -> None:
+    def note(self, joints: Iterable[str]) -> None:
+        for joint in joints:
+            self._known.note(joint)
+
+    def put(self, joint: str, row: Row, arrival: float) -> Sequence[Pose]:
+        self._known.note(joint)  # may refuse it, before anything is changed
         wait = arrival - self.last
-        if self._rows and self._begins(joint, wait):
-            self._close()
-        self._known.note(joint)
+        poses = self._close() if self._rows and self._begins(joint, wait) else NO_POSES
         if not self._rows:
             self._open(joint, wait, arrival)
         self._waited = max(self._waited, (wait, joint))
-        self._rows[joint] = xyzc
+        self._rows[joint] = row
         self.last, self._newest = arrival, joint
         if self._known.learnt and len(self._rows) == len(self._known.names):
-            self._close()
+            return [*poses, *self._close()]
+        return poses
 
-    def idle(self, now: float) -> None:
+    def idle(self, now: float) -> list[Pose]:
         gap = self._pause if self._newest == self._tail else _GAP_HIGH
-        if self._rows and now - self.last > gap:
-            self._close()
-        if self._known.overdue(now):
-            self._emit(self._known.release())
+        poses = self._close() if self._rows and now - self.last > gap else []
+        return poses + self._posed(self._known.release()) if self._known.overdue(now) else poses
 
-    def finish(self) -> None:
-        if self._rows:
-            self._close()
-        self._emit(self._known.release())
+    def finish(self) -> list[Pose]:
+        poses = self._close() if self._rows else []
+        return poses + self._posed(self._known.release())
 
     def _begins(self, joint: str, wait: float) -> bool:
         """Return whether a joint begins a new frame."""
@@ -145,15 +158,15 @@ class _Person:
             self._interval += (arrival - self._opened - self._interval) / 4
         self._opened = arrival
 
-    def _close(self) -> None:
+    def _close(self) -> list[Pose]:
         rows, self._rows = self._rows, {}
         self._waited_before, self._waited = self._waited[1], (0.0, "")
         self._tail = self._newest
-        self._emit(self._known.admit(ClosedFrame(rows, self._opened)))
+        return self._posed(self._known.admit(ClosedFrame(rows, self._opened)))
 
-    def _emit(self, frames: Sequence[ClosedFrame]) -> None:
+    def _posed(self, frames: Sequence[ClosedFrame]) -> list[Pose]:
         if not frames:
-            return
+            return []
         tables = np.stack([self._known.table(frame.rows, 4) for frame in frames])  # (n, J, 4)
         if self._factor is None:
             self._factor, scale = self._scaling(tables[:, :, :3])
@@ -161,16 +174,18 @@ class _Person:
         if self._skeleton is None or len(self._skeleton) != tables.shape[1]:
             names = tuple(self._known.names)
             self._skeleton = Skeleton(names, *self._parents(names))
-        for frame, table in zip(frames, tables, strict=True):
-            confidence = None if np.isnan(table[:, 3]).all() else table[:, 3]
-            self._intake.frame(
+        metres = tables[:, :, :3] * self._factor
+        return [
+            Pose(
                 self._name,
-                self._skeleton,
-                table[:, :3] * self._factor,
+                xyz,
                 frame.arrival,
-                confidence=confidence,
+                confidence=None if np.isnan(table[:, 3]).all() else table[:, 3],
+                skeleton=self._skeleton,
                 unit=self._unit,
             )
+            for frame, table, xyz in zip(frames, tables, metres, strict=True)
+        ]
 
 
 def isotropic(choose: Callable[[float], Scale]) -> Scaling:

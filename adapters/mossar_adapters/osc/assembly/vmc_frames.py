@@ -16,7 +16,6 @@ idle gap     closes the frame: a short gap after the bone that ended the frame b
 """
 
 import struct
-from collections.abc import Callable
 
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, Row
 
@@ -27,14 +26,9 @@ _float32 = struct.Struct("f")
 
 
 class VmcFrames:
-    """Cuts the messages of one sender into frames.
+    """Cuts the messages of one sender into frames; each method returns the frames that it closes."""
 
-    Args:
-        emit: Called with each frame that is closed.
-    """
-
-    def __init__(self, emit: Callable[[ClosedFrame], None]) -> None:
-        self._emit = emit
+    def __init__(self) -> None:
         self._open: ClosedFrame | None = None
         self._waiting: ClosedFrame | None = None  # closed by OK, its T may follow
         self._time_follows: bool | None = None  # whether a T comes after OK; None until seen
@@ -52,14 +46,15 @@ class VmcFrames:
         """Whether a frame is open or waits for its time."""
         return self._open is not None or self._waiting is not None
 
-    def bone(self, name: str, row: Row, arrival: float) -> None:
+    def bone(self, name: str, row: Row, arrival: float) -> list[ClosedFrame]:
         """Take a bone."""
         self.last = arrival
+        closed: list[ClosedFrame] = []
         if self._waiting is not None:
             self._time_follows = bool(self._time_follows)
-            self._let_go()
+            closed += self._let_go()
         if self._open is not None and name in self._open.rows:
-            self._close()
+            closed += self._close()
         if self._open is None:
             self._open = ClosedFrame({}, arrival, self._next_time, self._next_root)
             self._next_time = self._next_root = None
@@ -68,69 +63,76 @@ class VmcFrames:
             self._opened = arrival
         self._open.rows[name] = row
         self._newest = name
+        return closed
 
-    def root(self, row: Row, arrival: float) -> None:
+    def root(self, row: Row, arrival: float) -> list[ClosedFrame]:
         """Take the place of the whole."""
         self.last = arrival
+        closed: list[ClosedFrame] = []
         if self._open is not None and self._open.root is not None:
-            self._close()
+            closed = self._close()
         if self._open is None:
             self._next_root = row
         else:
             self._open.root = row
+        return closed
 
-    def ok(self, arrival: float) -> None:
+    def ok(self, arrival: float) -> list[ClosedFrame]:
         """Take note that the sender has sent a frame."""
         self.last = arrival
         if self._open is None:
-            return
+            return []
         if self._open.time is not None or self._time_follows is False:
-            self._close(marked=True)
-        else:
-            self._let_go()
-            self._waiting, self._open = self._open, None
-            self._marked = True
+            return self._close(marked=True)
+        closed = self._let_go()
+        self._waiting, self._open = self._open, None
+        self._marked = True
+        return closed
 
-    def time(self, seconds: float, arrival: float) -> None:
+    def time(self, seconds: float, arrival: float) -> list[ClosedFrame]:
         """Take the sender's time."""
         self.last = arrival
         if self._open is not None and self._open.time is None:
             self._open.time = seconds
-            self._close(marked=True)
-        elif self._open is None and self._waiting is not None:
+            return self._close(marked=True)
+        if self._open is None and self._waiting is not None:
             self._waiting.time = seconds
             self._time_follows = True
-            self._let_go()
-        else:
-            self._close()
-            self._next_time = seconds
+            return self._let_go()
+        closed = self._close()
+        self._next_time = seconds
+        return closed
 
-    def idle(self, now: float) -> None:
+    def idle(self, now: float) -> list[ClosedFrame]:
         """Close what nothing more comes for."""
         quiet = now - self.last
+        closed: list[ClosedFrame] = []
         pause = min(max(self._interval / 2, _GAP_LOW), _GAP_HIGH)
         if quiet > (_GAP_MARKED if self._time_follows else pause):
-            self._let_go()
+            closed += self._let_go()
         unmarked = pause if self._newest == self._tail else _GAP_HIGH
         if quiet > (_GAP_MARKED if self._marked else unmarked):
-            self._close()
+            closed += self._close()
+        return closed
 
-    def _let_go(self) -> None:
-        if self._waiting is not None:
-            closed, self._waiting = self._waiting, None
-            self._finish(closed)
+    def _let_go(self) -> list[ClosedFrame]:
+        """Close the frame that waits for its time."""
+        waiting, self._waiting = self._waiting, None
+        return [] if waiting is None else [self._finished(waiting)]
 
-    def _close(self, *, marked: bool = False) -> None:
-        self._let_go()
+    def _close(self, *, marked: bool = False) -> list[ClosedFrame]:
+        """Close the frame that waits for its time, and the open one."""
+        closed = self._let_go()
         if self._open is not None:
-            closed, self._open = self._open, None
+            frame, self._open = self._open, None
             self._marked = marked
-            self._finish(closed)
+            closed.append(self._finished(frame))
+        return closed
 
-    def _finish(self, closed: ClosedFrame) -> None:
-        self._root = closed.root = closed.root or self._root
+    def _finished(self, frame: ClosedFrame) -> ClosedFrame:
+        self._root = frame.root = frame.root or self._root
         self._tail = self._newest
-        self._emit(closed)
+        return frame
 
 
 def exact_time(seconds: float, fps: float | None) -> float:

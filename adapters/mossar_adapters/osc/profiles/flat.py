@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_adapters.files.options import METRES
 from mossar_adapters.files.units import Scale, fitted, guessed, height
 from mossar_adapters.joint_sets import JOINT_SETS, by_count
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.source import Left
 from mossar_stream.errors import FrameError
 from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 
@@ -69,8 +72,8 @@ class Flat:
 
     name = "flat"
 
-    def __init__(self, intake: Intake) -> None:
-        address = intake.address
+    def __init__(self, context: Context) -> None:
+        address = context.address
         names = tuple(JOINT_SETS)
         self._known: Skeleton | None = None
         if "joints" in address.options:
@@ -78,7 +81,7 @@ class Flat:
         stride = int(address.choice("stride", ("3", "4"), "3")) if "stride" in address.options else None
         self._chosen = address.options.get("profile") == "flat"
         self._layout = Layout(stride, len(self._known) if self._known else None)
-        self._intake = intake
+        self._context = context
         self._skeletons: dict[int, Skeleton] = {}
         self._scales: dict[str, Scale] = {}
         self._present: dict[str, int] = {}  # people in the latest message of an address
@@ -94,12 +97,11 @@ class Flat:
             return False
         return all(type(value) in {float, int} for value in arguments)
 
-    def take(self, message: Message) -> None:
-        """Use a frame."""
+    def receive(self, message: Message) -> Found:
+        """Take a frame, or note that nobody is there."""
         arguments = _flattened(message.arguments)
         if _nobody(arguments):
-            self._leave(message, 0)
-            return
+            return self._gone(message, 0)
         if not 3 <= len(arguments) <= 4 * MAX_JOINTS + 1:
             raise FrameError(f"{len(arguments)} numbers are no pose")
         values = numbers(arguments, 0, len(arguments))
@@ -108,39 +110,38 @@ class Flat:
             raise FrameError(f"{len(values)} numbers do not fit the joints; set stride= and joints=")
         start, people, joints, stride = cut
         table = np.array(values[start:]).reshape(people, joints, stride)
-        for person in range(people):
-            self._frame(message, self._person(message, person), table[person])
-        self._leave(message, people)
+        poses = [self._pose(message, self._person(message, i), table[i]) for i in range(people)]
+        return [*poses, *self._gone(message, people)]
 
-    def idle(self, now: float) -> None:
-        """Do nothing: every message is a whole frame."""
+    def idle(self, now: float) -> Found:  # noqa: ARG002 - as other profiles have it
+        """Return nothing: every message is a whole frame."""
+        return NOTHING
 
     def pending(self) -> bool:
         """Return False: nothing is ever held back."""
         return False
 
     def _person(self, message: Message, person: int) -> str:
-        return self._intake.senders.name(message.sender, str(person + 1) if person else "")
+        return self._context.senders.name(message.sender, str(person + 1) if person else "")
 
-    def _frame(self, message: Message, performer: str, table: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+    def _pose(self, message: Message, performer: str, table: NDArray[np.float64]) -> Pose:
         xyz = table[:, :3]
         scale = self._scales.get(performer)
         if scale is None:
             scale = self._scale(height(xyz[None]), float(np.nanmax(np.abs(xyz), initial=0.0)))
             if len(self._scales) < 1024:
                 self._scales[performer] = scale
-        confidence = table[:, 3] if table.shape[1] == 4 else None
-        self._intake.frame(
+        return Pose(
             performer,
-            self._skeleton(len(table)),
             xyz * scale.metres,
             message.arrival,
-            confidence=confidence,
+            confidence=table[:, 3] if table.shape[1] == 4 else None,
+            skeleton=self._skeleton(len(table)),
             unit=scale.note or "m",
         )
 
     def _scale(self, tall: float, largest: float) -> Scale:
-        options = self._intake.options
+        options = self._context.options
         if options.unit in METRES:
             return Scale(METRES[options.unit])
         if largest <= 1.5 and not 1.2 <= tall <= 2.3:  # shares of the picture, not metres
@@ -156,11 +157,12 @@ class Flat:
             found = self._skeletons[joints] = by_count(joints) or plain
         return found
 
-    def _leave(self, message: Message, people: int) -> None:
-        for person in range(people, self._present.get(message.address, 0)):
-            self._intake.batch.leave(self._person(message, person), "nobody is there")
+    def _gone(self, message: Message, people: int) -> list[Left]:
+        """Return those who were in the message before and are not in this one."""
+        before = self._present.get(message.address, 0)
         if message.address in self._present or len(self._present) < 64:
             self._present[message.address] = people
+        return [Left(self._person(message, i), "nobody is there") for i in range(people, before)]
 
 
 def _nobody(arguments: Sequence[Any]) -> bool:

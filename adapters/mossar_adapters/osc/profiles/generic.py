@@ -11,9 +11,9 @@ import numpy as np
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.units import guessed
-from mossar_adapters.osc.assembly.single_joints import People, isotropic
+from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers_at
-from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.profile import Context, Found, Message
 from mossar_stream.errors import FrameError
 
 OPTIONS = {
@@ -34,28 +34,28 @@ class Generic:
 
     name = "generic"
 
-    def __init__(self, intake: Intake) -> None:
-        self._people = People(intake, isotropic(lambda tall: guessed(intake.options, tall)))
-        self._pattern = _compiled(checked_pattern(intake.address))
-        self._args = checked_args(intake.address)
+    def __init__(self, context: Context) -> None:
+        self._joints = SingleJoints(context, isotropic(lambda tall: guessed(context.options, tall)))
+        self._pattern = _compiled(checked_pattern(context.address))
+        self._args = checked_args(context.address)
         self._places = [self._args.index(letter) for letter in "xyzc" if letter in self._args]
         self._names: dict[str, tuple[str, str]] = {}  # address -> performer and joint in it
-        self.idle = self._people.idle
-        self.pending = self._people.pending
+        self.idle = self._joints.idle
+        self.pending = self._joints.pending
 
     def claims(self, message: Message) -> bool:
         """Return whether the address has the form."""
         return message.address in self._names or self._pattern.fullmatch(message.address) is not None
 
-    def take(self, message: Message) -> None:
-        """Use a joint."""
+    def receive(self, message: Message) -> Found:
+        """Take a joint."""
         performer, joint = self._names.get(message.address) or self._parts(message.address)
         if "p" in self._args:
             performer = self._text(message, "p")
         if "j" in self._args:
             joint = self._text(message, "j")
         row = numbers_at(message.arguments, self._places)
-        self._people.put(message, performer, joint, row if len(row) == 4 else (*row, np.nan))
+        return self._joints.put(message, performer, joint, row if len(row) == 4 else (*row, np.nan))
 
     def _parts(self, address: str) -> tuple[str, str]:
         """Return performer and joint in an address, empty where the pattern has none."""

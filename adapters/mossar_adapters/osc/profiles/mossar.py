@@ -9,14 +9,15 @@ import numpy as np
 
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.messages import numbers, whole_number, word
-from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.sequence import Sequences
+from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import performer_name
 from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 
 META, FRAME = "/mossar/meta", "/mossar/frame"
-_MAX_KNOWN = 256
 
 
 class Mossar:
@@ -24,30 +25,29 @@ class Mossar:
 
     name = "mossar"
 
-    def __init__(self, intake: Intake) -> None:
-        self._intake = intake
-        self._skeletons: dict[str, Skeleton] = {}
-        self._sequences = Sequences(intake.counters)
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._sequences = Sequences(context.counters)
 
     def claims(self, message: Message) -> bool:
         """Return whether the address is one of ours."""
         return message.address in {META, FRAME}
 
-    def take(self, message: Message) -> None:
-        """Use a meta or a frame."""
+    def receive(self, message: Message) -> Found:
+        """Take a meta or a frame."""
         if message.address == META:
-            self._meta(message)
-        elif message.address == FRAME:
-            self._frame(message)
+            return (self._meta(message),)
+        return (self._pose(message),) if message.address == FRAME else NOTHING
 
-    def idle(self, now: float) -> None:
-        """Do nothing: every message is a whole frame."""
+    def idle(self, now: float) -> Found:  # noqa: ARG002 - as other profiles have it
+        """Return nothing: every message is a whole frame."""
+        return NOTHING
 
     def pending(self) -> bool:
         """Return False: nothing is ever held back."""
         return False
 
-    def _meta(self, message: Message) -> None:
+    def _meta(self, message: Message) -> Meta:
         arguments = list(message.arguments)
         stated = whole_number(arguments.pop()) if arguments and not isinstance(arguments[-1], str) else None
         words = [word(arguments, place) for place in range(len(arguments))]
@@ -55,31 +55,20 @@ class Mossar:
             raise FrameError("a meta has a performer and the names of the joints")
         parents, root = with_known_parents(words[1:])
         skeleton = Skeleton(tuple(words[1:]), parents, root if stated is None else stated)
-        name = self._name(message, words[0])
-        if self._skeletons.get(name) != skeleton:
-            self._remember(name, skeleton)
+        return Meta(self._name(message, words[0]), skeleton, self._context.options.fps)
 
-    def _frame(self, message: Message) -> None:
+    def _pose(self, message: Message) -> Pose:
         arguments = message.arguments
         name = self._name(message, word(arguments, 0))
         (time,) = numbers(arguments, 2, 1)
         blob = arguments[3] if len(arguments) > 3 else None
         if not isinstance(blob, bytes) or len(blob) % 12 or not 12 <= len(blob) <= 12 * MAX_JOINTS:
             raise FrameError("a frame has performer, seq, t and a blob of 12 bytes per joint")
-        positions = np.frombuffer(blob, ">f4").reshape(-1, 3).astype(np.float32)
-        skeleton = self._skeletons.get(name)
-        if skeleton is None:
-            skeleton = Skeleton(tuple(f"joint{i}" for i in range(len(positions))), root=-1)
-            self._remember(name, skeleton)
         self._sequences.count(name, whole_number(arguments[1]))
-        self._intake.frame(name, skeleton, positions, message.arrival, time=time)
+        positions = np.frombuffer(blob, ">f4").reshape(-1, 3).astype(np.float32)
+        return Pose(name, positions, message.arrival, time)
 
     def _name(self, message: Message, person: str) -> str:
-        if message.sender or "performer" in self._intake.address.options:
-            return self._intake.senders.name(message.sender, person)
+        if message.sender or "performer" in self._context.address.options:
+            return self._context.senders.name(message.sender, person)
         return performer_name(person)
-
-    def _remember(self, name: str, skeleton: Skeleton) -> None:
-        if len(self._skeletons) == _MAX_KNOWN:
-            del self._skeletons[next(iter(self._skeletons))]
-        self._skeletons[name] = skeleton

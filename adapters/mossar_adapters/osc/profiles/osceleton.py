@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.units import Scale, fitted, guessed, height
 from mossar_adapters.joint_sets import with_known_parents
-from mossar_adapters.osc.assembly.single_joints import People
+from mossar_adapters.osc.assembly.single_joints import SingleJoints
 from mossar_adapters.osc.messages import numbers, whole_number, word
-from mossar_adapters.osc.profiles.profile import Intake, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
 from mossar_stream.errors import FrameError
 
 FIELD = (2.56, 1.92, 1.28)  # m per unit along x, y, z
@@ -45,29 +45,34 @@ class Osceleton:
 
     name = "osceleton"
 
-    def __init__(self, intake: Intake) -> None:
-        self._people = People(intake, lambda raw: _scaling(raw, intake.options), openni_parents)
-        self.idle = self._people.idle
-        self.pending = self._people.pending
+    def __init__(self, context: Context) -> None:
+        self._joints = SingleJoints(context, lambda raw: _scaling(raw, context.options), openni_parents)
+        self.idle = self._joints.idle
+        self.pending = self._joints.pending
 
     def claims(self, message: Message) -> bool:
         """Return whether the address is one of OSCeleton's."""
         address = message.address
         return address == "/joint" or address.startswith(("/joint/", "/new_user", "/lost_user"))
 
-    def take(self, message: Message) -> None:
-        """Use a joint, or note that a user left."""
+    def receive(self, message: Message) -> Found:
+        """Take a joint, or note that a user left."""
         address, arguments = message.address, message.arguments
         if address == "/joint":
             xyz = numbers(arguments, 2, 3)
-            self._people.put(message, str(whole_number(arguments[1])), word(arguments, 0), (*xyz, np.nan))
-        elif address.startswith("/joint/"):
+            return self._joints.put(
+                message, str(whole_number(arguments[1])), word(arguments, 0), (*xyz, np.nan)
+            )
+        if address.startswith("/joint/"):
             joint, slash, user = address[len("/joint/") :].rpartition("/")
             if not slash or not joint:
                 raise FrameError(f"{address[:60]} is not of the form /joint/<name>/<user>")
-            self._people.put(message, user, joint, (*numbers(arguments, 0, 3), np.nan))
-        elif address == "/lost_user":
-            self._people.lost(message, str(whole_number(arguments[0] if arguments else None)), "lost user")
+            return self._joints.put(message, user, joint, (*numbers(arguments, 0, 3), np.nan))
+        if address == "/lost_user":
+            return self._joints.leave(
+                message, str(whole_number(arguments[0] if arguments else None)), "lost user"
+            )
+        return NOTHING
 
 
 def _scaling(raw: NDArray[np.float64], options: ReadOptions) -> tuple[NDArray[np.float64], Scale]:

@@ -9,10 +9,10 @@ from mossar_adapters.osc.profiles.kinectv2 import KinectV2
 from mossar_adapters.osc.profiles.mossar import Mossar
 from mossar_adapters.osc.profiles.nimate import NiMate
 from mossar_adapters.osc.profiles.osceleton import Osceleton
-from mossar_adapters.osc.profiles.profile import Intake, Message, Profile
+from mossar_adapters.osc.profiles.profile import Context, Found, Message, Profile
 from mossar_adapters.osc.profiles.vmc import Vmc
 
-PROFILES: dict[str, Callable[[Intake], Profile]] = {
+PROFILES: dict[str, Callable[[Context], Profile]] = {
     "vmc": Vmc,
     "osceleton": Osceleton,
     "kinectv2": KinectV2,
@@ -42,20 +42,37 @@ class Routes:
 
     Args:
         chosen: The user's choice; `auto` makes every profile that needs no options.
-        intake: For the profiles.
+        context: For the profiles.
     """
 
-    def __init__(self, chosen: str, intake: Intake) -> None:
+    def __init__(self, chosen: str, context: Context) -> None:
         names = _AUTO if chosen == "auto" else (chosen,)
-        self.profiles = [PROFILES[name](intake) for name in names]
+        self._profiles = [PROFILES[name](context) for name in names]
         self._known: dict[str, Profile] = {}  # by address, where that alone decides
+
+    def receive(self, message: Message) -> Found | None:
+        """Return what is complete with a message, None if it fits no profile.
+
+        Raises:
+            FrameError: If it is malformed.
+        """
+        profile = self.find(message)
+        return None if profile is None else profile.receive(message)
+
+    def idle(self, now: float) -> Found:
+        """Return the frames that nothing more has come for."""
+        return [item for profile in self._profiles for item in profile.idle(now)]
+
+    def pending(self) -> bool:
+        """Return whether a frame is open or held back."""
+        return any(profile.pending() for profile in self._profiles)
 
     def find(self, message: Message) -> Profile | None:
         """Return the profile for a message, or None if it fits none."""
         known = self._known.get(message.address)
         if known is not None:
             return known
-        for profile in self.profiles:
+        for profile in self._profiles:
             if profile.claims(message):
                 brief = len(message.address) <= _LONGEST
                 if brief and not isinstance(profile, Flat) and len(self._known) < _MAX_ADDRESSES:
