@@ -15,9 +15,9 @@ from mossar_stream import Segmenter, Settings, SnapshotError
 from mossar_stream.engine.plan import Plan
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.memory.row import HEADER, KEY, MARK, MEMO, REGIONS, header, region
+from mossar_stream.similarity import summary
 from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
-from mossar_stream.similarity import summary
 from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
 
 KINDS = {

@@ -127,7 +127,7 @@ class DemoSource:
 
         To be iterated once.
         """
-        yield from (Meta(name, SKELETON, self._style.fps) for name in self._names)
+        yield from (Meta(name, SKELETON, self._style.fps, recording=self.name) for name in self._names)
         per_chunk = max(1, round(self._style.fps * _CHUNK))
         for chunk in itertools.count(1):
             until = chunk * per_chunk / self._style.fps

@@ -58,7 +58,8 @@ class RecordingSource:
     def items(self) -> Iterator[Meta | Frames | None]:
         """Yield a meta per performer, then frames; to be iterated once."""
         skeleton, fps = self.recording.skeleton, self.recording.fps
-        yield from (Meta(name, skeleton, fps) for name in self._names.values())
+        path = str(self.recording.path)
+        yield from (Meta(name, skeleton, fps, recording=path) for name in self._names.values())
         for frames in self._frames():
             if not self.live:
                 yield frames
