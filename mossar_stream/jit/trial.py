@@ -9,11 +9,13 @@ import numba
 import numpy as np
 from numba.core.caching import _Cache
 
-from mossar_stream.jit import instructions, simd_twin
+from mossar_stream.jit import instructions as _instructions
+from mossar_stream.jit import simd_twin
 from mossar_stream.jit.linked_calls import callable_by_name, make_known
 from mossar_stream.jit.options import entry_options, inner_options
 from mossar_stream.jit.sturdy_cache import SturdyCache
 
+instructions: Any = _instructions  # compiled: called with fewer arguments than they declare
 _part: Any = instructions.part
 _INNER = inner_options(accelerated=True)
 _INLINE = inner_options(accelerated=True, inline=True)
