@@ -43,7 +43,7 @@ _MOTION: dict[str, object] = {
     "post_roll": 0.0,
     "tempo": False,
     "remerge_window": 24,
-    "remerge_seconds": 1.5,
+    "remerge_seconds": 1.4,
 }
 # What level `motion` was before, and posture still is: likelihood alone.
 _POSTURE: dict[str, object] = {

@@ -38,7 +38,7 @@ class Segmenter:
     """Online Mossar for one performer.
 
     Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per
-    installation; a second Python process helps meanwhile), never while frames come in. All state has a fixed size.
+    installation; `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
     Args:
         skeleton: The performer's joints.
@@ -54,7 +54,7 @@ class Segmenter:
         >>> skeleton = Skeleton(("hip", "hand"), (-1, 0))
         >>> segmenter = Segmenter(skeleton, Settings(window=0.1), fps=30)
         >>> frames = np.zeros((90, 2, 3), np.float32)
-        >>> frames[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> frames[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
         >>> frames[60:, 1, 0] = 1
         >>> events = segmenter.push(frames)
         >>> [e.kind for e in events if isinstance(e, KeyFrameEvent) and e.status == "confirmed"]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.scales import extent
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X
 
 SPACING = 0.1  # s between the poses
@@ -55,7 +55,7 @@ class Cycles(NamedTuple):
     notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring
 
 
-@compiled
+@kernel
 def start_cycles(state, time):
     """Begin a take."""
     state.poses = 0
@@ -67,7 +67,7 @@ def start_cycles(state, time):
     state.judged = 0
 
 
-@inlined
+@inline_kernel
 def follow_cycles(cycles, scales, body, joints, time):
     """Take the pose of a frame in if one is due, and look for a period.
 
@@ -86,7 +86,7 @@ def follow_cycles(cycles, scales, body, joints, time):
     _find_period(cycles, STILL * extent(scales) ** 2)
 
 
-@compiled
+@kernel
 def _take_pose(cycles, body, joints):
     """Keep a pose, and its distances from those before."""
     state, poses = cycles.state, cycles.poses
@@ -106,7 +106,7 @@ def _take_pose(cycles, body, joints):
     state.poses += 1
 
 
-@compiled
+@kernel
 def _squared_distance(one, other):
     total = 0.0
     for axis in range(3):
@@ -116,7 +116,7 @@ def _squared_distance(one, other):
     return total
 
 
-@compiled
+@kernel
 def _find_period(cycles, still):
     """Set whether the performer is in a cycle, and its period."""
     state = cycles.state
@@ -144,7 +144,7 @@ def _find_period(cycles, still):
         state.inside = 1
 
 
-@inlined
+@inline_kernel
 def _mean_distance(cycles, lag):
     """Return the mean squared distance at a lag, and whether there were poses enough to know it."""
     window = max(lag // 2, SHORTEST_WINDOW)
@@ -155,7 +155,7 @@ def _mean_distance(cycles, lag):
     return total / max(there, 1), there == window
 
 
-@inlined
+@inline_kernel
 def note_candidate(cycles, time, home, speed):
     """Remember a candidate that Algorithm 2 accepted.
 
@@ -171,7 +171,7 @@ def note_candidate(cycles, time, home, speed):
     cycles.state.candidates += 1
 
 
-@inlined
+@inline_kernel
 def due_verdict(cycles, delay):
     """Return when the next candidate must be judged, s; inf if none waits."""
     state = cycles.state
@@ -180,7 +180,7 @@ def due_verdict(cycles, delay):
     return cycles.notes[state.judged % CANDIDATES].time + delay
 
 
-@compiled
+@kernel
 def judge(cycles):
     """Return the verdict on the oldest candidate that has none."""
     state = cycles.state
@@ -203,7 +203,7 @@ def judge(cycles):
     return ENDS
 
 
-@inlined
+@inline_kernel
 def _out_of_step(state, time):
     """Return how far a time is from whole periods after the last repetition: 0, to 1 from a half on."""
     if not state.last_time > -np.inf:
@@ -212,7 +212,7 @@ def _out_of_step(state, time):
     return min(1.0, 2.0 * abs(periods - np.rint(periods)))
 
 
-@inlined
+@inline_kernel
 def forget_newest(cycles):
     """Forget the newest candidate, which was taken back."""
     state = cycles.state

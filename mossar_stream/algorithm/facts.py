@@ -7,17 +7,19 @@ import numpy as np
 from mossar_stream.algorithm.cycles import Cycles
 from mossar_stream.algorithm.pose_history import PoseHistory, mark_at
 from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity import evidence
 
 SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
+EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 SPEED_WINDOW = 0.1  # s, over which speeds are taken
 APART = 0.2  # s between key frames that are told of when Algorithm 2 accepts them
+QUICK = 2.0  # V; who is faster is in the midst of a move
 ABOVE_NOISE = 2.0  # times the sensor's noise that a speed must have reached before
 
 FACTS_OF_CANDIDATE = np.dtype(
     [
-        ("frame", "i8"),  # where it is told to be: half a velocity window before Algorithm 2's frame
+        ("frame", "i8"),  # where it is told to be: `EARLIER` than Algorithm 2's frame
         ("time", "f8"),  # s
         ("speed", "f8"),  # m/s, lowest since the candidate
         ("home", "f8"),  # m, distance from the pose in which the performer dwells
@@ -27,7 +29,7 @@ FACTS_OF_CANDIDATE = np.dtype(
 )
 
 
-@compiled
+@kernel
 def start_facts(facts, frame, time):
     """Begin a take."""
     facts.frame = frame
@@ -38,13 +40,13 @@ def start_facts(facts, frame, time):
     facts.told_time = -np.inf
 
 
-@inlined
+@inline_kernel
 def smoothing_share(dt):
     """Return the weight of the newest pose in the filtered one."""
     return np.float32(dt / (dt + SMOOTHING)) if dt > 0.0 else np.float32(0.0)
 
 
-@compiled
+@kernel
 def note_place(facts, scales, history, body, time, joints):
     """Note what is known of a candidate, or of a crossing, at the last frame.
 
@@ -64,7 +66,7 @@ def note_place(facts, scales, history, body, time, joints):
         facts.time = history.marks[place].time
 
 
-@inlined
+@inline_kernel
 def noise_of_speed(noise, joints):
     """Return what the sensor's noise adds to the speed u, m/s.
 
@@ -77,7 +79,7 @@ def noise_of_speed(noise, joints):
     return noise.estimate / joints * noise.step * np.sqrt(share / (2.0 - share)) / SPEED_WINDOW
 
 
-@compiled
+@kernel
 def write_facts(summary, begin, facts, scales, noise):
     """Write what is known of a key frame into the summary of the segment that it ends."""
     summary[begin + evidence.SPEED] = facts.speed
@@ -88,7 +90,8 @@ def write_facts(summary, begin, facts, scales, noise):
     summary[begin + evidence.NOISE] = noise
 
 
-@inlined
-def is_telling(facts, time, noise):
-    """Tell whether a key frame is told of at once: apart from the last one, and not the sensor's noise."""
-    return time - facts.told_time >= APART and facts.peak >= ABOVE_NOISE * noise
+@inline_kernel
+def is_telling(facts, scales, time, noise):
+    """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise."""
+    slow = facts.speed <= QUICK * usual_speed(scales)
+    return slow and time - facts.told_time >= APART and facts.peak >= ABOVE_NOISE * noise

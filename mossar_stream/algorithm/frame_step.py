@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
 from mossar_stream.algorithm.cycles import CANDIDATES, LAGS, LONGEST_WINDOW, NOTE, Cycles, follow_cycles, start_cycles
-from mossar_stream.algorithm.facts import note_place, smoothing_share, start_facts
+from mossar_stream.algorithm.facts import EARLIER, note_place, smoothing_share, start_facts
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.noise import calm_noise, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -38,7 +38,7 @@ from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
 from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
 from mossar_stream.algorithm.window import start_window
-from mossar_stream.jit.decorators import compiled, frame_entry_point, inlined, spliced
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
@@ -82,7 +82,7 @@ class Arrays(NamedTuple):
     memo: NDArray[np.void]  # (memo,) MEMO
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def advance(
     memory: NDArray[np.uint8],
     index: int,
@@ -113,14 +113,14 @@ def advance(
         time = times[i]
         place = place_in_time(clock, time, plan.max_pause)
         if place == BEYOND:
-            return STOPS * i + TAKE_ENDS  # type: ignore[no-any-return]
+            return STOPS * i + TAKE_ENDS
         if (
             place != IN_VAIN
             and clock.open == 1
             and ring_is_full(state.velocity, a.ring_time, time, plan.window)
         ):
             if plan.ring < MOST_STEPS:
-                return STOPS * i + RING_FULL  # type: ignore[no-any-return]
+                return STOPS * i + RING_FULL
             place = IN_VAIN
         if place == IN_VAIN:
             state.counters.out_of_order += 1
@@ -132,7 +132,7 @@ def advance(
     return STOPS * len(times) + DONE
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _arrays_of(state, row, params):
     plan, at = state.plan, state.at
     body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
@@ -169,7 +169,7 @@ def _arrays_of(state, row, params):
     )
 
 
-@inlined
+@inline_kernel
 def _take_in(state, a, frame, time):
     """Take one frame in, all the way to its summary."""
     plan, clock = state.plan, state.clock
@@ -196,7 +196,7 @@ def _take_in(state, a, frame, time):
     note_last_frame(state.open_segment, time, dt, state.curve.moving, state.scales.speed)
 
 
-@compiled
+@kernel
 def _open_take(state, a, time):
     """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
     clock, segment = state.clock, a.segment
@@ -212,7 +212,7 @@ def _open_take(state, a, time):
     start_cycles(state.cycles, time)
 
 
-@inlined
+@inline_kernel
 def _velocity(state, a, frame, time, dt, first):
     """Return the velocity of a frame (equation 1), smoothed; the first one of a take has none."""
     plan, clock, body = state.plan, state.clock, a.joints.body
@@ -234,7 +234,7 @@ def _velocity(state, a, frame, time, dt, first):
     return velocity
 
 
-@inlined
+@inline_kernel
 def _rms_displacement(plan, body):
     """Return as many times the joints' rms path as there are joints: long steps of few weigh more than in the sum."""
     squares = 0.0
@@ -243,19 +243,18 @@ def _rms_displacement(plan, body):
     return np.sqrt(squares * plan.moving_joints)
 
 
-@compiled
+@kernel
 def _note_facts(state, a):
     """Note what evidence needs to know of what the splitter found, while the features are those of the last frame."""
     found, facts, plan = state.curve.found, state.facts, state.plan
     if found.happened & (PROMOTED | CROSSED):
         time = state.clock.time if found.happened & CROSSED else found.time
-        place = time - 0.5 * plan.window
-        note_place(facts, state.scales, a.history, a.joints.body, place, plan.moving_joints)
+        note_place(facts, state.scales, a.history, a.joints.body, time - EARLIER, plan.moving_joints)
     else:
         facts.speed = min(facts.speed, state.scales.speed)
 
 
-@inlined
+@inline_kernel
 def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     plan, clock, body = state.plan, state.clock, a.joints.body
@@ -280,7 +279,7 @@ def _describe(state, a, dt, first):
         follow_poses(state.scales, body, plan.moving_joints, stood_for)
 
 
-@inlined
+@inline_kernel
 def _follow_evidence(state, a, squares, dt, first):
     """Let scales and cycles follow."""
     plan, body = state.plan, a.joints.body
@@ -292,7 +291,7 @@ def _follow_evidence(state, a, squares, dt, first):
     follow_cycles(a.cycles, state.scales, body, plan.moving_joints, state.clock.time)
 
 
-@inlined
+@inline_kernel
 def _localise(plan, body, share):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin.
 
@@ -308,7 +307,7 @@ def _localise(plan, body, share):
         _keep_paths(page)
 
 
-@inlined
+@inline_kernel
 def _shift(page, cx, cy, cz, share):
     kept = np.float32(1.0) - share
     for j in range(PAGE):
@@ -318,7 +317,7 @@ def _shift(page, cx, cy, cz, share):
         page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live
 
 
-@inlined
+@inline_kernel
 def _keep_paths(page):
     for j in range(PAGE):
         page[j + STEP_BEFORE] = page[j + STEP]

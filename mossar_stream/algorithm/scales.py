@@ -10,7 +10,7 @@ Metres stand only in that prior.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_sum
 from mossar_stream.memory.joint_pages import (
     HOME_X,
@@ -50,7 +50,7 @@ SCALES = np.dtype(
 )
 
 
-@compiled
+@kernel
 def start_scales(scales, body, joints):
     """Begin a take with the prior, in the first pose."""
     for j in range(joints):
@@ -65,7 +65,7 @@ def start_scales(scales, body, joints):
     scales.dwelt = PRIOR_DWELT
 
 
-@inlined
+@inline_kernel
 def follow_scales(scales, squares, dt):
     """Take the speed of a frame in.
 
@@ -80,7 +80,7 @@ def follow_scales(scales, squares, dt):
     scales.speed_weight = scales.speed_weight * kept + dt
 
 
-@inlined
+@inline_kernel
 def follow_poses(scales, body, joints, dt):
     """Take a pose in that stands for `dt` seconds.
 
@@ -104,7 +104,7 @@ def follow_poses(scales, body, joints, dt):
     scales.spread_weight = scales.spread_weight * kept + dt
 
 
-@inlined
+@inline_kernel
 def _follow_page(page, share, toward_home):
     """Let the means of a page's joints follow, and set the squared distances that they had from the slow one."""
     for j in range(PAGE):
@@ -119,25 +119,25 @@ def _follow_page(page, share, toward_home):
         page[j + WORK] = u * u + v * v + w * w
 
 
-@inlined
+@inline_kernel
 def usual_speed(scales):
     """Return V, m/s."""
     return max(np.sqrt(scales.squared_speed / scales.speed_weight), LEAST_SPEED)
 
 
-@inlined
+@inline_kernel
 def extent(scales):
     """Return A, m."""
     return max(np.sqrt(scales.spread / scales.spread_weight), LEAST_EXTENT)
 
 
-@inlined
+@inline_kernel
 def tempo_of(scales):
     """Return how slow the performer is: A / V relative to ordinary, within limits."""
     return min(max(extent(scales) / usual_speed(scales) / ORDINARY, QUICKEST), SLOWEST)
 
 
-@compiled
+@kernel
 def distance_from_home(body, joints):
     """Return the rms distance of the joints from the pose H, m."""
     squares = 0.0

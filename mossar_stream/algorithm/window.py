@@ -28,7 +28,7 @@ from mossar_stream.algorithm.remerging import (
     remerge,
 )
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
     MERGED,
@@ -124,7 +124,7 @@ class Window(NamedTuple):
     scratch: Scratch
 
 
-@compiled
+@kernel
 def start_window(state, frame, time):
     """Begin without a key frame; the first segment starts at the first frame."""
     state.undecided = 0
@@ -140,7 +140,7 @@ def start_window(state, frame, time):
     state.pace = 1.0
 
 
-@inlined
+@inline_kernel
 def set_due_time(w):
     """Set when the oldest undecided key frame must be decided, or a verdict on a candidate is due."""
     due = np.inf
@@ -151,13 +151,13 @@ def set_due_time(w):
     w.state.due_time = due
 
 
-@inlined
+@inline_kernel
 def verdict_delay(plan):
     """Return how old a candidate is when it is judged, s: decided it is not earlier."""
     return min(plan.hold, JUDGED_AFTER)
 
 
-@compiled
+@kernel
 def judge_candidates(w, until):
     """Judge the candidates that are due until some time, s, and let their key frames know."""
     first = w.state.ordinal - w.state.undecided
@@ -169,7 +169,7 @@ def judge_candidates(w, until):
             w.state.ranked = 0
 
 
-@inlined
+@inline_kernel
 def is_due(w):
     """Tell whether the oldest key frame must be decided now."""
     state = w.state
@@ -178,7 +178,7 @@ def is_due(w):
     return state.undecided > w.plan.capacity or w.clock.time >= w.keys[0].time + w.plan.hold
 
 
-@compiled
+@kernel
 def add_key(w, slot, point, time, rev, told):
     """Add a confirmed key frame and the segment that it ends.
 
@@ -218,7 +218,7 @@ def add_key(w, slot, point, time, rev, told):
         put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
 
 
-@compiled
+@kernel
 def tell_oldest(w):
     """Tell of the oldest key frame as confirmed if it was not, and will be final."""
     key = w.keys[0]
@@ -233,13 +233,13 @@ def tell_oldest(w):
         _update_segments(w, SEGMENT_CLOSED)
 
 
-@inlined
+@inline_kernel
 def point_of(key, frame, time, strength):
     """Return an undecided key frame as messages tell of it, with where it is now and its strength."""
     return Point(key.kind, key.frame, frame, time, key.velocity, strength)
 
 
-@compiled
+@kernel
 def rank(w, open_slot):
     """Compute the strengths of the undecided key frames; without an open slot the newest takes no part."""
     state, scratch = w.state, w.scratch
@@ -272,7 +272,7 @@ def rank(w, open_slot):
         w.keys[scratch.removed[i]].place = i
 
 
-@compiled
+@kernel
 def relabel(w):
     """Keep every undecided key frame or not at the level as it is now, and say what changed."""
     plan = w.plan
@@ -290,7 +290,7 @@ def relabel(w):
         _update_segments(w, SEGMENT_CLOSED)
 
 
-@inlined
+@inline_kernel
 def _update_segments(w, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
     left = w.state.left_ordinal
@@ -310,7 +310,7 @@ def _update_segments(w, status):
             left = key.ordinal
 
 
-@compiled
+@kernel
 def span(w, begin, end, open_slot, target):
     """Set a row of the scratch to the closed summary of the window's segments begin … end together.
 
@@ -325,7 +325,7 @@ def span(w, begin, end, open_slot, target):
     close(w.params, w.scratch.summaries[target])
 
 
-@inlined
+@inline_kernel
 def _join(w, begin, end, open_slot, own):
     """Do the same for any summary, but leave it open; a short one gets only as much, of what all measures add."""
     undecided, size = w.state.undecided, len(own)
@@ -341,7 +341,7 @@ def _join(w, begin, end, open_slot, own):
                 own[d] += w.summaries[slot, d]
 
 
-@compiled
+@kernel
 def put_segment(w, start, end, status):
     """Put a message about the segment between two key frames of the window into the event buffer.
 
@@ -387,7 +387,7 @@ def put_segment(w, start, end, status):
         event.rev = w.counts[line, column]
 
 
-@inlined
+@inline_kernel
 def describe(w, event, has_previous, status, bounds):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
@@ -418,7 +418,7 @@ def describe(w, event, has_previous, status, bounds):
     event.joint3, event.joint4 = active[3], active[4]
 
 
-@inlined
+@inline_kernel
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):

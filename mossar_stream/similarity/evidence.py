@@ -17,7 +17,7 @@ What is known of the key frame itself stands in the summary of the segment that 
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.similarity.summary import DURATION, SHORTEST
 
 FACTS = 8  # numbers in a summary's own part, from `params.facts` on:
@@ -42,13 +42,13 @@ LOG_2 = np.log(2.0)
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 
-@compiled
+@kernel
 def note_peak(slot, facts, speed):
     """Let a summary know a frame's speed u, m/s."""
     slot[facts] = max(slot[facts], speed)
 
 
-@compiled
+@kernel
 def merge_facts(facts, target, other):
     """Give a summary what is known of the later of two segments, and the peak of both.
 
@@ -62,7 +62,7 @@ def merge_facts(facts, target, other):
         target[i] = other[i]
 
 
-@compiled
+@kernel
 def odds_strength(params, left, right, both):
     """Return the strength of the key frame between two segments.
 
@@ -88,7 +88,7 @@ def odds_strength(params, left, right, both):
     return np.logaddexp(0.0, odds) / LOG_2
 
 
-@compiled
+@kernel
 def _change(params, left, right, both, floor):
     """Return what it costs to merge the poses, and the log speeds, of two segments, at the performer's tempo."""
     pose, speed = _terms(params, both, floor)
@@ -101,7 +101,7 @@ def _change(params, left, right, both, floor):
     )
 
 
-@compiled
+@kernel
 def _terms(params, slot, floor):
     """Return T Σ log(σ² + floor) over the joints, of positions (mean variance of the axes) and of log speeds."""
     scale = 1.0 / slot[DURATION]
