@@ -9,10 +9,11 @@ or is not looked at.
 
 import numpy as np
 
+from mossar_stream.jit import simd
 from mossar_stream.jit.decorators import compiled, inlined, spliced
-from mossar_stream.jit.simd import PAGE, page_sum
 from mossar_stream.jit.views import part
 
+PAGE = simd.PAGE  # joints
 POINT = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4")])  # m; a frame is J of these
 X, Y, Z = 0, 32, 64  # m, where the joint is taken to be, in the source's space
 GOOD_X, GOOD_Y, GOOD_Z = 96, 128, 160  # m, where it was last there
@@ -61,7 +62,7 @@ def line_sum(body, line):
     """Sum of a line of the body over all joints."""
     total = 0.0
     for first in range(0, len(body) // LINES, PAGE):
-        total += page_sum(page_of(body, first), line)
+        total += simd.page_sum(page_of(body, first), line)
     return total
 
 
