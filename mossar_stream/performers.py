@@ -95,7 +95,7 @@ class Performers:
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        segmenter = Segmenter.in_slot(self._pools_for(skeleton, fps).allocate(name))
+        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name))
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
@@ -180,7 +180,7 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        return engine.push_many([segmenter.slot for segmenter in segmenters], frames, moments)
+        return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -223,7 +223,7 @@ class Performers:
         """End a performer's take and forget the performer."""
         segmenter = self._segmenters.pop(performer)
         events = segmenter.end_take(reason)
-        segmenter.slot.release()
+        segmenter.row.release()
         return events
 
     def snapshot(self) -> dict[str, bytes]:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.algorithm.pose_history import SPACING, history_size
-from mossar_stream.algorithm.row import records, region
+from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Slot, pool_of_one
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     KEY_FRAME_KINDS,
@@ -39,7 +39,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
         time: s.
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
-        strength: At which it falls in Algorithm 3; it stands at every level up to this.
+        strength: At which Algorithm 3 removes it; it is kept at every level up to this.
     """
 
     frame: int
@@ -62,7 +62,7 @@ class Segment(msgspec.Struct, frozen=True):
 
 
 class Segmentation(msgspec.Struct, frozen=True):
-    """One level of the hierarchy: the key frames that stand, where they are, and the segments between."""
+    """One level of the hierarchy: the key frames that are kept, where they are, and the segments between."""
 
     key_frames: list[KeyFrame]
     segments: list[Segment]
@@ -74,17 +74,16 @@ class Result:
     Attributes:
         settings: The settings used.
         key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
-        hierarchy: The same key frames in the order in which they fall. Without its first k entries it is the
+        hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
     """
 
-    def __init__(self, slot: Slot, curves: list[CurveState]) -> None:
-        self.settings = slot.plan.given
+    def __init__(self, row: Row, curves: list[CurveState]) -> None:
+        self.settings = row.plan.given
         self.curves = curves
-        self._plan, self._row = slot.plan, slot.memory[0]
-        plan, row = self._plan, self._row
-        keys = region(row, plan.shape, "keys")[: int(records(row)["window"]["undecided"])]
+        self._row = row
+        keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -102,9 +101,9 @@ class Result:
         """Return the segmentation at a level, or with a number of key frames. Nothing is computed again.
 
         Args:
-            level: A name or a strength: key frames at least as strong stand, and of the others as many as
+            level: A name or a strength: key frames at least as strong are kept, and of the others as many as
                 `max_key_frames` calls for.
-            count: Number of key frames that stand; all of them if there are fewer.
+            count: Number of key frames that are kept (α); all of them if there are fewer.
 
         Raises:
             ValueError: If not exactly one of the two is given, or `count` is negative.
@@ -113,20 +112,20 @@ class Result:
             raise ValueError("at() takes a level or a count")
         if count is not None and count < 0:
             raise ValueError(f"count must not be negative, not {count}")
-        slot = pool_of_one(self._plan, "p1", self._row)
-        plan = slot.state["plan"]
+        row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
+        plan = row.state["plan"]
         if level is None:
             plan["beta"], plan["alpha"] = math.inf, count
         else:
-            plan["beta"] = self._plan.strength(self.settings.replace(level=level).level)
+            plan["beta"] = row.plan.strength(self.settings.replace(level=level).level)
             plan["alpha"] = self.settings.max_key_frames or 0
-        events = engine.update(slot, DECIDE)
-        standing = [
+        events = engine.update(row, DECIDE)
+        kept = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
             for e in events
             if isinstance(e, KeyFrameEvent) and e.status == "final"
         ]
-        return Segmentation(standing, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
 
 
 def _segment(event: SegmentEvent) -> Segment:
@@ -192,24 +191,24 @@ def segment_recording(
     chosen = settings or Settings()
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
-    slot = _new_slot(skeleton, chosen, fps, moments)
+    row = _new_row(skeleton, chosen, fps, moments)
     step = 1 if curves else max(1, len(moments))
     states = []
     for begin in range(0, len(moments), step):
-        engine.push(slot, frames[begin : begin + step], moments[begin : begin + step])
+        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
         if curves:
-            states.append(curve_state(slot.memory[0], slot.plan))
-    engine.update(slot, RANK)
-    return Result(slot, states)
+            states.append(curve_state(row.memory[0], row.plan))
+    engine.update(row, RANK)
+    return Result(row, states)
 
 
-def _new_slot(
+def _new_row(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
     times: NDArray[np.float64],
-) -> Slot:
-    """Return a slot for a recording."""
+) -> Row:
+    """Return a row for a recording."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
     history = min(history_size(seconds), history_size(len(times) * SPACING))
@@ -229,9 +228,9 @@ def _whole_range(
     The smallest velocity is 0, that of the first frame, where the window is empty. The bounds are fixed, unless
     the range must be able to rise above the noise.
     """
-    slot = _new_slot(skeleton, settings.replace(range="running"), fps, times)
-    engine.push(slot, frames, times)
-    state, bounds = slot.state, slot.state["plan"]
+    row = _new_row(skeleton, settings.replace(range="running"), fps, times)
+    engine.push(row, frames, times)
+    state, bounds = row.state, row.state["plan"]
     largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
     if bounds["noise_margin"]:
         return settings.replace(range="running", range_floor=largest / float(bounds["moving_joints"]))

@@ -11,7 +11,7 @@ from mossar_stream.algorithm.window_step import LEVEL
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Slot, pool_of_one
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
@@ -62,51 +62,51 @@ class Segmenter:
         plan = Plan(skeleton, settings or Settings(), fps)
         self._begin(pool_of_one(plan, performer_name(performer)), plan.given.level)
 
-    def _begin(self, slot: Slot, level: LevelName | float) -> None:
-        self.performer = slot.name
-        self.joints = len(slot.plan.skeleton)
-        self._slot = slot
+    def _begin(self, row: Row, level: LevelName | float) -> None:
+        self.performer = row.name
+        self.joints = len(row.plan.skeleton)
+        self._row = row
         self._level = level
         self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
 
     @classmethod
-    def in_slot(cls, slot: Slot) -> "Segmenter":
+    def of_row(cls, row: Row) -> "Segmenter":
         """Return a segmenter whose state is a row of a pool."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(slot, slot.plan.given.level)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.given.level)  # noqa: SLF001 - its own class
         return segmenter
 
     @property
-    def slot(self) -> Slot:
-        """Where the state lies."""
-        return self._slot
+    def row(self) -> Row:
+        """Where the state lies, for those who run the rows of a pool."""
+        return self._row
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        self._slot.clock["take"] = counts["take"]
+        self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
-            self._slot.state["counters"][name] = counts[name]
+            self._row.state["counters"][name] = counts[name]
 
     @property
     def skeleton(self) -> Skeleton:
         """The performer's joints."""
-        return self._slot.plan.skeleton
+        return self._row.plan.skeleton
 
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self._slot.plan.given.replace(level=self._level)
+        return self._row.plan.given.replace(level=self._level)
 
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self._slot.clock["take"])
+        return int(self._row.clock["take"])
 
     @property
     def stats(self) -> dict[str, int]:
         """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
-        return {name: int(self._slot.state["counters"][name]) for name in COUNTERS}
+        return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -116,7 +116,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self._slot.memory[0], self._slot.plan) if self._slot.clock["open"] else None
+        return curve_state(self._row.memory[0], self._row.plan) if self._row.clock["open"] else None
 
     @property
     def level(self) -> LevelName | float:
@@ -129,10 +129,10 @@ class Segmenter:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._level = self._slot.plan.given.replace(level=level).level
-        slot = self._slot
-        slot.state["plan"]["beta"] = slot.plan.strength(self._level)
-        slot.pending += engine.update(slot, LEVEL)
+        self._level = self._row.plan.given.replace(level=level).level
+        row = self._row
+        row.state["plan"]["beta"] = row.plan.strength(self._level)
+        row.pending += engine.update(row, LEVEL)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -151,15 +151,15 @@ class Segmenter:
             SettingsError: If a value is illegal; nothing is changed then.
         """
         level = changes.pop("level", self._level)
-        level = self._slot.plan.given.replace(level=level).level
-        slot, before = self._slot, self._slot.plan
+        level = self._row.plan.given.replace(level=level).level
+        row, before = self._row, self._row.plan
         plan = Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring)
         events: list[Event] = []
         if plan.continues(before):
-            slot.replan(plan)
+            row.replan(plan)
         else:
             events = self.end_take("settings changed")
-            slot.restart(plan)
+            row.restart(plan)
         self.level = level
         return events
 
@@ -185,7 +185,7 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        slot = self._slot
+        row = self._row
         if (
             type(times) is float
             and type(positions) is np.ndarray
@@ -194,16 +194,16 @@ class Segmenter:
             and positions.flags.carray
             and confidence is None
             and first_frame is None
-            and slot.is_live
+            and row.is_live
         ):
             # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
             self._one_time[0] = times
-            return engine.push_frame(slot, positions[None], self._one_time)
+            return engine.push_frame(row, positions[None], self._one_time)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         chunk, moments = self._check(positions, times, confidence, first_frame)
-        return engine.push(slot, chunk, moments, first_frame)
+        return engine.push(row, chunk, moments, first_frame)
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -214,20 +214,20 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        return engine.end_take(self._slot, reason)
+        return engine.end_take(self._row, reason)
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
-        events.append(engine.stream_event(self._slot, "reset", reason))
-        self._slot.state["range"]["largest"] = 0.0
-        forget_noise(self._slot.state["noise"])
+        events.append(engine.stream_event(self._row, "reset", reason))
+        self._row.state["range"]["largest"] = 0.0
+        forget_noise(self._row.state["noise"])
         return events
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        slot = self._slot
-        return pack_snapshot(slot.plan, slot.name, self._level, slot.pending, slot.memory[0])
+        row = self._row
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0])
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -236,11 +236,11 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, row = unpack_snapshot(blob)
-        slot = pool_of_one(plan, performer, row)
-        slot.pending = pending
+        plan, performer, level, pending, content = unpack_snapshot(blob)
+        row = pool_of_one(plan, performer, content)
+        row.pending = pending
         segmenter = cls.__new__(cls)
-        segmenter._begin(slot, level)  # noqa: SLF001 - its own class
+        segmenter._begin(row, level)  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -261,10 +261,10 @@ class Segmenter:
                 f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
             )
         if times is None:
-            fps = self._slot.plan.fps
+            fps = self._row.plan.fps
             if fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
-            begin = int(self._slot.clock["next_frame"]) if first_frame is None else first_frame
+            begin = int(self._row.clock["next_frame"]) if first_frame is None else first_frame
             moments = constant_times(len(chunk), fps, begin)
         else:
             moments = np.atleast_1d(_as_array(times, FLOAT64))

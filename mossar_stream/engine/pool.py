@@ -34,55 +34,56 @@ class Pool:
         """Whether there is no row left."""
         return not self._free
 
-    def allocate(self, name: str) -> "Slot":
+    def allocate(self, name: str) -> "Row":
         """Return a free row, prepared, for a performer of this name."""
-        row = self._free.pop()
-        if row in self._used:
-            self.memory[row] = 0
-        self._used.add(row)
-        self.plan.prepare(self.memory[row], row)
-        self.names[row] = name
-        return Slot(self, row)
+        index = self._free.pop()
+        if index in self._used:
+            self.memory[index] = 0
+        self._used.add(index)
+        self.plan.prepare(self.memory[index], index)
+        self.names[index] = name
+        return Row(self, index)
 
-    def free(self, row: int) -> None:
+    def free(self, index: int) -> None:
         """Take back a row."""
-        del self.names[row]
-        self._free.append(row)
+        del self.names[index]
+        self._free.append(index)
 
     def take_events(self) -> list[Event]:
         """Return what lies in the event buffer, and empty it."""
         return self.buffers.take_events(self.names)
 
 
-class Slot:
-    """Where a performer's row lies: in a pool, until it needs one with more room.
+class Row:
+    """A performer's row: in a pool, until it needs one with more room.
 
     Args:
         pool: The pool.
-        row: Row of it.
+        index: Which row of it.
 
     Attributes:
         plan: How the row is laid out and filled in.
         name: The performer's.
         memory: (1, row) bytes.
         state: ROW, the row's records.
+        clock: CLOCK, one of them.
         is_live: Whether the take that is open has been told of.
         pending: Events for the next push.
     """
 
-    def __init__(self, pool: Pool, row: int) -> None:
-        self.name = pool.names[row]
+    def __init__(self, pool: Pool, index: int) -> None:
+        self.name = pool.names[index]
         self.pending: list[Event] = []
-        self._enter(pool, row)
+        self._enter(pool, index)
 
-    def _enter(self, pool: Pool, row: int) -> None:
-        self.pool, self.row, self.plan = pool, row, pool.plan
-        self.memory = pool.memory[row : row + 1]
+    def _enter(self, pool: Pool, index: int) -> None:
+        self.pool, self.index, self.plan = pool, index, pool.plan
+        self.memory = pool.memory[index : index + 1]
         self.params = pool.plan.params
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
         self.is_live = bool(self.clock["open"])
-        self.rows = np.array([row])
+        self.indices = np.array([index])
 
     def take_pending(self) -> list[Event]:
         """Return the events that wait for the next push."""
@@ -92,7 +93,7 @@ class Slot:
     def replan(self, plan: Plan) -> None:
         """Go on with another plan for rows that are laid out the same."""
         self.plan = plan
-        plan.prepare(self.memory[0], self.row)
+        plan.prepare(self.memory[0], self.index)
 
     def restart(self, plan: Plan) -> None:
         """Begin in a row of another plan, but count takes and frames on."""
@@ -107,35 +108,34 @@ class Slot:
         Args:
             plan: The same, but larger.
         """
-        row, before, is_live = self.memory[0].copy(), self.plan, self.is_live
+        old, before, is_live = self.memory[0].copy(), self.plan, self.is_live
         self._leave_for(plan)
-        move_row(row, before, self.memory[0], plan)
+        move_row(old, before, self.memory[0], plan)
         self.is_live = is_live
 
     def _leave_for(self, plan: Plan) -> None:
         self.release()
         other = pool_of_one(plan, self.name)
-        self._enter(other.pool, other.row)
+        self._enter(other.pool, other.index)
 
     def release(self) -> None:
         """Give the row back."""
-        self.pool.free(self.row)
+        self.pool.free(self.index)
 
 
-def pool_of_one(plan: Plan, name: str, row: NDArray[np.uint8] | None = None) -> Slot:
-    """Return the slot of a performer who has a pool for itself.
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None) -> Row:
+    """Return the row of a performer who has a pool for itself.
 
     Args:
         plan: How the row is laid out.
         name: The performer's.
-        row: Bytes of a row that there is already.
+        content: Bytes of such a row that there is already.
     """
-    memory = plan.new_memory(1)
-    slot = Pool(plan, Buffers(plan), memory).allocate(name)
-    if row is not None:
-        memory[0] = row
-        slot.is_live = bool(slot.clock["open"])
-    return slot
+    row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
+    if content is not None:
+        row.memory[0] = content
+        row.is_live = bool(row.clock["open"])
+    return row
 
 
 class Pools:
@@ -150,7 +150,7 @@ class Pools:
         self._buffers = Buffers(plan)
         self._pools: list[Pool] = []
 
-    def allocate(self, name: str) -> Slot:
+    def allocate(self, name: str) -> Row:
         """Return a free row, prepared, for a performer of this name."""
         if not self._pools or self._pools[-1].is_full:
             self._pools = [pool for pool in self._pools if not pool.is_full]

@@ -213,8 +213,8 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
         positions, times = core.moving_people(seed, frames=900, losses=False)
         segmenter = Segmenter(core.skeleton(4), settings)
         key, h = (
-            region(segmenter.slot.memory[0], segmenter.slot.plan.shape, "keys"),
-            segmenter.slot.state["window"],
+            region(segmenter.row.memory[0], segmenter.row.plan.shape, "keys"),
+            segmenter.row.state["window"],
         )
         for t in range(900):
             ranked = h["ranked"] == 1 and h["undecided"] > 0

@@ -60,7 +60,7 @@ def test_nothing_is_written_outside_the_row_and_the_scratch(core, joints, chosen
     beyond[:] = UNTOUCHED
     buffers.scratch = scratch[:size]
     buffers.for_run = buffers.scratch, *buffers.for_run[1:]
-    segmenter = Segmenter.in_slot(Pool(plan, buffers, row.reshape(1, -1)).allocate("p1"))
+    segmenter = Segmenter.of_row(Pool(plan, buffers, row.reshape(1, -1)).allocate("p1"))
     positions, times = core.moving_people(joints, frames=600, joints=joints)
     events = segmenter.push(positions, times) + segmenter.end_take()
     decided = [e for e in events if e.__struct_config__.tag == "key_frame" and e.decided]

@@ -27,28 +27,28 @@ class _Drive:
     """The stream's loop by hand, with a stopwatch at each part."""
 
     def __init__(self, motion: Motion) -> None:
-        self._slot = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
+        self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
         self.acting = 0.0  # s, remerge
         self.telling = 0.0  # s, making event records
         self.acts = 0
         self.events = 0
 
     def run(self, chunks: list[Chunk]) -> None:
-        slot = self._slot
+        row = self._row
         for positions, times in chunks:
             done = 0
             while done < len(times):
-                code = advance(slot.memory, 0, slot.params, positions[done:], times[done:])
+                code = advance(row.memory, 0, row.params, positions[done:], times[done:])
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
                     self._act()
 
     def _act(self) -> None:
         began = _ticks()
-        buffers = self._slot.pool.buffers
-        update_window(self._slot.memory, 0, self._slot.params, buffers.scratch, buffers.events, FOLLOW)
+        buffers = self._row.pool.buffers
+        update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
         acted = _ticks()
-        self.events += len(self._slot.pool.take_events())
+        self.events += len(self._row.pool.take_events())
         self.telling += _ticks() - acted
         self.acting += acted - began
         self.acts += 1
