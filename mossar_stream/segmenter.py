@@ -27,7 +27,7 @@ class Segmenter:
     """Online Mossar for one performer.
 
     Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per
-    installation; a second Python process helps meanwhile), never while frames come in. All state has a fixed size.
+    installation; `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
     Args:
         skeleton: The performer's joints.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 CLOCK = np.dtype(
     [
@@ -26,7 +26,7 @@ COUNTERS = np.dtype(  # since the row was made
 IN_TIME, IN_VAIN, BEYOND = range(3)  # where in the take a frame lies
 
 
-@inlined
+@inline_kernel
 def place_in_time(clock, time, max_pause):
     """Tell where in the take a frame lies.
 
@@ -49,14 +49,14 @@ def place_in_time(clock, time, max_pause):
     return IN_VAIN if dt <= 0.0 else IN_TIME
 
 
-@inlined
+@inline_kernel
 def count_frame(clock, counters):
     """Count a frame, used or not."""
     clock.next_frame += 1
     counters.frames += 1
 
 
-@compiled
+@kernel
 def end_take(clock):
     """End the take; the next one has the next number, and frames are numbered from 0."""
     clock.open = 0

@@ -6,7 +6,7 @@ from mossar_stream.algorithm.location import CANDIDATES, FREE, best_candidate, b
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
 from mossar_stream.algorithm.window import point_of, put_segment
-from mossar_stream.jit.decorators import compiled, spliced
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
 from mossar_stream.memory.slots import free
 from mossar_stream.similarity.protocol import close, merge_into
@@ -14,7 +14,7 @@ from mossar_stream.similarity.protocol import close, merge_into
 OLDEST, ONE = np.arange(2)
 
 
-@compiled
+@kernel
 def decide_oldest(w, settled, open_slot, end_frame):
     """Decide the oldest key frame: final where it is kept at the level, merged if not.
 
@@ -52,7 +52,7 @@ def decide_oldest(w, settled, open_slot, end_frame):
     return settled
 
 
-@spliced
+@inline_kernel
 def _locate(w, open_slot, end_frame):
     """Return frame and time where the oldest key frame had better be, and how many others it passes."""
     key, location = w.keys[0], w.plan.location
@@ -70,7 +70,7 @@ def _locate(w, open_slot, end_frame):
     return key.frame, key.time, 0
 
 
-@compiled
+@kernel
 def _put_decided(w, place, status, frame, time):
     """Put the last message about a key frame into the event buffer."""
     key = w.keys[place]
@@ -78,7 +78,7 @@ def _put_decided(w, place, status, frame, time):
     put_key_frame(w.clock, w.events, point_of(key, frame, time, key.strength), status, key.rev, DECIDED)
 
 
-@spliced
+@inline_kernel
 def _leave(w, settled, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
     state, summaries = w.state, w.summaries
@@ -110,7 +110,7 @@ def _leave(w, settled, passed, frame, time):
         forget(w.memo, ordinal)
 
 
-@compiled
+@kernel
 def _shift(w, count):
     """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
     undecided = w.state.undecided

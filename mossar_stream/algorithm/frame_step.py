@@ -34,7 +34,7 @@ from mossar_stream.algorithm.splitter import start_curve
 from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
 from mossar_stream.algorithm.window import start_window
-from mossar_stream.jit.decorators import compiled, frame_entry_point, inlined, spliced
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
     LIVE,
@@ -75,7 +75,7 @@ class Arrays(NamedTuple):
     memo: NDArray[np.void]  # (memo,) MEMO
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def advance(
     memory: NDArray[np.uint8],
     index: int,
@@ -127,7 +127,7 @@ def advance(
     return STOPS * len(times) + DONE
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _arrays_of(state, row, params):
     plan, at = state.plan, state.at
     body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
@@ -158,7 +158,7 @@ def _arrays_of(state, row, params):
     )
 
 
-@inlined
+@inline_kernel
 def _take_in(state, a, frame, time):
     """Take one frame in, all the way to its summary."""
     plan, clock = state.plan, state.clock
@@ -183,7 +183,7 @@ def _take_in(state, a, frame, time):
     note_last_frame(state.open_segment, time, dt, state.curve.moving)
 
 
-@compiled
+@kernel
 def _open_take(state, a, time):
     """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
     clock, segment = state.clock, a.segment
@@ -197,7 +197,7 @@ def _open_take(state, a, time):
     start_memo(a.memo)
 
 
-@inlined
+@inline_kernel
 def _velocity(state, a, frame, time, dt, first):
     """Return the velocity of a frame (equation 1), smoothed; the first one of a take has none."""
     plan, clock, body = state.plan, state.clock, a.joints.body
@@ -217,7 +217,7 @@ def _velocity(state, a, frame, time, dt, first):
     return velocity
 
 
-@inlined
+@inline_kernel
 def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     plan, clock, body = state.plan, state.clock, a.joints.body
@@ -234,7 +234,7 @@ def _describe(state, a, dt, first):
         follow_mean(state.tempo, body, stood_for)
 
 
-@inlined
+@inline_kernel
 def _localise(plan, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
     cx, cy, cz = center_of(plan, body)
@@ -242,7 +242,7 @@ def _localise(plan, body):
         _shift(page_of(body, first), cx, cy, cz)
 
 
-@inlined
+@inline_kernel
 def _shift(page, cx, cy, cz):
     for j in range(PAGE):
         page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_within
 from mossar_stream.memory.joint_pages import (
     GOOD_X,
@@ -48,7 +48,7 @@ class Joints(NamedTuple):
     body: NDArray[np.float32]  # see joint_pages.py
 
 
-@compiled
+@kernel
 def start_joints(joints, frame, time):
     """Take the first frame of a take in: no joint has moved yet.
 
@@ -71,7 +71,7 @@ def start_joints(joints, frame, time):
         _hold(body, k)
 
 
-@inlined
+@inline_kernel
 def step_joints(joints, frame, before, time):
     """Take one frame's joints in and set each joint's way relative to the centre.
 
@@ -94,7 +94,7 @@ def step_joints(joints, frame, before, time):
     return _step_partial(joints, frame, time)
 
 
-@inlined
+@inline_kernel
 def _step_complete(plan, body, frame, reach):
     """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
     joints = plan.joints
@@ -116,7 +116,7 @@ def _step_complete(plan, body, frame, reach):
     return True
 
 
-@inlined
+@inline_kernel
 def _measure(page):
     """Set the squared distances of a page's joints from where they were last there; NaN for those missing."""
     for j in range(PAGE):
@@ -126,7 +126,7 @@ def _measure(page):
         page[j + WORK] = x * x + y * y + z * z
 
 
-@inlined
+@inline_kernel
 def _center_step(plan, body):
     """Return how far the centre moved when all joints are there."""
     if plan.center >= 0:
@@ -140,13 +140,13 @@ def _center_step(plan, body):
     return np.float32(x / plan.joints), np.float32(y / plan.joints), np.float32(z / plan.joints)
 
 
-@inlined
+@inline_kernel
 def _way(body, k):
     """Return how far a joint is from where it was last there."""
     return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
 
 
-@inlined
+@inline_kernel
 def _displace(page, cx, cy, cz):
     """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
     for j in range(PAGE):
@@ -158,24 +158,24 @@ def _displace(page, cx, cy, cz):
         page[j + STEP] = np.sqrt(x * x + y * y + z * z)
 
 
-@compiled
+@kernel
 def _is_position(joint):
     return abs(joint.x) <= FARTHEST and abs(joint.y) <= FARTHEST and abs(joint.z) <= FARTHEST
 
 
-@compiled
+@kernel
 def _keep(body, k, joint):
     """Note where a joint is."""
     body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
 
 
-@compiled
+@kernel
 def _hold(body, k):
     """Let a joint be where it was last there."""
     body[k + X], body[k + Y], body[k + Z] = body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z]
 
 
-@compiled
+@kernel
 def _step_partial(joints, frame, time):
     """Step joint by joint, when one is missing, is back, or is too fast."""
     plan, body, counters = joints.plan, joints.body, joints.counters
@@ -210,7 +210,7 @@ def _step_partial(joints, frame, time):
     return _partial_sum(joints, frame, time, (cx, cy, cz), lost)
 
 
-@compiled
+@kernel
 def _partial_sum(joints, frame, time, center_step, lost):
     """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
     plan, body = joints.plan, joints.body

@@ -10,8 +10,8 @@ import numpy as np
 
 from mossar_stream.algorithm.pose_history import load_pose, place_back
 from mossar_stream.algorithm.window import BOTH, LEFT, RIGHT, span
-from mossar_stream.jit.decorators import compiled, inlined, spliced
-from mossar_stream.similarity.protocol import add_pose, close, merge_into, parting, strength
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.similarity.protocol import add_pose, close, merge_cost, merge_into, strength
 
 STAY, FREE, CANDIDATES = np.arange(3)
 LOCATIONS = ("none", "free", "candidates")
@@ -24,7 +24,7 @@ DIRECTIONS = (
 )  # to earlier poses, and to later ones: they are counted back from the newest
 
 
-@compiled
+@kernel
 def right_neighbour(w):
     """Return the place in the window of the next kept key frame after the oldest, or their number."""
     for i in range(1, w.state.undecided):
@@ -33,14 +33,14 @@ def right_neighbour(w):
     return w.state.undecided
 
 
-@compiled
+@kernel
 def _load_left(w):
     """Set the scratch's LEFT to the segment that ends at the oldest key frame."""
     for d in range(w.plan.slot):
         w.scratch.summaries[LEFT, d] = w.summaries[w.order[0], d]
 
 
-@compiled
+@kernel
 def best_candidate(w, open_slot):
     """Return the place of the undecided key frame that the oldest had better move to; 0 to stay."""
     neighbour = right_neighbour(w)
@@ -60,7 +60,7 @@ def best_candidate(w, open_slot):
     return place
 
 
-@spliced
+@inline_kernel
 def best_pose(w, open_slot, end_frame):
     """Return how far back among the kept poses the likeliest place for the oldest key frame lies; -1 to stay.
 
@@ -84,7 +84,7 @@ def best_pose(w, open_slot, end_frame):
     return place
 
 
-@inlined
+@inline_kernel
 def _search(w, open_slot, home, direction, limit):
     """Move the border pose by pose away from `home`; return the best place, -1 for home, and its cost."""
     span(w, SECOND, right_neighbour(w), open_slot, RIGHT)
@@ -107,13 +107,13 @@ def _search(w, open_slot, home, direction, limit):
         add_pose(w.params, left, pose, w.plan.joints, mark.time, -mark.weight * direction)
         close(w.params, left)
         close(w.params, right)
-        cost = parting(w.params, left, right, both)  # what lies left and right together stays the same
+        cost = merge_cost(w.params, left, right, both)  # what lies left and right together stays the same
         if cost > best:
             best, place = cost, border
     return place, best
 
 
-@compiled
+@kernel
 def move_poses(w, source, target, begin_frame, end_frame):
     """Move the kept poses of frames begin … end - 1 from one slot to another."""
     pose = w.scratch.pose

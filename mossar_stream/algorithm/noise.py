@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
     LAST_X,
@@ -70,7 +70,7 @@ NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
 )
 
 
-@compiled
+@kernel
 def start_noise(recent):
     """Begin a take: nothing was heard of late."""
     recent.time = 0.0
@@ -86,7 +86,7 @@ def forget_noise(noise: Any) -> None:
         noise[name] = 0
 
 
-@inlined
+@inline_kernel
 def calm_noise(noise, plan, largest, body, displacement, dt):
     """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
 
@@ -121,7 +121,7 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
     return _smooth(noise, body, displacement, share)
 
 
-@inlined
+@inline_kernel
 def _turned(recent, body, padded_joints):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
@@ -135,7 +135,7 @@ def _turned(recent, body, padded_joints):
     return product / scale if scale > 0.0 else 0.0
 
 
-@inlined
+@inline_kernel
 def _is_even(noise, step):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
     if step <= 0.0:
@@ -147,7 +147,7 @@ def _is_even(noise, step):
     return even
 
 
-@inlined
+@inline_kernel
 def _turn(page):
     for j in range(PAGE):
         x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
@@ -155,7 +155,7 @@ def _turn(page):
         page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
 
 
-@inlined
+@inline_kernel
 def _listen(noise, turned, displacement):
     """Take the path of a frame for noise if joints keep turning back."""
     recent = noise.recent
@@ -175,7 +175,7 @@ def _listen(noise, turned, displacement):
         noise.estimate = 0.0
 
 
-@compiled
+@kernel
 def _share(loudness, line, dt):
     """Return the weight of the newest displacement that leaves as little noise as the line allows.
 
@@ -185,7 +185,7 @@ def _share(loudness, line, dt):
     return max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
 
 
-@compiled
+@kernel
 def _smooth(noise, body, displacement, share):
     """Smooth the displacements, and return the path of what is left."""
     # Smoothing begins from rest, for it is there that noise becomes known.
@@ -198,7 +198,7 @@ def _smooth(noise, body, displacement, share):
     return smooth * displacement / raw if raw > 0.0 else smooth
 
 
-@compiled
+@kernel
 def _smooth_page(page, keep, take):
     for j in range(PAGE):
         x = keep * page[j + SMOOTH_X] + take * page[j + LAST_X]

@@ -9,14 +9,14 @@ pass) the curve is normalised at once, as in the paper.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 
 POLICIES = ("running", "fixed", "decay")
 RUNNING, FIXED, DECAY = range(3)
 RANGE = np.dtype([("largest", "f8")])  # m, velocity so far; it outlasts a take
 
 
-@compiled
+@kernel
 def normalise(velocity_range, plan, noise_floor, velocity, dt):
     """Return the velocity on the scale that θ is compared on, and what 1 is on that scale.
 

@@ -6,13 +6,13 @@ smooth at rest and quick in motion.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.memory.joint_pages import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, line_sum, place
 
 DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds
 
 
-@compiled
+@kernel
 def filter_joints(plan, body, filtered, dt):
     """Pass the joints through the filter and set displacements and steps from the filtered positions.
 
@@ -42,14 +42,14 @@ def filter_joints(plan, body, filtered, dt):
     return _filtered_sum(plan, body, filtered)
 
 
-@compiled
+@kernel
 def _smoothing(cutoff, dt):
     """Weight of a new sample for a cut-off frequency in Hz."""
     rate = 2.0 * np.pi * cutoff * dt
     return rate / (rate + 1.0)
 
 
-@compiled
+@kernel
 def _step_of(body, filtered, j):
     """Return how far the filter moves a joint."""
     k = place(j)
@@ -61,7 +61,7 @@ def _step_of(body, filtered, j):
     )
 
 
-@compiled
+@kernel
 def _filtered_sum(plan, body, filtered):
     """Move the filtered positions by the weights in STEP, and turn these into paths."""
     cx = cy = cz = 0.0

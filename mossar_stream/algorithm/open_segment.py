@@ -19,10 +19,11 @@ from mossar_stream.algorithm.splitter import (
     follow_curve,
     forget_candidate,
 )
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.memory.slots import allocate, empty
-from mossar_stream.similarity.protocol import add_frame, merge_into, pour
+from mossar_stream.similarity.protocol import add_frame, flush_sums, merge_into
+from mossar_stream.similarity.summary import SummaryFrame
 
 MOST_WAITING = 32  # frames, in single precision: their sums are good to a millionth
 NO_SLOT = np.int64(-1)
@@ -54,7 +55,7 @@ class OpenSegment(NamedTuple):
     pose: NDArray[np.float32]  # (4, padded_joints), if the measure takes it
 
 
-@compiled
+@kernel
 def start_open_segment(segment):
     """Begin with no frame, all slots being unused."""
     state = segment.state
@@ -73,7 +74,7 @@ def start_open_segment(segment):
     state.last_moving = 0
 
 
-@inlined
+@inline_kernel
 def note_last_frame(state, time, weight, moving):
     """Note the last frame, which joins a summary when the next one has come."""
     state.last_time = time
@@ -81,7 +82,7 @@ def note_last_frame(state, time, weight, moving):
     state.last_moving = moving
 
 
-@inlined
+@inline_kernel
 def split(segment, curve, clock, value, scale):
     """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
 
@@ -111,7 +112,7 @@ def split(segment, curve, clock, value, scale):
         state.since = allocate(segment.slots, segment.unused, segment.summaries)
 
 
-@inlined
+@inline_kernel
 def place_last_frame(segment, candidate, run_length, goes_on):
     """Give the last frame to the summary it belongs to, and the run with it if the run is over.
 
@@ -135,32 +136,26 @@ def place_last_frame(segment, candidate, run_length, goes_on):
         empty(summaries[slot])
 
 
-@inlined
+@inline_kernel
 def add_last_frame(segment, slot):
     """Add the last frame to a summary, or to the sums in the body that wait for it."""
-    state, pose = segment.state, segment.pose
-    add_frame(
-        segment.params,
-        segment.summaries[slot],
-        segment.body,
-        pose,
-        segment.plan.joints,
-        state.last_time,
-        state.last_weight,
-        state.last_moving,
+    state, joints = segment.state, segment.plan.joints
+    frame = SummaryFrame(
+        segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving
     )
+    add_frame(segment.params, segment.summaries[slot], frame)
 
 
-@inlined
+@inline_kernel
 def flush_waiting(segment):
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
     state = segment.state
     if state.waiting > 0:
-        pour(segment.params, segment.summaries[state.fed], segment.body, segment.plan.padded_joints)
+        flush_sums(segment.params, segment.summaries[state.fed], segment.body, segment.plan.padded_joints)
         state.waiting = 0
 
 
-@compiled
+@kernel
 def settle(segment):
     """Give what came since the candidate to what came before it."""
     flush_waiting(segment)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
 
 RATE = 30.0  # Hz
@@ -49,7 +49,7 @@ def history_size(seconds: float) -> int:
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4
 
 
-@compiled
+@kernel
 def start_history(state):
     """Begin without a pose."""
     state.head = 0
@@ -57,7 +57,7 @@ def start_history(state):
     state.debt = 0.0
 
 
-@inlined
+@inline_kernel
 def keep_pose(history, body, frame, time, weight):
     """Keep the pose of the last used frame if one is due, and return the time it stands for.
 
@@ -91,13 +91,13 @@ def keep_pose(history, body, frame, time, weight):
     return stood_for
 
 
-@inlined
+@inline_kernel
 def _quantise(values, target):
     for j in range(len(target)):
         target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
 
 
-@inlined
+@inline_kernel
 def follow_speeds(history, body, time):
     """Set the log speeds of the joints in the body.
 
@@ -115,12 +115,12 @@ def follow_speeds(history, body, time):
         _log_speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
 
 
-@inlined
+@inline_kernel
 def _axes(pose):
     return pose, pose[PAGE:], pose[2 * PAGE :]
 
 
-@inlined
+@inline_kernel
 def _past_place(history, time, newest):
     """Return the place of the pose from which a speed is taken: that of about a tenth of a second ago, or -1.
 
@@ -139,14 +139,14 @@ def _past_place(history, time, newest):
     return past
 
 
-@inlined
+@inline_kernel
 def _rate(marks, past, time):
     """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
     span = time - marks[past].time if past >= 0 else 0.0
     return np.float32(1.0 / span if span > MARGIN else 0.0)
 
 
-@inlined
+@inline_kernel
 def _log_speeds(axes, past, first, rate, speeds):
     """Set `speeds` to log(speed + 0.1 m/s)."""
     x, y, z = axes
@@ -159,7 +159,7 @@ def _log_speeds(axes, past, first, rate, speeds):
     logarithm(speeds)
 
 
-@inlined
+@inline_kernel
 def logarithm(values):
     """Replace positive numbers by their natural logarithms, to 3e-7; unlike np.log this vectorises."""
     for i in range(len(values)):
@@ -173,14 +173,14 @@ def logarithm(values):
         values[i] = np.float32(exponent) * LOG_2 + TWO * z * (ONE + q * odd)
 
 
-@inlined
+@inline_kernel
 def place_back(history, back):
     """Return the place of the pose that was kept `back` poses before the newest."""
     here = history.state.head - 1 - back
     return here + len(history.marks) if here < 0 else here
 
 
-@compiled
+@kernel
 def load_pose(history, pose, back):
     """Set `pose` to a kept one, with its log speeds; `back` counts from the newest, 0."""
     here = place_back(history, back)

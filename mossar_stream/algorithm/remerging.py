@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.protocol import close, merge_into
 from mossar_stream.similarity.protocol import strength as merge_cost
 
@@ -57,7 +57,7 @@ class Remerging(NamedTuple):
     removed: NDArray[np.int64]  # (K,) set to the key frames in the order in which they are removed
 
 
-@compiled
+@kernel
 def remerge(run, count, tempo):
     """Run Algorithm 3 until no key frame is left.
 
@@ -78,7 +78,7 @@ def remerge(run, count, tempo):
         _remove(run, count, x)  # line 17
 
 
-@inlined
+@inline_kernel
 def is_kept(key, count, alpha, beta):
     """Tell whether the loop would have ended before a key frame is removed (Algorithm 3, lines 4 and 15).
 
@@ -91,7 +91,7 @@ def is_kept(key, count, alpha, beta):
     return (alpha > 0 and count - key.place <= alpha) or not key.strength < beta
 
 
-@inlined
+@inline_kernel
 def _list_key_frames(run, count):
     """Link the key frames with their neighbours and compute the costs of all merges (lines 2 and 9)."""
     links = run.links
@@ -107,7 +107,7 @@ def _list_key_frames(run, count):
         run.costs[i] = _cost(run, i, i + 1, bounds)
 
 
-@compiled
+@kernel
 def _cheapest(costs, count):
     x = 0
     for i in range(1, count):
@@ -116,7 +116,7 @@ def _cheapest(costs, count):
     return x
 
 
-@inlined
+@inline_kernel
 def _remove(run, count, x):
     """Remove a key frame, let the segments beside it be one, and compute what merges with that cost."""
     links, costs, bounds = run.links, run.costs, run.bounds
@@ -137,7 +137,7 @@ def _remove(run, count, x):
         costs[left] = _cost(run, links[NODE, left], merged, (earlier, a, b))
 
 
-@inlined
+@inline_kernel
 def _cost(run, left, right, bounds):
     """Return the cost of a merge, from memory if the same three boundaries were compared before."""
     a, b, c = bounds
@@ -146,7 +146,7 @@ def _cost(run, left, right, bounds):
     return _new_cost(run, left, right, bounds)
 
 
-@compiled
+@kernel
 def _new_cost(run, left, right, bounds):
     """Compute the cost of a merge, and remember it if its boundaries are to stay."""
     _complete(run, left)
@@ -160,7 +160,7 @@ def _new_cost(run, left, right, bounds):
     return cost
 
 
-@compiled
+@kernel
 def _complete(run, own):
     """Merge what belongs to a node into it: not before it is needed, for most costs are remembered.
 
@@ -184,19 +184,19 @@ def _complete(run, own):
     run.links[NEWEST, own] = own
 
 
-@compiled
+@kernel
 def start_memo(memo):
     """Begin with no cost remembered."""
     for i in range(len(memo)):
         memo[i].middle = UNKNOWN
 
 
-@inlined
+@inline_kernel
 def _memo_place(memo, a, b, c):
     return ((a + 1) * 73856093 ^ (b + 1) * 19349663 ^ (c + 1) * 83492791) & (len(memo) - 1)
 
 
-@inlined
+@inline_kernel
 def is_known(memo, a, b, c):
     """Tell whether the cost of merging the segments between three boundaries is remembered."""
     if len(memo) == 0:
@@ -205,13 +205,13 @@ def is_known(memo, a, b, c):
     return known.left == a and known.middle == b and known.right == c
 
 
-@inlined
+@inline_kernel
 def recall(memo, a, b, c):
     """Return a cost that is remembered."""
     return memo[_memo_place(memo, a, b, c)].cost
 
 
-@compiled
+@kernel
 def remember(memo, a, b, c, cost):
     """Remember a cost, in place of another one."""
     if len(memo) > 0:
@@ -220,7 +220,7 @@ def remember(memo, a, b, c, cost):
         known.cost = cost
 
 
-@compiled
+@kernel
 def forget(memo, left):
     """Forget what is remembered of segments that begin at a boundary."""
     for i in range(len(memo)):

@@ -47,7 +47,7 @@ confirmed whose maximum never came: it is withdrawn then. `reference.py` has the
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 CROSSED, CONFIRMED, PROMOTED, REPLACED, WITHDRAWN = 1, 2, 4, 8, 16  # what can be found in a frame
 
@@ -86,7 +86,7 @@ CURVE = np.dtype(
 )
 
 
-@compiled
+@kernel
 def start_curve(curve, value, sig_threshold, scale, frame, time):
     """Algorithm 2, lines 2 to 5, and line 8 for the first frame, which is no crossing and no extremum."""
     curve.candidate = -1
@@ -101,7 +101,7 @@ def start_curve(curve, value, sig_threshold, scale, frame, time):
     curve.found.happened = 0
 
 
-@compiled
+@kernel
 def update_envelope(curve, value, sig_threshold):
     """Algorithm 1."""
     if value > curve.ceiling:
@@ -112,7 +112,7 @@ def update_envelope(curve, value, sig_threshold):
         curve.ceiling = min(value + sig_threshold, curve.ceiling)
 
 
-@inlined
+@inline_kernel
 def follow_curve(curve, value, sig_threshold, scale, frame, time):
     """Algorithm 2, lines 8 to 19, for the next frame.
 
@@ -153,13 +153,13 @@ def follow_curve(curve, value, sig_threshold, scale, frame, time):
     return happened
 
 
-@inlined
+@inline_kernel
 def forget_candidate(curve):
     """Algorithm 2, line 19, and the end of the process at a crossing."""
     curve.candidate = -1
 
 
-@compiled
+@kernel
 def _test_minimum(curve, value):
     """Algorithm 2, lines 12 to 14: let the run that ends be the candidate if it is a significant minimum."""
     if curve.at_floor == 0 or curve.falling == 0 or not value > curve.value:
@@ -180,7 +180,7 @@ def _test_minimum(curve, value):
     return happened
 
 
-@compiled
+@kernel
 def _follow_run(curve, value, scale, frame, time):
     """Start a new run of equal values unless the last one goes on."""
     if value == curve.value:
@@ -191,7 +191,7 @@ def _follow_run(curve, value, scale, frame, time):
     _start_run(curve, value, scale, frame, time)
 
 
-@compiled
+@kernel
 def _start_run(curve, value, scale, frame, time):
     curve.value = value
     curve.share = value / scale if scale > 0.0 else 0.0

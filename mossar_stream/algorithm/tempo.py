@@ -7,7 +7,7 @@ to an ordinary tempo, within limits. S follows the poses that are kept of the la
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
     LINES,
@@ -39,7 +39,7 @@ TEMPO = np.dtype(
 )
 
 
-@compiled
+@kernel
 def start_tempo(tempo, plan, body):
     """Begin a take with the prior."""
     for j in range(plan.joints):
@@ -53,7 +53,7 @@ def start_tempo(tempo, plan, body):
     tempo.squared_speed = plan.moving_joints * PRIOR_TIME * PRIOR_SPEED**2
 
 
-@inlined
+@inline_kernel
 def follow_speed(tempo, body, dt):
     """Take the displacements of a frame in.
 
@@ -70,7 +70,7 @@ def follow_speed(tempo, body, dt):
     tempo.squared_speed = tempo.squared_speed * _kept(dt) + squares / dt
 
 
-@inlined
+@inline_kernel
 def follow_mean(tempo, body, dt):
     """Take a pose in that stands for `dt` seconds."""
     share = np.float32(min(dt / MEAN_TIME, 1.0))
@@ -82,13 +82,13 @@ def follow_mean(tempo, body, dt):
     tempo.spread = tempo.spread * _kept(dt) + squares * dt
 
 
-@inlined
+@inline_kernel
 def _kept(dt):
     """Return what is left of a leaky sum after some time."""
     return max(0.0, 1.0 - dt / TIME_CONSTANT)
 
 
-@inlined
+@inline_kernel
 def _follow_page(page, share):
     """Let the means of a page's joints follow, and set the squared distances that they had."""
     for j in range(PAGE):
@@ -103,7 +103,7 @@ def _follow_page(page, share):
         page[j + WORK] = x * x + y * y + z * z
 
 
-@compiled
+@kernel
 def pace(tempo):
     """Return the factor that costs are divided by."""
     return min(max(np.sqrt(tempo.spread / tempo.squared_speed) / ORDINARY, QUICKEST), SLOWEST)

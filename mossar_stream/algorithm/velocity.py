@@ -12,7 +12,7 @@ depend on the order of additions, and equal velocities compare equal.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 UNIT = 2.0**-40  # m
 MARGIN = 1e-6  # s, for the rounding of timestamps
@@ -35,7 +35,7 @@ AVERAGE = np.dtype(  # the velocities under the moving average: a ring
 )
 
 
-@compiled
+@kernel
 def start_velocity(velocity, average):
     """Begin with an empty window."""
     velocity.head = 0
@@ -46,7 +46,7 @@ def start_velocity(velocity, average):
     average.sum = 0
 
 
-@inlined
+@inline_kernel
 def ring_is_full(velocity, ring_time, time, window):
     """Tell whether the window, s, holds more displacements than the ring has places."""
     if velocity.filled < len(ring_time):
@@ -54,14 +54,14 @@ def ring_is_full(velocity, ring_time, time, window):
     return time - ring_time[_oldest(velocity, len(ring_time))] < window - MARGIN
 
 
-@inlined
+@inline_kernel
 def _oldest(velocity, places):
     """Return the place in the ring of the oldest displacement; without a division, which takes long."""
     place = velocity.head - velocity.filled
     return place + places if place < 0 else place
 
 
-@inlined
+@inline_kernel
 def travel(velocity, ring_time, ring_step, time, displacement, window):
     """Add one displacement, drop those that left the window, and return the velocity (equation 1).
 
@@ -91,7 +91,7 @@ def travel(velocity, ring_time, ring_step, time, displacement, window):
     return velocity.travelled * UNIT
 
 
-@compiled
+@kernel
 def moving_average(average, values, velocity):
     """Return the mean of the last velocities, as many as there are places, fewer at the start (wSize).
 

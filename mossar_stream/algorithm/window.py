@@ -27,7 +27,7 @@ from mossar_stream.algorithm.remerging import (
     remerge,
 )
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
     MERGED,
@@ -117,7 +117,7 @@ class Window(NamedTuple):
     scratch: Scratch
 
 
-@compiled
+@kernel
 def start_window(state, frame, time):
     """Begin without a key frame; the first segment starts at the first frame."""
     state.undecided = 0
@@ -133,13 +133,13 @@ def start_window(state, frame, time):
     state.pace = 1.0
 
 
-@inlined
+@inline_kernel
 def set_due_time(w):
     """Set when the oldest undecided key frame must be decided."""
     w.state.due_time = w.keys[0].time + w.plan.hold if w.state.undecided > 0 else np.inf
 
 
-@inlined
+@inline_kernel
 def is_due(w):
     """Tell whether the oldest key frame must be decided now."""
     state = w.state
@@ -148,7 +148,7 @@ def is_due(w):
     return state.undecided > w.plan.capacity or w.clock.time >= w.keys[0].time + w.plan.hold
 
 
-@compiled
+@kernel
 def add_key(w, slot, point, rev):
     """Add a confirmed key frame and the segment that it ends.
 
@@ -181,13 +181,13 @@ def add_key(w, slot, point, rev):
     put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
 
 
-@inlined
+@inline_kernel
 def point_of(key, frame, time, strength):
     """Return an undecided key frame as messages tell of it, with where it is now and its strength."""
     return Point(key.kind, key.frame, frame, time, key.velocity, strength)
 
 
-@compiled
+@kernel
 def rank(w, open_slot):
     """Compute the strengths of the undecided key frames; without an open slot the newest takes no part."""
     state, scratch = w.state, w.scratch
@@ -218,7 +218,7 @@ def rank(w, open_slot):
         w.keys[scratch.removed[i]].place = i
 
 
-@compiled
+@kernel
 def relabel(w):
     """Keep every undecided key frame or not at the level as it is now, and say what changed."""
     plan = w.plan
@@ -236,7 +236,7 @@ def relabel(w):
         _update_segments(w, SEGMENT_CLOSED)
 
 
-@inlined
+@inline_kernel
 def _update_segments(w, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
     left = w.state.left_ordinal
@@ -256,7 +256,7 @@ def _update_segments(w, status):
             left = key.ordinal
 
 
-@compiled
+@kernel
 def span(w, begin, end, open_slot, target):
     """Set a row of the scratch to the closed summary of the window's segments begin … end together.
 
@@ -271,7 +271,7 @@ def span(w, begin, end, open_slot, target):
     close(w.params, w.scratch.summaries[target])
 
 
-@inlined
+@inline_kernel
 def _join(w, begin, end, open_slot, own):
     """Do the same for any summary, but leave it open; a short one gets only as much, of what all measures add."""
     undecided, size = w.state.undecided, len(own)
@@ -287,7 +287,7 @@ def _join(w, begin, end, open_slot, own):
                 own[d] += w.summaries[slot, d]
 
 
-@compiled
+@kernel
 def put_segment(w, start, end, status):
     """Put a message about the segment between two key frames of the window into the event buffer.
 
@@ -333,7 +333,7 @@ def put_segment(w, start, end, status):
         event.rev = w.counts[line, column]
 
 
-@inlined
+@inline_kernel
 def describe(w, event, has_previous, status, bounds):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
@@ -364,7 +364,7 @@ def describe(w, event, has_previous, status, bounds):
     event.joint3, event.joint4 = active[3], active[4]
 
 
-@inlined
+@inline_kernel
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):

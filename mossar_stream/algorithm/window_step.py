@@ -40,7 +40,7 @@ from mossar_stream.algorithm.window import (
     relabel,
     set_due_time,
 )
-from mossar_stream.jit.decorators import compiled, frame_entry_point, spliced
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import (
     CANDIDATE,
@@ -64,7 +64,7 @@ from mossar_stream.memory.event_buffer import (
 )
 from mossar_stream.memory.joint_pages import flatten
 from mossar_stream.memory.slots import allocate, free
-from mossar_stream.similarity.protocol import add_pose, close, merge_into, pour
+from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
@@ -81,7 +81,7 @@ def new_scratch(shape: Shape) -> NDArray[np.uint8]:
     return np.zeros(8 * numbers, np.uint8)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def update_window(
     memory: NDArray[np.uint8],
     index: int,
@@ -122,7 +122,7 @@ def update_window(
             _decide_all(w, segment)
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _window_of(state, row, params, scratch, event_buffer):
     """Return views of a row, the scratch and the event buffer, as long as the row's plan and `new_scratch` say."""
     plan, at = state.plan, state.at
@@ -151,7 +151,7 @@ def _window_of(state, row, params, scratch, event_buffer):
     )
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _scratch_of(plan, scratch):
     rows, long = plan.capacity + SCRATCH_ROWS, plan.capacity + 4
     at_pose = 8 * rows * plan.slot
@@ -171,7 +171,7 @@ def _scratch_of(plan, scratch):
     )
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def _open_segment_of(state, row, w):
     plan, at = state.plan, state.at
     return OpenSegment(
@@ -186,7 +186,7 @@ def _open_segment_of(state, row, w):
     )
 
 
-@spliced
+@inline_kernel
 def _say_what_was_found(w, segment, curve):
     """Say what the splitter found, and add the key frame if there is one."""
     found, clock = curve.found, w.clock
@@ -216,7 +216,7 @@ def _say_what_was_found(w, segment, curve):
         set_due_time(w)
 
 
-@compiled
+@kernel
 def _put_candidate(w, status, frame, time, share):
     rev = FIRST_MESSAGE if status == CANDIDATE else SECOND_MESSAGE
     decided = UNDECIDED if status == CANDIDATE else DECIDED
@@ -224,7 +224,7 @@ def _put_candidate(w, status, frame, time, share):
     put_key_frame(w.clock, w.events, point, status, rev, decided)
 
 
-@spliced
+@inline_kernel
 def _decide_what_is_due(w, segment, curve, begin):
     """Decide the oldest key frames while there are more than W or they are older than `remerge_seconds`.
 
@@ -250,14 +250,14 @@ def _decide_what_is_due(w, segment, curve, begin):
     set_due_time(w)
 
 
-@spliced
+@inline_kernel
 def _is_clear(w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
     strength, beta = w.keys[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)
 
 
-@spliced
+@inline_kernel
 def _gather_open(w, segment):
     """Return a slot with the closed summary of everything since the newest key frame."""
     open_slot = allocate(w.slots, w.unused, w.summaries)
@@ -266,12 +266,12 @@ def _gather_open(w, segment):
     merge_into(w.params, own, w.summaries[segment.state.since])
     merge_into(w.params, own, w.summaries[segment.state.run])
     add_last_frame(segment, open_slot)
-    pour(w.params, own, segment.body, w.plan.padded_joints)
+    flush_sums(w.params, own, segment.body, w.plan.padded_joints)
     close(w.params, own)
     return open_slot
 
 
-@spliced
+@inline_kernel
 def _close_take(w, segment, curve):
     """Close the last segment and rank all undecided key frames together."""
     place_last_frame(segment, curve.candidate, curve.run_length, curve.run_length < 0)
@@ -292,7 +292,7 @@ def _close_take(w, segment, curve):
     rank(w, segment.state.settled)
 
 
-@spliced
+@inline_kernel
 def _withdraw_newest(w, segment):
     """Take back the newest key frame, confirmed early, since the maximum that accepts it never came."""
     newest = w.state.undecided - 1
@@ -309,7 +309,7 @@ def _withdraw_newest(w, segment):
     w.state.ordinal -= 1
 
 
-@spliced
+@inline_kernel
 def _decide_all(w, segment):
     """Decide all undecided key frames by their strengths, and end the take."""
     relabel(w)
@@ -320,7 +320,7 @@ def _decide_all(w, segment):
     end_take(w.clock)
 
 
-@spliced
+@inline_kernel
 def _put_last_segment(w, settled):
     """Put the final message about the segment from the last final key frame to the end into the event buffer."""
     state, clock, summaries = w.state, w.clock, w.scratch.summaries

@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
-from mossar_stream.jit.decorators import frame_entry_point
-from mossar_stream.jit.linked import apart
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.linked import linked
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
 
 BUFFER_FULL = STOPS  # what the caller must do, besides what `advance` asks for
 ADVANCE, UPDATE = "mossar.advance", "mossar.update_window"
-_advance = apart(ADVANCE, int64)(advance)
-_update_window = apart(UPDATE, void)(update_window)
+_advance = linked(ADVANCE, int64)(advance)
+_update_window = linked(UPDATE, void)(update_window)
 FOLLOWS = np.int64(FOLLOW)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def run(
     memory: NDArray[np.uint8],
     params: NDArray[np.void],

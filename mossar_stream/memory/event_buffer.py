@@ -19,7 +19,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     SegmentEvent,
 )
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 
 PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
@@ -71,7 +71,7 @@ def new_event_buffer(most: int) -> NDArray[np.uint8]:
     return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
 
 
-@compiled
+@kernel
 def next_event(clock, events, code):
     """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
     used = events[0].row + 1
@@ -83,7 +83,7 @@ def next_event(clock, events, code):
     return event
 
 
-@compiled
+@kernel
 def put_key_frame(clock, events, point, status, rev, decided):
     """Put a message about a key frame into the buffer; the last used frame is what caused it."""
     event = next_event(clock, events, KEY_FRAME)

@@ -9,11 +9,11 @@ or is not looked at.
 
 import numpy as np
 
-from mossar_stream.jit import simd
-from mossar_stream.jit.decorators import compiled, inlined, spliced
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import WIDTH, page_sum
 from mossar_stream.jit.views import part
 
-PAGE = simd.PAGE  # joints
+PAGE = WIDTH  # joints
 POINT = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4")])  # m; a frame is J of these
 X, Y, Z = 0, 32, 64  # m, where the joint is taken to be, in the source's space
 GOOD_X, GOOD_Y, GOOD_Z = 96, 128, 160  # m, where it was last there
@@ -45,28 +45,28 @@ def body_size(joints: int) -> int:
     return -(-joints // PAGE) * PAGE_SIZE
 
 
-@compiled
+@kernel
 def place(j):
     """Return where joint j's numbers begin."""
     return j // PAGE * PAGE_SIZE + j % PAGE
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def page_of(body, first):
     """Return the page that begins with a joint."""
     return part(body, first // PAGE * PAGE_BYTES, np.float32, (PAGE_SIZE,))
 
 
-@inlined
+@inline_kernel
 def line_sum(body, line):
     """Sum of a line of the body over all joints."""
     total = 0.0
     for first in range(0, len(body) // LINES, PAGE):
-        total += simd.page_sum(page_of(body, first), line)
+        total += page_sum(page_of(body, first), line)
     return total
 
 
-@compiled
+@kernel
 def center_of(plan, body):
     """Return where the centre is: the root, or the centroid of all joints."""
     if plan.center >= 0:
@@ -81,7 +81,7 @@ def center_of(plan, body):
     return np.float32(x / plan.joints), np.float32(y / plan.joints), np.float32(z / plan.joints)
 
 
-@compiled
+@kernel
 def flatten(body, pose):
     """Copy the features of the last frame to where all joints follow each other.
 

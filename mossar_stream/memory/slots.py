@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 
 SLOTS = np.dtype([("unused_count", "i8")])  # of the stack of unused slots
 
 
-@compiled
+@kernel
 def start_slots(slots, unused):
     """Let all slots be unused."""
     for i in range(len(unused)):
@@ -15,7 +15,7 @@ def start_slots(slots, unused):
     slots.unused_count = len(unused)
 
 
-@compiled
+@kernel
 def allocate(slots, unused, summaries):
     """Return an unused slot, emptied.
 
@@ -30,14 +30,14 @@ def allocate(slots, unused, summaries):
     return slot
 
 
-@compiled
+@kernel
 def free(slots, unused, slot):
     """Take back a slot that is no longer needed."""
     unused[slots.unused_count] = slot
     slots.unused_count += 1
 
 
-@compiled
+@kernel
 def empty(summary):
     """Make a summary that of no frames."""
     for d in range(len(summary)):

@@ -12,7 +12,7 @@ from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFOR
 from mossar_stream.settings import Features, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.likelihood import make_params, slot_size
-from mossar_stream.similarity.summary import DURATION, FRAMES, PATH, TERM
+from mossar_stream.similarity.summary import DURATION, FRAMES, PATH, TERM, SummaryFrame
 
 FEATURES = [
     {"positions": 1.0},
@@ -32,8 +32,9 @@ def summarise(params, slot, poses, steps, joints, weights):
             body[place(j) + STEP_BEFORE] = steps[i, j]
             for axis in range(4):
                 body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
-        similarity.add_frame(params[0], slot, body, poses[i], joints, 0.0, weights[i], 1)
-    similarity.pour(params[0], slot, body, lanes)
+        frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1)
+        similarity.add_frame(params[0], slot, frame)
+    similarity.flush_sums(params[0], slot, body, lanes)
     similarity.close(params[0], slot)
 
 

@@ -14,7 +14,7 @@ from mossar_stream.algorithm.row import ROW, ROW_BYTES
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, follow_curve, forget_candidate, start_curve
 from mossar_stream.algorithm.velocity import travel
 from mossar_stream.engine.plan import Plan
-from mossar_stream.jit.decorators import frame_entry_point
+from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import POINT
 from mossar_stream.settings import Settings
 from mossar_tools.bench.measurement import Measurement, Took, rate, timed
@@ -27,7 +27,7 @@ SIZE = 1000  # frames of a chunk
 SETTINGS = Settings(noise_margin=0.0)  # the noise estimate is no part of Algorithms 1 and 2
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def split_frames(
     memory: NDArray[np.uint8],
     index: int,

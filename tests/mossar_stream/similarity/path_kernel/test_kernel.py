@@ -15,7 +15,7 @@ from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
 from mossar_stream.similarity.path_kernel import reference as path_reference
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM
+from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM, SummaryFrame
 
 FORMS = ("damped", "normalised", "sum")
 STEP = 1.0 / 64.0
@@ -26,7 +26,8 @@ def add_frame(params, slot, pose, step, joints, time, weight, moving):
     body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
     for j in range(joints):
         body[place(j) + STEP_BEFORE] = step[j]
-    similarity.add_frame(params[0], slot, body, pose, joints, time, weight, moving)
+    frame = SummaryFrame(body, pose, joints, time, weight, moving)
+    similarity.add_frame(params[0], slot, frame)
 
 
 @entry_point
@@ -79,7 +80,7 @@ def times_of(positions, start=0.0):
 
 def summary(params, positions, times, weight=STEP):
     slot = np.zeros(path_kernel.slot_size(params))
-    lanes = int(params["lanes"][0])
+    lanes = int(params["padded_joints"][0])
     joints = positions.shape[1]
     pose, step = np.zeros((4, lanes), np.float32), np.zeros(lanes)
     step[:joints] = 0.01
@@ -113,7 +114,10 @@ def stored_graph(params, slot):
     pairs = slot[at + 1 : at + 1 + count].astype(int)
     values = slot[at + 1 + int(p["edges"]) :][:count]
     edges = {
-        (int(pair % p["lanes"]), int((pair % p["lanes"] + pair // p["lanes"] + 1) % p["joints"])): value
+        (
+            int(pair % p["padded_joints"]),
+            int((pair % p["padded_joints"] + pair // p["padded_joints"] + 1) % p["joints"]),
+        ): value
         for pair, value in zip(pairs, values, strict=True)
     }
     return covariances, edges
