@@ -288,6 +288,8 @@ def _decide_what_is_due(w, segment, curve, begin):
 @inline_kernel
 def _is_clear(w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
+    if w.plan.evidence == 1:  # which changes with what follows
+        return False
     strength, beta = w.keys[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)
 
