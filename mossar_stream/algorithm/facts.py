@@ -1,11 +1,8 @@
 """Facts: what is known of a candidate for evidence, from where it is found until its key frame is confirmed."""
 
-from typing import NamedTuple
-
 import numpy as np
 
-from mossar_stream.algorithm.cycles import Cycles
-from mossar_stream.algorithm.pose_history import PoseHistory, mark_at
+from mossar_stream.algorithm.pose_history import mark_at
 from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity import evidence
@@ -24,6 +21,7 @@ FACTS_OF_CANDIDATE = np.dtype(
         ("speed", "f8"),  # m/s, lowest since the candidate
         ("home", "f8"),  # m, distance from the pose in which the performer dwells
         ("peak", "f8"),  # m/s, largest since the last key frame that was told of
+        ("before", "i8"),  # where the key frame before is told to be
         ("told_time", "f8"),  # s, of that key frame
     ],
 )
@@ -37,6 +35,7 @@ def start_facts(facts, frame, time):
     facts.speed = 0.0
     facts.home = 0.0
     facts.peak = 0.0
+    facts.before = frame
     facts.told_time = -np.inf
 
 

@@ -16,7 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
-from mossar_stream.algorithm.cycles import CANDIDATES, LAGS, LONGEST_WINDOW, NOTE, Cycles, follow_cycles, start_cycles
+from mossar_stream.algorithm.cycles import (
+    CANDIDATES,
+    LAGS,
+    LONGEST_WINDOW,
+    NOTE,
+    Cycles,
+    follow_cycles,
+    start_cycles,
+)
 from mossar_stream.algorithm.facts import EARLIER, note_place, smoothing_share, start_facts
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.noise import calm_noise, start_noise
@@ -55,6 +63,7 @@ from mossar_stream.memory.joint_pages import (
     Z,
     center_of,
     flatten,
+    line_sum,
     page_of,
 )
 from mossar_stream.memory.slots import start_slots
@@ -227,7 +236,7 @@ def _velocity(state, a, frame, time, dt, first):
     if plan.smoothing == FILTERED:
         displacement = filter_joints(plan, body, a.filtered, dt)
     if plan.evidence == 1:
-        displacement = _rms_displacement(plan, body)
+        displacement = _rms_displacement(plan, body, displacement)
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
@@ -237,12 +246,21 @@ def _velocity(state, a, frame, time, dt, first):
 
 
 @inline_kernel
-def _rms_displacement(plan, body):
-    """Return as many times the joints' rms path as there are joints: long steps of few weigh more than in the sum."""
+def _rms_displacement(plan, body, displacement):
+    """Return as many times the joints' rms path as there are joints: long steps of few weigh more than in the sum.
+
+    Args:
+        plan: PLAN.
+        body: See joint_pages.py.
+        displacement: m, the sum, scaled up where joints are missing.
+    """
+    path = line_sum(body, STEP)
+    if path <= 0.0:
+        return displacement
     squares = 0.0
     for first in range(0, plan.padded_joints, PAGE):
         squares += page_product(page_of(body, first), STEP, STEP)
-    return np.sqrt(squares * plan.moving_joints)
+    return np.sqrt(squares * plan.moving_joints * displacement / path)
 
 
 @kernel

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import end_take
-from mossar_stream.algorithm.cycles import CANDIDATES, LAGS, LONGEST_WINDOW, NOTE, Cycles, forget_newest, note_candidate
+from mossar_stream.algorithm.cycles import (
+    CANDIDATES,
+    LAGS,
+    LONGEST_WINDOW,
+    NOTE,
+    Cycles,
+    forget_newest,
+    note_candidate,
+)
 from mossar_stream.algorithm.decision import decide_oldest
 from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
@@ -247,7 +255,11 @@ def _add_key(w, slot, state, point, rev):
     told = UNTOLD
     if is_telling(facts, scales, point.time, noise):
         told, facts.told_time, facts.peak = TOLD, point.time, 0.0
-    placed = Point(point.kind, point.id, facts.frame, facts.time, point.velocity, point.strength)
+    frame, time = point.frame, point.time
+    if facts.before < facts.frame:
+        frame, time = facts.frame, facts.time
+    facts.before = frame
+    placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
     add_key(w, slot, placed, point.time, rev, told)
 
 

@@ -39,6 +39,7 @@ LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
 AT_ONCE = 8  # variances multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
+ABOVE_NOISE = 1.25  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 
@@ -76,7 +77,7 @@ def odds_strength(params, left, right, both):
         return 0.0
     facts = left[params.facts : params.facts + FACTS]
     peak = min(facts[PEAK], right[params.facts])
-    if peak < facts[NOISE]:
+    if peak < ABOVE_NOISE * facts[NOISE]:
         return 0.0
     pose, speed = _change(params, left, right, both, (POSE_FLOOR * facts[EXTENT]) ** 2)
     usual = facts[USUAL_SPEED]

@@ -58,7 +58,10 @@ LIKELIHOOD = np.dtype(
         ("speed_floor", "f8"),
         ("distance_floor", "f8"),
         ("short", "f8"),  # s, setting short_segment
-        ("facts", "i8"),  # where those of evidence.py begin in a slot; 0 if it is the likelihood alone that counts
+        (
+            "facts",
+            "i8",
+        ),  # where those of evidence.py begin in a slot; 0 if it is the likelihood alone that counts
         ("moving_joints", "i8"),
     ],
 )
