@@ -16,7 +16,7 @@ import mossar_stream
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.signals import raising
+from mossar_tools.signals import interruptibly, leave, raising
 
 COMMANDS: Final[dict[str, str]] = {
     "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
@@ -31,6 +31,9 @@ COMMANDS: Final[dict[str, str]] = {
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
+
+# Commands that load the compiler, which takes a while, and seconds on the first run.
+_WITH_KERNELS: Final = ("demo", "run", "segment", "view", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
@@ -61,10 +64,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
     except KeyboardInterrupt:
         terminal.clear()
-        return INTERRUPTED
+        return leave(INTERRUPTED)
     except Terminated:
         terminal.clear()
-        return TERMINATED
+        return leave(TERMINATED)
     except MossarError as error:
         from mossar_adapters.files.output import OutputError
 
@@ -109,6 +112,8 @@ def _run(arguments: list[str], terminal: Console) -> int:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    if name in _WITH_KERNELS:
+        interruptibly(lambda: mossar_stream.Segmenter)
     status: int = command.run(options, terminal)
     return status
 
