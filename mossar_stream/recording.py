@@ -172,7 +172,7 @@ def segment_recording(
 
     Example:
         >>> take = np.zeros((90, 2, 3), np.float32)
-        >>> take[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> take[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
         >>> take[60:, 1, 0] = 1
         >>> result = segment_recording(take, fps=30, skeleton=Skeleton(("hip", "hand"), (-1, 0)))
         >>> len(result.key_frames), len(result.at(count=1).segments)

@@ -53,7 +53,7 @@ class Segmenter:
         >>> skeleton = Skeleton(("hip", "hand"), (-1, 0))
         >>> segmenter = Segmenter(skeleton, Settings(window=0.1), fps=30)
         >>> frames = np.zeros((90, 2, 3), np.float32)
-        >>> frames[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> frames[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
         >>> frames[60:, 1, 0] = 1
         >>> events = segmenter.push(frames)
         >>> [e.kind for e in events if isinstance(e, KeyFrameEvent) and e.status == "confirmed"]

@@ -1,8 +1,10 @@
+import json
 import random
 import sys
 
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 if not sys.platform.startswith("linux"):
     pytest.skip("what a process holds is read from /proc", allow_module_level=True)
@@ -12,8 +14,10 @@ from checks.soak.faults import Faults
 from checks.soak.measure import Sample, early_and_late
 from checks.soak.truth import Truth
 from mossar_adapters.demo.body import SKELETON
+from mossar_stream.events import to_json
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings
+from mossar_tools.event_schema import event_schema
 
 SETTINGS = Settings(max_pause=3.0)
 
@@ -60,8 +64,14 @@ def test_growth_is_that_after_the_first_fifth():
     assert (early.files, late.files) == (1, 4)
 
 
-def test_a_few_seconds_of_faults_lose_no_event_and_make_none_up(tmp_path, capsys):
+def test_a_few_seconds_of_faults_lose_no_event_and_make_none_up(tmp_path, capsys, monkeypatch):
+    came = []
+    check = Truth.check
+    monkeypatch.setattr(Truth, "check", lambda truth, events: (came.extend(events), check(truth, events)))
     soak(tmp_path, 4.0, 2)
     out, err = capsys.readouterr()
     assert "0 lost, 0 false" in out, err
     assert "frames were lost" not in err
+    validator = Draft202012Validator(event_schema())
+    assert len(came) > 100
+    assert not [error for event in came for error in validator.iter_errors(json.loads(to_json(event)))]

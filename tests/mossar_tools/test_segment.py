@@ -90,7 +90,9 @@ def test_files_are_written_and_not_replaced_unless_that_is_wished(mossar, swing,
     status, out, err = mossar("segment", swing, "--csv", table, "--json", report)
     assert (status, out) == (0, "")
     assert err.splitlines() == [f"written: {report}", f"written: {table}"]
-    assert len(list(csv.DictReader(table.open()))) == len(json.loads(report.read_text())["segments"])
+    assert len(list(csv.DictReader(table.read_text().splitlines()))) == len(
+        json.loads(report.read_text())["segments"]
+    )
     before = table.read_bytes()
     status, _, err = mossar("segment", swing, "--csv", table, "--level", "posture")
     assert (status, table.read_bytes()) == (2, before)

@@ -22,7 +22,10 @@ def save(path, count, joints, positions=None):
     [
         (["dance"], "no command called 'dance'; there are demo, run, segment"),
         (["segmnt"], "no command called 'segmnt' - did you mean segment?; there are"),
-        (["run", "demo:", "--qiet"], "unrecognized arguments: --qiet - did you mean --quiet? (see mossar run"),
+        (
+            ["run", "demo:", "--qiet"],
+            "unrecognized arguments: --qiet - did you mean --quiet? (see mossar run",
+        ),
         (["segment", "demo:", "--level=1", "--keeep=3"], "--keeep=3 - did you mean --keep?"),
         (["--bla"], "unrecognized arguments: --bla"),
         (["run"], "which source?"),

@@ -76,9 +76,11 @@ class MskWriter:
         OutputError: If the disk is full.
 
     Example:
-        >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
+        >>> from tempfile import TemporaryDirectory
+        >>> from mossar_stream import Skeleton
+        >>> meta = Meta("p1", Skeleton(("hip", "hand"), (-1, 0)))
+        >>> with TemporaryDirectory() as folder, MskWriter(f"{folder}/take.msk") as writer:
         ...     writer.write(meta)
-        ...     writer.write(frames)
     """
 
     def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:

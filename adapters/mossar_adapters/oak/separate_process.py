@@ -34,10 +34,9 @@ def run_separately(
     Raises:
         OSError: If no process can be started.
 
-    Example:
-        >>> from this_package import say  # doctest: +SKIP
-        >>> run_separately(say, "hello", enough=lambda: False).stdout  # doctest: +SKIP
-        'hello'
+    Example, of a function that a module of ours has::
+
+        run_separately(say, "hello", enough=lambda: False).stdout  # 'hello'
     """
     # -P: a file of the user's in the folder where we were started is not to be taken for a library.
     command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__, *arguments]
