@@ -185,7 +185,8 @@ class Upkeep:
             elif finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
-                pipeline.send(pipeline.pool[performer].end_take("gap"))
+                pipeline.end_take(performer, "gap")
+                pipeline.stream_time.absent(performer)
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
