@@ -110,20 +110,26 @@ class JsonLinesSink:
     """Events, one JSON object per line; implements `Sink`.
 
     Args:
-        address: `-` for standard output, else a path; what is there is replaced.
+        address: `-` for standard output, else a path.
         stream: Written instead.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
     """
 
     def __init__(
-        self, address: Address, stream: IO[bytes] | None = None, position: int | None = None
+        self,
+        address: Address,
+        stream: IO[bytes] | None = None,
+        *,
+        force: bool = False,
+        position: int | None = None,
     ) -> None:
         self.name = "standard output" if address.scheme == "-" else address.url
         self.dropped = 0
-        self._output = _Output(address, stream, position=position)
+        self._output = _Output(address, stream, replace=force, position=position)
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the events name their performer."""
@@ -139,6 +145,10 @@ class JsonLinesSink:
     def position(self) -> int | None:
         """Return the bytes in the file; None if it is none."""
         return self._output.position()
+
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._output.sync()
 
     def close(self) -> None:
         """Write what is left. May be called twice."""
@@ -192,7 +202,7 @@ class _Output:
         address: Address,
         stream: IO[bytes] | None = None,
         *,
-        replace: bool = True,
+        replace: bool = False,
         position: int | None = None,
     ) -> None:
         self._stream: IO[bytes] | OutputFile
@@ -220,6 +230,10 @@ class _Output:
 
     def position(self) -> int | None:
         return self._stream.tell() if isinstance(self._stream, OutputFile) else None
+
+    def sync(self) -> None:
+        if isinstance(self._stream, OutputFile):
+            self._stream.sync()
 
     def close(self) -> None:
         self._closed = True

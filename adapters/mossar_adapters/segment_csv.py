@@ -70,21 +70,21 @@ class SegmentCsvSink:
     """Writes final segments; implements `Sink`. The strength is that of the key frame at the segment's end.
 
     Args:
-        address: Path of the file; what is there is replaced.
+        address: Path of the file.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
     """
 
-    def __init__(self, address: Address, position: int | None = None) -> None:
+    def __init__(self, address: Address, *, force: bool = False, position: int | None = None) -> None:
         self.name = address.url
         self.dropped = 0
-        self._file = OutputFile(address.path, replace=True, position=position)
+        self._file = OutputFile(address.path, replace=force, position=position)
         self._endings: dict[str, Ending] = {}  # by id of the key frame
         self._recordings: dict[str, str] = {}  # by performer
-        if position is None:
-            self._write([COLUMNS])
+        self._closed = False
 
     def announce(self, meta: Meta) -> None:
         """Remember the recording of a performer."""
@@ -106,8 +106,15 @@ class SegmentCsvSink:
         """Return the bytes in the file."""
         return self._file.tell()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._file.sync()
+
     def close(self) -> None:
         """Close the file. May be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._write([])
         self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
@@ -124,7 +131,8 @@ class SegmentCsvSink:
         self._endings[key] = ending
 
     def _write(self, rows: Sequence[Sequence[object]]) -> None:
+        head = [COLUMNS] if self._file.tell() == 0 else []  # late: a file with nothing in it may be replaced
         text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
+        csv.writer(text, lineterminator="\n").writerows([*head, *rows])
         self._file.write(text.getvalue().encode())
         self._file.flush()

@@ -48,7 +48,7 @@ class Outcome(msgspec.Struct):
         frames: Frames taken in.
         complete: Whether it came to its own end, instead of being stopped.
         errors: What went wrong with sources, in order.
-        dead_sinks: Names of the sinks that failed.
+        dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.
         abandoned: Whether the reader of a sink went away (a closed pipe).
     """
 

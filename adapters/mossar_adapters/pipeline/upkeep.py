@@ -12,7 +12,7 @@ from mossar_adapters.pipeline.counting import counters_of, explanation
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
-from mossar_stream.errors import SnapshotError
+from mossar_stream.errors import MossarError, SnapshotError
 from mossar_stream.events import StatsEvent, StreamChange, StreamEvent
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Upkeep:
         self._stats = stats
         self._path = snapshot
         self._period = period
+        self._unwritten = False  # whether the latest snapshot could not be written
         self._watch = Watch(1.0)
         self._looked = 0.0  # monotonic s
         self._stats_due = float("inf")
@@ -55,6 +56,7 @@ class Upkeep:
         self._watch.max_pause = pipeline.settings.max_pause
         self._stats_due = now + self._stats if self._stats else float("inf")
         self._snapshot_due = now + self._period if self._path else float("inf")
+        self._write(pipeline, complete=False)  # from here on a run that is killed can go on with its outputs
 
     def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> None:
         """Take note that frames came; say so if they had stalled."""
@@ -134,6 +136,8 @@ class Upkeep:
             self.send_stats(pipeline)
         if self._path is not None:
             self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
+            if self._unwritten:
+                pipeline.outcome.dead_sinks.append(str(self._path))
         for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
             if dropped:
                 _log.warning(
@@ -161,20 +165,28 @@ class Upkeep:
                 skip(position.frames)
 
     def _write(self, pipeline: "Pipeline", *, complete: bool) -> None:
+        """Write a snapshot, after the outputs that it counts on."""
         if self._path is None:
             return
         sinks = [outlet.sink for outlet in pipeline.outlets]
-        snapshot = Snapshot(
-            settings=msgspec.json.encode(pipeline.settings),
-            complete=complete,
-            sources=pipeline.naming.positions(),
-            performers=pipeline.pool.snapshot(),
-            sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
-        )
         try:
+            for sink in sinks:
+                if hasattr(sink, "sync"):
+                    sink.sync()
+            snapshot = Snapshot(
+                settings=msgspec.json.encode(pipeline.settings),
+                complete=complete,
+                sources=pipeline.naming.positions(),
+                performers=pipeline.pool.snapshot(),
+                sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
+            )
             write_snapshot(self._path, snapshot)
-        except SnapshotError as error:
-            _log.error("%s", error)
+        except MossarError as error:
+            if not self._unwritten:
+                _log.error("%s", error)
+            self._unwritten = True
+        else:
+            self._unwritten = False
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
         # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
