@@ -71,7 +71,7 @@ def test_outputs_are_on_the_disk_before_the_snapshot_that_counts_on_them(stage, 
         def sync(self):
             done.append(("sync", len(self.events)))
 
-    def written(path, snapshot):
+    def written(_, snapshot):
         done.append(("snapshot", snapshot.sinks["collected"]))
 
     monkeypatch.setattr("mossar_adapters.pipeline.upkeep.write_snapshot", written)
