@@ -36,6 +36,9 @@ class JsonLinesSource:
         address: `-`.
         options: The user's fps and unit.
         stream: Read instead of standard input.
+
+    Raises:
+        MossarError: If there is no standard input.
     """
 
     live = False
@@ -44,6 +47,8 @@ class JsonLinesSource:
         self, address: Address, options: ReadOptions | None = None, stream: IO[bytes] | None = None
     ) -> None:
         self.name = "standard input" if stream is None else address.url
+        if stream is None and sys.stdin is None:
+            raise MossarError("standard input is closed; there is nothing to read")
         self.decoder = LineDecoder(options)
         self.counters = self.decoder.counters
         self._stream = stream
@@ -117,6 +122,7 @@ class JsonLinesSink:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(
@@ -164,6 +170,7 @@ class JsonLinesFrameSink:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(self, address: Address, *, force: bool = False) -> None:
@@ -208,6 +215,8 @@ class _Output:
         self._stream: IO[bytes] | OutputFile
         if stream is None and address.scheme != "-":
             self._stream = OutputFile(address.path, replace=replace, position=position)
+        elif stream is None and sys.stdout is None:
+            raise OutputError("standard output is closed; --to says where else events may go")
         else:
             self._stream = stream or sys.stdout.buffer
         self._closed = False

@@ -63,11 +63,10 @@ def sink_of(
     Raises:
         MossarError: If it cannot be opened.
     """
+    position = positions.get(parse_url(url).url)
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force, position=positions.get(url))
-    return open_sink(
-        url, settings=msgspec.to_builtins(settings), force=options.force, position=positions.get(url)
-    )
+        return open_frame_sink(url, force=options.force, position=position)
+    return open_sink(url, settings=msgspec.to_builtins(settings), force=options.force, position=position)
 
 
 def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:

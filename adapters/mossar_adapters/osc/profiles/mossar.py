@@ -7,7 +7,7 @@ joint.
 
 import numpy as np
 
-from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.osc.messages import numbers, whole_number, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
 from mossar_adapters.receiving.pose import Pose
@@ -54,7 +54,7 @@ class Mossar:
         if len(words) < 2:
             raise FrameError("a meta has a performer and the names of the joints")
         parents, root = with_known_parents(words[1:])
-        skeleton = Skeleton(tuple(words[1:]), parents, root if stated is None else stated)
+        skeleton = printable_names(Skeleton(tuple(words[1:]), parents, root if stated is None else stated))
         return Meta(self._name(message, words[0]), skeleton, self._context.options.fps)
 
     def _pose(self, message: Message) -> Pose:
