@@ -134,8 +134,8 @@ def readable(name: str) -> str:
     File names of Linux are bytes: what is no UTF-8, or moves the cursor of a terminal, is replaced.
 
     Example:
-        >>> readable("walk\udcff\x1b[2J.bvh")
-        'walk\ufffd\ufffd[2J.bvh'
+        >>> ascii(readable("walk\udcff\x1b[2J.bvh"))
+        "'walk\\ufffd\\ufffd[2J.bvh'"
     """
     return "".join(c if c.isprintable() else "\ufffd" for c in name)
 

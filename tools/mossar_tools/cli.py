@@ -70,12 +70,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     return guarded(lambda terminal: _run(arguments, terminal))
 
 
+def _open_closed_streams() -> None:
+    """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - open as long as the program
+
+
 def guarded(program: Callable[[Console], int]) -> int:
     """Run a program and return its exit status: errors become one line, signals the status that is usual for them.
 
     Args:
         program: Gets the console and returns its status.
     """
+    _open_closed_streams()
     terminal = console()
     terminal.set_up("info", as_json=False, status=True)
     try:

@@ -24,6 +24,7 @@ class Feed:
         self.source = source
         self.heard_at = time.monotonic()  # s, when frames came last
         self.looked_at = self.heard_at  # s, when the source last had something, or said that it has nothing
+        self.delivered = False  # whether frames came at all
         self._index = index
         self._inbox = inbox
         self._metas: dict[str, Meta] = {}  # the latest of each performer, last used last

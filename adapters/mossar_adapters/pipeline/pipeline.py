@@ -19,16 +19,17 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
+from mossar_adapters.pipeline.outcome import Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.stream_time import StreamTime
-from mossar_adapters.pipeline.take_starts import take_starts
+from mossar_adapters.pipeline.take_starts import parts, take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import MossarError, SettingsError
+from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
 from mossar_stream.settings import Settings
@@ -39,34 +40,6 @@ _LEAVE = 1.0  # s given to a reader to end
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
-
-
-class Outcome(msgspec.Struct):
-    """How a run went.
-
-    Args:
-        frames: Frames taken in.
-        complete: Whether it came to its own end, instead of being stopped.
-        errors: What went wrong with sources, in order.
-        dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.
-        abandoned: Whether the reader of a sink went away (a closed pipe).
-    """
-
-    frames: int = 0
-    complete: bool = False
-    errors: list[Exception] = msgspec.field(default_factory=list)
-    dead_sinks: list[str] = msgspec.field(default_factory=list)
-    abandoned: bool = False
-
-
-def in_words(error: Exception) -> str:
-    """Return what an error says, in one line; of what is no error of data or settings, its kind as well."""
-    text = " ".join(str(error).split())
-    return (
-        text
-        if isinstance(error, MossarError)
-        else f"internal error, please report it: {type(error).__name__}: {text}"
-    )
 
 
 class _Heard(NamedTuple):
@@ -121,6 +94,7 @@ class Pipeline:
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
         self._metas: dict[str, Meta] = {}  # as followed last, of each performer
         self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
+        self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
@@ -170,6 +144,24 @@ class Pipeline:
     def ask(self, request: Callable[[], None]) -> None:
         """Have something done by the thread that segments. Any thread may call it."""
         self.inbox.ask(request)
+
+    def set(self, changes: Mapping[str, object], performer: str | None = None) -> None:
+        """Change settings of a performer, or of all and of those to come, and send what this ends.
+
+        Raises:
+            SettingsError: If a name is unknown or a value is illegal.
+            FrameError: If there is no such performer.
+        """
+        self._max_pauses.clear()
+        self.send(self.pool.set(changes, performer))
+
+    def max_pause(self, performer: str) -> float:
+        """Return how long a performer's frames may stop before its take ends, s."""
+        known = self._max_pauses.get(performer)
+        if known is None:
+            settings = self.pool[performer].settings if performer in self.pool else self.pool.settings
+            known = self._max_pauses[performer] = settings.max_pause
+        return known
 
     def send(self, events: list[Event], arrived_at: float | None = None) -> None:
         """Hand events to all sinks."""
@@ -228,7 +220,7 @@ class Pipeline:
             self.upkeep.keep(kept)
             self._refused &= kept
             self.stream_time.forget(kept)
-            for table in (self.latency, self.unusable, self._metas, self._heard):
+            for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
                 for name in set(table) - kept:
                     del table[name]
         return self.naming.name(source, performer)
@@ -291,20 +283,23 @@ class Pipeline:
             return
         self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
         self.upkeep.heard(self, arrival, name)
-        before = self.times.get(name, (0.0, None))[1]
         frames = self.stream_time.within(frames)
         if not len(frames):
             return
+        for part in parts(frames, self.max_pause(name)):
+            self._segment(part, arrival.at)
+
+    def _segment(self, frames: Frames, arrived_at: float) -> None:
+        """Push frames, and hand them on with the events that they cause."""
         try:
             events = self.pool.push(frames)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
             self._refuse(frames, error)
             return
         self.outcome.frames += len(frames)
-        parcels = [Parcel(frames, arrival.at)]
-        parcels += map(Parcel, take_starts(events, frames, before, self.settings.max_pause))
+        parcels = [Parcel(frames, arrived_at), *map(Parcel, take_starts(events, frames))]
         if events:
-            parcels.append(Parcel(events, arrival.at))
+            parcels.append(Parcel(events, arrived_at))
         for outlet in self.outlets:
             for parcel in parcels:
                 outlet.put(parcel)

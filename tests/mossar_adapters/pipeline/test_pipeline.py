@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from mossar_adapters.live import OutputClosedError
+from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import MossarError, SettingsError
@@ -308,6 +308,28 @@ def test_silence_is_explained(stage, caplog, monkeypatch):
     assert caplog.messages == ["osc://127.0.0.1:9: listening; no datagram came yet"]
 
 
+@pytest.mark.parametrize(
+    ("trickle", "said"),
+    [
+        (False, "live: the frames have stopped, and nothing else comes; is the sender still running?"),
+        (True, "live: the frames have stopped; 3 messages came since, without a frame. it listens"),
+    ],
+)
+def test_frames_that_have_stopped_are_told_from_those_that_never_came(
+    stage, caplog, monkeypatch, trickle, said
+):
+    monkeypatch.setattr("mossar_adapters.pipeline.upkeep.SILENCE", 0.4)
+    source = stage.Script([stage.meta(), stage.wave(0, 30), 0.8], live=True, name="live")
+    source.counters = Counters(received=30)
+    source.explain = lambda: "it listens"
+    if trickle:
+        later = threading.Timer(0.3, lambda: setattr(source.counters, "received", 33))
+        later.start()
+    with caplog.at_level(logging.WARNING, "mossar"):
+        Pipeline([source], [stage.Collected()]).run()
+    assert caplog.messages == [said]
+
+
 def test_a_full_queue_is_said_and_counted(stage, caplog):
     sink = stage.Collected()
     chunks = [stage.wave(i * 500, 500) for i in range(12)]
@@ -354,6 +376,31 @@ def test_a_take_tells_sinks_when_it_began(stage):
     Pipeline([stage.Script([stage.meta(), stage.wave(30, 30), stage.wave(300, 30)])], [sink]).run()
     begins = [event for event in sink.events if isinstance(event, tuple)]
     assert begins == [("p1", 0, 1.0), ("p1", 1, 10.0)]
+
+
+def test_a_take_that_begins_within_a_chunk_after_one_that_the_wall_clock_ended_tells_when(stage):
+    """The first frame of the chunk begins a take, and a leap in the chunk another one."""
+
+    class Clocked(stage.Collected):
+        def begin_take(self, performer, take, time):
+            self.events.append((performer, take, round(time, 3)))
+
+    sink = Clocked()
+    frames = stage.wave(60, 60)
+    frames.times[30:] += 5
+    script = [stage.meta(), stage.wave(0, 30), 1.5, stage.wave(30, 30), Left("p1", "gone"), frames]
+    Pipeline([stage.Script(script, live=True)], [sink]).run()
+    begins = [event for event in sink.events if isinstance(event, tuple)]
+    assert begins == [("p1", 0, 0.0), ("p1", 1, 1.0), ("p1", 2, 2.0), ("p1", 3, 8.0)]
+
+
+def test_max_pause_changed_while_running_is_that_of_the_wall_clock_too(stage):
+    sink = stage.Collected()
+    script = stage.Script([stage.meta(), stage.wave(0, 60), 0.9, stage.wave(60, 30), 0.2], live=True)
+    pipeline = Pipeline([script], [sink])
+    pipeline.ask(lambda: pipeline.set({"max_pause": 0.4}))
+    pipeline.run()
+    assert ("p1", "ended", "gap") in stage.changes(sink)
 
 
 def test_segments_follow_each_other_without_gaps(stage):
