@@ -46,8 +46,8 @@ def segment_row(
 ) -> Sequence[object]:
     """Return the cells of a segment, in the order of `COLUMNS`; times in s on the source's clock."""
     return (
-        recording,
-        performer,
+        _text(recording),
+        _text(performer),
         take,
         f"{part.start_time:.4f}",
         f"{part.end_time:.4f}",
@@ -58,8 +58,13 @@ def segment_row(
         ending.kind,
         _number(ending.strength),
         _number(part.similarity),
-        " ".join(part.active_joints),
+        _text(" ".join(part.active_joints)),
     )
+
+
+def _text(name: str) -> str:
+    """Return a name as a cell that no spreadsheet takes for a formula: names come from files and networks."""
+    return f"'{name}" if name[:1] in {"=", "+", "-", "@", "\t", "\r"} else name
 
 
 def _number(value: float | None) -> str:

@@ -11,6 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 import mossar_stream
@@ -74,7 +75,7 @@ def _open_closed_streams() -> None:
     """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - open as long as the program
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
 
 
 def guarded(program: Callable[[Console], int]) -> int:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 import mossar_stream
 from mossar_adapters.joint_sets import printable_names
+from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream.frames import Frames
 from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 
 VERSION = 1
@@ -62,7 +63,7 @@ def meta_of_map(found: MetaMap) -> Meta:
     if found.unit != "m":
         raise FrameError(f"frames are in metres, not in {found.unit[:20]!r}")
     skeleton = printable_names(Skeleton(found.names, found.parents, found.root))
-    return Meta(performer_name(found.performer), skeleton, fps)
+    return Meta(distinct_name(found.performer), skeleton, fps)
 
 
 def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:

@@ -1,10 +1,12 @@
 """Files that outlast their run: what is never replaced, and what is left after a machine lost its power."""
 
+import csv
 import json
 import logging
 import random
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -150,3 +152,18 @@ def test_devices_that_cannot_be_synchronised_are_written_all_the_same():
     file.write(b"x")
     file.sync()
     file.close()
+
+
+def test_names_in_a_table_are_no_formulas(tmp_path):
+    path = tmp_path / "segments.csv"
+    sink = open_sink(str(path))
+    sink.announce(Meta("=1+1", META.skeleton, recording="@take.bvh"))
+    sink.send([msgspec.structs.replace(SEGMENT, performer="=1+1", active_joints=("-hand", "foot"))])
+    sink.close()
+    with path.open(newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["recording"], row["performer"], row["active_joints"]) == (
+        "'@take.bvh",
+        "'=1+1",
+        "'-hand foot",
+    )
