@@ -11,6 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 import mossar_stream
@@ -73,12 +74,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     return guarded(lambda terminal: _run(arguments, terminal))
 
 
+def _open_closed_streams() -> None:
+    """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+
+
 def guarded(program: Callable[[Console], int]) -> int:
     """Run a program and return its exit status: errors become one line, signals the status that is usual for them.
 
     Args:
         program: Gets the console and returns its status.
     """
+    _open_closed_streams()
     terminal = console()
     terminal.set_up("info", as_json=False, status=True)
     try:
