@@ -20,9 +20,9 @@ from pythonosc.osc_packet import OscPacket
 
 from checks.run_process import RunProcess, free_port
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.frame_codec import from_msgpack
-from mossar_adapters.frame_maps import FrameMap
-from mossar_adapters.interleaving import part
+from mossar_adapters.maps.codec import from_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap
+from mossar_adapters.replay.interleaving import part
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_frame_sink

@@ -23,7 +23,7 @@ from checks.run_process import RunProcess, free_port
 from mossar_adapters.address import parse_url
 from mossar_adapters.files.kinematics import joint_positions
 from mossar_adapters.files.registry import format_of, open_motion
-from mossar_adapters.osc.humanoid import mapped_bones, present_parents
+from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_tools.opening import source_of

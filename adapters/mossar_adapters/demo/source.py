@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl, urlsplit
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
-from mossar_adapters.pacing import Pacer
+from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta
 from mossar_stream.errors import SettingsError
 from mossar_stream.frames import Frames, performer_name

@@ -3,25 +3,23 @@
 import contextlib
 import io
 import itertools
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from checks.fuzz.target import Feed, Target
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.frame_codec import to_json, to_msgpack
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.jsonlines import JsonLinesSource
 from mossar_adapters.live import Counters
+from mossar_adapters.maps.codec import to_json, to_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
+from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
-from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Left, Meta
-from mossar_adapters.zeromq.source import ZmqSource
+from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_stream.errors import FrameError, MossarError
 from mossar_stream.frames import Frames
 from mossar_stream.performers import Performers
@@ -67,7 +65,7 @@ _MAP_WORDS = (
     b"[null,1,2]",
     b"-1",
 )
-_TOGETHER = 8  # messages between two looks at what has come together
+_TOGETHER = 8  # messages between two looks for frames that are over
 _HOSTS = ("127.0.0.1", "10.0.0.7", "fe80::1%eth0")
 
 
@@ -145,53 +143,45 @@ def _datagrams(metas: Sequence[Meta], chunks: Sequence[Frames], profiles: Sequen
 
 
 def _osc_opener(listens: str) -> Callable[[], contextlib.AbstractContextManager[Feed]]:
-    @contextlib.contextmanager
-    def opened() -> Iterator[Feed]:
-        source = OscSource(parse_url(f"osc://127.0.0.1:0?profile={listens}"))
-        numbers = itertools.count(1)
+    def opened() -> contextlib.AbstractContextManager[Feed]:
+        decoder = OscDecoder(parse_url(f"osc://127.0.0.1:0?profile={listens}"))
 
-        def take(data: bytes) -> None:
-            n = next(numbers)
-            source.take(Datagram(data, _HOSTS[n % 3], 9000 + n % 2, n * 0.002))
+        def received(data: bytes, n: int) -> list[Meta | Frames | Left]:
+            found = decoder.receive(Datagram(data, _HOSTS[n % 3], 9000 + n % 2, n * 0.002))
+            if n % _TOGETHER == 0 and decoder.pending:
+                found += decoder.idle(n * 0.002)
+            return found
 
-        try:
-            yield _live(take, source.counters, source.collected)
-        finally:
-            source.close()
+        return contextlib.nullcontext(_live(received, decoder.counters))
 
     return opened
 
 
-@contextlib.contextmanager
-def _zeromq(take: Callable[[ZmqSource, bytes], None]) -> Iterator[Feed]:
-    with tempfile.TemporaryDirectory() as folder:
-        source = ZmqSource(parse_url(f"ipc+bind://{Path(folder) / 'socket'}"))
-        try:
-            yield _live(lambda data: take(source, data), source.counters, source.collected)
-        finally:
-            source.close()
-
-
 def _zeromq_two_parts() -> contextlib.AbstractContextManager[Feed]:
-    return _zeromq(lambda source, data: source.take((b"mossar.frame.p1.", data)))
+    return _zeromq((b"mossar.frame.p1.",))
 
 
 def _zeromq_one_part() -> contextlib.AbstractContextManager[Feed]:
-    return _zeromq(lambda source, data: source.take((data,)))
+    return _zeromq(())
 
 
-def _live(
-    take: Callable[[bytes], None], counters: Counters, collected: Callable[[], Sequence[Meta | Frames | Left]]
-) -> Feed:
-    """Return a feed for a live source, which counts what it refuses instead of raising it."""
+def _zeromq(topic: tuple[bytes, ...]) -> contextlib.AbstractContextManager[Feed]:
+    decoder = ZmqDecoder()
+
+    def received(data: bytes, n: int) -> list[Meta | Frames | Left]:
+        return decoder.receive(ZmqMessage((*topic, data), n * 0.002))
+
+    return contextlib.nullcontext(_live(received, decoder.counters))
+
+
+def _live(received: Callable[[bytes, int], Sequence[Meta | Frames | Left]], counters: Counters) -> Feed:
+    """Return a feed for a decoder, which counts what it refuses instead of raising it."""
     consumer = Consumer()
     numbers = itertools.count(1)
 
     def feed(data: bytes) -> None:
         refused = counters.malformed
-        take(data)
-        if next(numbers) % _TOGETHER == 0:
-            consumer.use(collected())
+        consumer.use(received(data, next(numbers)))
         if counters.malformed > refused:
             raise FrameError(counters.last_error)
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from checks.fuzz.files import scratch
 from checks.fuzz.target import Feed, Target
 from mossar_adapters.address import numeric_host, parse_url
-from mossar_adapters.control import Control
+from mossar_adapters.control.requests import Control
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.osc.generic import checked_args, checked_pattern
+from mossar_adapters.osc.profiles.generic import checked_args, checked_pattern
 from mossar_adapters.pipeline import Pipeline
-from mossar_adapters.senders import AllowList
+from mossar_adapters.receiving.admission import AllowList
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.frames import Frames

@@ -14,9 +14,9 @@ from checks.soak.stage import FPS, MAX_PAUSE, Stage
 from checks.soak.truth import Truth
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo.body import SKELETON
-from mossar_adapters.msk_sink import MskFrameSink
 from mossar_adapters.osc.event_sink import OscSink
 from mossar_adapters.pipeline import Outcome, Pipeline, Upkeep
+from mossar_adapters.replay.msk_sink import MskFrameSink
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import ZmqSink

@@ -12,8 +12,8 @@ from checks.soak.faults import Faults
 from checks.soak.truth import Truth
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
-from mossar_adapters.frame_codec import to_msgpack
-from mossar_adapters.frame_maps import FrameMap
+from mossar_adapters.maps.codec import to_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import Publisher
 from mossar_stream.frames import Frames
