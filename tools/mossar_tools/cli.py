@@ -35,6 +35,7 @@ COMMANDS: Final[dict[str, str]] = {
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
     "settings": "the value of each setting, its unit, and what moving it does",
     "schema": "the JSON Schema of the events",
+    "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 
