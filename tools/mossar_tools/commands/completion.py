@@ -14,7 +14,7 @@ _FILES = ("FILE", "SOURCE", "DIR", "JOB.toml", "FILE.toml", "IN", "OUT")  # argu
 
 DESCRIPTION = "Print what makes a shell complete the commands and options of mossar."
 EXAMPLES = """  eval "$(mossar completion bash)"                                      in ~/.bashrc
-  mossar completion zsh > ~/.zfunc/_mossar                              in a folder of $fpath
+  mossar completion zsh > _mossar                                       in a folder of $fpath
 """
 
 

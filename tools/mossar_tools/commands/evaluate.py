@@ -26,7 +26,7 @@ Cuts are frames from 0, as [earliest, middle, latest] or one number; level is po
 Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
 of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
-  mossar evaluate demo:?noise=0.02&fps=30 --seeds 5
+  mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour

@@ -22,7 +22,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
-  mossar segment demo:?seed=3 --plot demo.pdf --dark
+  mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
 
