@@ -29,8 +29,8 @@ from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.saving import as_toml
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
-from mossar_tools.whole import read_whole
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_the_chart_is_well_formed_and_quotes_names(seen):
 
 
 def test_a_recording_shows_as_many_key_frames_as_asked_for():
-    whole = read_whole(Options(file="demo:?seconds=20&seed=3"))
+    whole = load_recording(Options(file="demo:?seconds=20&seed=3"))
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     total = show.total
     assert total > 10
@@ -109,7 +109,7 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
 
 @pytest.fixture(scope="module")
 def medley():
-    return read_whole(Options(file="demo:?seconds=40&seed=5"))
+    return load_recording(Options(file="demo:?seconds=40&seed=5"))
 
 
 @pytest.mark.parametrize("start", ["motion", "cluster"])

@@ -34,7 +34,9 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine; --peers adds other libraries; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
+    "settings": "the value of each setting, its unit, and what moving it does",
     "schema": "the JSON Schema of the events",
+    "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 

@@ -1,4 +1,6 @@
-"""Whole: all frames of a recording, or of a built-in performance, in memory."""
+"""Loaded recordings: all frames of a recording, or of a built-in performance, in memory."""
+
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
@@ -6,7 +8,8 @@ from numpy.typing import NDArray
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Cut, DemoSource
-from mossar_adapters.source import Meta
+from mossar_adapters.files.selection import selected
+from mossar_adapters.source import Meta, Recording
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
 from mossar_tools.console import LOGGER
@@ -18,7 +21,7 @@ MAX_BYTES = 2 << 30  # of positions
 DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
 
 
-class Whole(msgspec.Struct, frozen=True):
+class LoadedRecording(msgspec.Struct, frozen=True):
     """A recording in memory.
 
     Args:
@@ -40,19 +43,26 @@ class Whole(msgspec.Struct, frozen=True):
     performer: str = "p1"
 
 
-def read_whole(options: Options) -> Whole:
+Tell = Callable[[float | None], None]  # gets the share that is read, None where that is not known
+
+
+def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecording:
     """Return the recording that `options.file` names.
+
+    Args:
+        options: Which file, and what of it.
+        tell: Is told how reading goes.
 
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
     """
-    if parse_url(options.file).scheme == "demo":
-        return _performance(options.file)
-    if parse_url(options.file).scheme != "file":
+    scheme = parse_url(options.file).scheme
+    if scheme not in {"demo", "file"}:
         raise UsageError(
             f"{options.file}: mossar segment takes a recording or demo:; mossar run takes streams"
         )
-    recording = recording_of(options.file, options)
+    cuts: dict[str, tuple[Cut, ...]] = {}
+    recording = _performance(options, cuts) if scheme == "demo" else recording_of(options.file, options)
     performer = options.performer or recording.performers[0]
     if len(recording.performers) > 1 and options.performer is None:
         LOGGER.info(
@@ -64,27 +74,43 @@ def read_whole(options: Options) -> Whole:
     count = recording.frame_count or 0
     if count * len(recording.skeleton) * 12 > MAX_BYTES:
         raise UsageError(f"{recording.path}: {count} frames are too many to hold in memory; use mossar run")
-    chunks = [frames for frames in recording.chunks() if frames.performer == performer]
-    joined = _joined(recording.path, recording.skeleton, recording.fps, chunks)
-    return msgspec.structs.replace(joined, performer=performer)
+    loaded = _joined(recording, performer, tell)
+    return msgspec.structs.replace(loaded, cuts=cuts.get(performer, ()))
 
 
-def _performance(url: str) -> Whole:
+def _performance(options: Options, cuts: dict[str, tuple[Cut, ...]]) -> Recording:
+    """Return the built-in performance as a recording, and put its true cuts into `cuts`."""
+    url = options.file
     if "seconds=" not in url and "moves=" not in url:
         url += f"{'&' if '?' in url else '?'}seconds={DEMO_SECONDS}"
     source = DemoSource.from_url(url, speed="max")
     items = list(source.items())
-    first = next(item for item in items if isinstance(item, Meta))
-    chunks = [item for item in items if isinstance(item, Frames) and item.performer == first.performer]
-    whole = _joined(url, first.skeleton, first.fps, chunks)
-    return msgspec.structs.replace(whole, cuts=source.cuts[first.performer])
+    metas = [item for item in items if isinstance(item, Meta)]
+    chunks = [item for item in items if isinstance(item, Frames)]
+    cuts.update(source.cuts)
+    names = tuple(meta.performer for meta in metas)
+    whole = Recording(url, metas[0].skeleton, metas[0].fps, lambda: iter(chunks), performers=names)
+    return selected(whole, options.reading())
 
 
-def _joined(name: str, skeleton: Skeleton, fps: float | None, chunks: list[Frames]) -> Whole:
-    empty = np.zeros((0, len(skeleton), 3), np.float32)
-    positions = np.concatenate([empty, *(_certain(chunk) for chunk in chunks)])
-    times = np.concatenate([np.zeros(0), *(chunk.times for chunk in chunks)])
-    return Whole(name, skeleton, fps, positions, times)
+def _joined(recording: Recording, performer: str, tell: Tell) -> LoadedRecording:
+    positions = [np.zeros((0, len(recording.skeleton), 3), np.float32)]
+    times = [np.zeros(0)]
+    read = 0
+    for frames in recording.chunks():
+        read += len(frames)
+        tell(read / recording.frame_count if recording.frame_count else None)
+        if frames.performer == performer:
+            positions.append(_certain(frames))
+            times.append(frames.times)
+    return LoadedRecording(
+        recording.path,
+        recording.skeleton,
+        recording.fps,
+        np.concatenate(positions),
+        np.concatenate(times),
+        performer=performer,
+    )
 
 
 def _certain(frames: Frames) -> NDArray[np.float32]:
