@@ -18,6 +18,7 @@ from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
 from mossar_tools.values import names, place, port, positive, setting, speed
 
+WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
 
 
@@ -55,6 +56,9 @@ class Options(msgspec.Struct, frozen=True):
     json: bool = False
     csv: bool = False
     plot: str | None = None
+    plot_from: float | None = None
+    plot_to: float | None = None
+    width: float = WIDTH
     dark: bool = False
     keep: int | None = None
     check: str | None = None

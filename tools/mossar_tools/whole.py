@@ -16,6 +16,7 @@ from mossar_tools.options import Options
 
 MAX_BYTES = 2 << 30  # of positions
 DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
+_CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 
 class Whole(msgspec.Struct, frozen=True):
@@ -70,11 +71,16 @@ def _performance(url: str) -> Whole:
     if "seconds=" not in url and "moves=" not in url:
         url += f"{'&' if '?' in url else '?'}seconds={DEMO_SECONDS}"
     source = DemoSource.from_url(url, speed="max")
-    items = list(source.items())
+    items, cuts = [], dict[str, dict[int, Cut]]()
+    for item in source.items():
+        items.append(item)
+        if isinstance(item, Frames):  # of a long performance the source remembers the last cuts only
+            known = cuts.setdefault(item.performer, {})
+            known.update((cut.frame, cut) for cut in source.cuts[item.performer][-_CHUNK_CUTS:])
     first = next(item for item in items if isinstance(item, Meta))
     chunks = [item for item in items if isinstance(item, Frames) and item.performer == first.performer]
     whole = _joined(url, first.skeleton, first.fps, chunks)
-    return msgspec.structs.replace(whole, cuts=source.cuts[first.performer])
+    return msgspec.structs.replace(whole, cuts=tuple(cuts.get(first.performer, {}).values()))
 
 
 def _joined(name: str, skeleton: Skeleton, fps: float | None, chunks: list[Frames]) -> Whole:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_tools.console import Console
-from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_body, add_messages, add_settings
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.options import WIDTH, Options, add_body, add_messages, add_settings
+from mossar_tools.values import inches, seconds
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ DESCRIPTION = """Segment a whole recording, offline, with the range of the whole
 segments at a level. Without an option a table for people."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
+  mossar segment long.bvh --plot part.png --from 600 --to 660 --width 16
   mossar segment 86_01.amc --level cluster --csv > segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment demo:?seed=3 --plot demo.pdf --dark
@@ -40,6 +42,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    group.add_argument(
+        "--from",
+        dest="plot_from",
+        metavar="S",
+        type=seconds,
+        help="begin the picture here, s of the recording",
+    )
+    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="end the picture here")
+    group.add_argument(
+        "--width", metavar="INCHES", type=inches, help="of the picture (default: 11); a wide one shows more"
+    )
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
     add_body(parser)
@@ -50,6 +63,8 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     settings = options.settings(range="file")
     picture = None
+    if options.plot is None and (options.plot_from, options.plot_to, options.width) != (None, None, WIDTH):
+        raise UsageError("--from, --to and --width are of a picture; add --plot FILE")
     if options.plot is not None:
         from mossar_tools.figures import check_picture
 
@@ -93,7 +108,8 @@ def run(options: Options, console: Console) -> int:
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        draw(picture, whole, result, chosen, DARK if options.dark else LIGHT, options.keep)
+        palette, span = DARK if options.dark else LIGHT, (options.plot_from, options.plot_to)
+        draw(picture, whole, result, chosen, palette, options.keep, span=span, width=options.width)
         console.say(f"drawn: {picture}")
     return DONE
 
