@@ -53,6 +53,7 @@ def excerpt(
     kept: int | None = None,
     columns: NDArray[np.float64] | None = None,
     threshold: float = 0.0,
+    level: tuple[float, str] | None = None,
 ) -> Excerpt:
     """Return what to draw.
 
@@ -64,6 +65,7 @@ def excerpt(
         kept: Number of key frames asked for, if it was not a level.
         columns: (n, 4) the curve, if `result` has none.
         threshold: The one of that curve.
+        level: Strength from which key frames stand and what to call it, if not those of the result's settings.
 
     Raises:
         UsageError: If nothing of the recording lies there.
@@ -79,7 +81,7 @@ def excerpt(
         threshold = result.curves[0].threshold if result.curves else 0.0
     standing = [key for key in chosen.key_frames if start <= key.time <= end]
     fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
-    level, name = _level(result, chosen, kept)
+    strength, name = level or _level(result, chosen, kept)
     return Excerpt(
         start,
         max(end, start + 1e-3),
@@ -91,7 +93,7 @@ def excerpt(
         [cut.time for cut in whole.cuts if start <= cut.time <= end],
         result.hierarchy,
         ends,
-        level,
+        strength,
         name,
     )
 

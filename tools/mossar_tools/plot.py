@@ -8,7 +8,7 @@ be told apart, the strongest is drawn and the last line says what was left out.
 import math
 import textwrap
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from mossar_stream.recording import Result, Segmentation
 from mossar_tools.excerpt import Excerpt, excerpt
@@ -59,7 +59,9 @@ def draw(
     draw_excerpt(path, whole, excerpt(whole, result, chosen, span=span, kept=kept), palette, width)
 
 
-def draw_excerpt(target: Any, whole: Whole, shown: Excerpt, palette: Palette, width: float = WIDTH) -> None:
+def draw_excerpt(
+    target: Path | BinaryIO, whole: Whole, shown: Excerpt, palette: Palette, width: float = WIDTH
+) -> None:
     """Draw what has been found between two times.
 
     Args:
