@@ -160,7 +160,11 @@ def _segments(glimpse: Glimpse, top: float) -> str:
             f'height="{_STRIP}" rx="3"/>'
         )
         if width > 5:
-            word = f"{part.state} {part.end - part.start:.1f} s" if width > 9 else part.state
+            word = (
+                f'{part.state}<tspan class="more"> {part.end - part.start:.1f} s</tspan>'
+                if width > 9
+                else part.state
+            )
             middle = f'x="{left + width / 2:.2f}%" y="{top + 14:.1f}"'
             wide = "" if width > 20 else " wide"  # on a phone there is room in the longest only
             bars.append(f'<text class="in{wide}" text-anchor="middle" {middle}>{word}</text>')

@@ -10,10 +10,11 @@ from mossar_tools.dashboard.asking import asking
 from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
 
 FIELD = math.radians(36)  # of view, from top to bottom
+FRONT = 1.0  # m by which the live body stands nearer than its ghosts
 PITCH = math.atan(0.215)  # by which the camera looks down
 _TALL = 2.7  # m that should be seen from top to bottom: a body, raised arms, and words below
 _MIDDLE = 0.72  # m, height of the middle of that
-_SMALLEST = 0.62  # share of the possible height under which ghosts are given up instead
+_SMALLEST = 0.8  # share of the possible height under which ghosts are given up instead
 
 Point = tuple[float, float, float]
 Size = tuple[int, int]
@@ -23,9 +24,7 @@ USUAL = (1440, 800)
 def size_teller() -> str:
     """Return HTML that tells the size of its window, which viser knows in pixels of the graphics card only."""
     tell = asking("mossar/window", "innerWidth+'x'+innerHeight")
-    return (
-        f'<img alt="" hidden="" src="data:," onerror="const f=()=>{tell};f();addEventListener(\'resize\',f)"/>'
-    )
+    return f'<img alt="" hidden="" src="data:," onerror="const f=()=>{tell};f();addEventListener(\'resize\',f)"/>'
 
 
 def window_of(picture: Size, windows: list[Size]) -> Size:
@@ -66,8 +65,9 @@ def framed(window: Size, width: float, needed: float, *, whole_take: bool) -> tu
     free = max(bottom - top, 0.2 * down)
     upright = free / _TALL  # px for a metre, where the height decides
     scale = min(upright, max(across / width, min(_SMALLEST * upright, across / needed)))
-    middle = max(0.0, (width - across / scale) / 2)
-    low = _MIDDLE - (down / 2 - (top + free / 2)) / scale
     away = down / (2 * scale * math.tan(FIELD / 2))
+    nearer = away / (away - min(FRONT, away / 2))  # by which what stands in front looks larger
+    middle = max(0.0, width / 2 - across / (2 * scale * nearer))
+    low = _MIDDLE - (down / 2 - (top + free / 2)) / scale
     position = (middle, -away * math.cos(PITCH), low + away * math.sin(PITCH))
     return position, (middle, 0.0, low)

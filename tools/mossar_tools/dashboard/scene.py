@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from viser import ClientHandle, ViserServer
 
 from mossar_tools.dashboard.figures import Solids, ball_mesh, balls_of, bone_mesh, bones_of, joined
-from mossar_tools.dashboard.framing import FIELD, USUAL, Size, framed, window_of
+from mossar_tools.dashboard.framing import FIELD, FRONT, USUAL, Size, framed, window_of
 from mossar_tools.dashboard.glimpse import Ghost, Glimpse
 from mossar_tools.dashboard.style import rgb
 from mossar_tools.dashboard.track import GHOSTS
 from mossar_tools.palette import Palette
 
 STEP = 0.88  # m between two ghosts
-FRONT = 1.0  # m by which the live body stands nearer than its ghosts
 _LANE = 1.9  # m for the live body
 
 _WINDOWS = 16  # whose sizes are remembered

@@ -68,7 +68,7 @@ _RULES = """
 .m-card .minimum { color: var(--minimum); }
 .m-note { min-height: 17px; color: var(--muted); white-space: normal; overflow-wrap: anywhere; }
 .m-red { display: inline-block; width: 8px; height: 8px; border-radius: 50%%; background: var(--level); }
-@media (max-width: 1180px) { .m-legend span:nth-child(n+4) { display: none; } }
+@media (max-width: 1180px) { .m-legend span:nth-child(n+4), .m-strip .more { display: none; } }
 @media (max-width: 905px) { .m-legend, .m-strip text.wide { display: none; } }
 @media (max-width: %(phone)fpx) {
   .m-strip, .m-strip.above { top: 0; bottom: auto; right: 0; border: 0; padding: 6px 10px 0; }
