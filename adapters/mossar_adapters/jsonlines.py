@@ -10,20 +10,18 @@ from collections.abc import Iterator, Sequence
 from typing import IO
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError, OutputFile
-from mossar_adapters.frame_codec import from_json, to_json
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
-from mossar_adapters.live import Counters, OutputClosedError
-from mossar_adapters.map_intake import MapIntake
+from mossar_adapters.live import OutputClosedError
+from mossar_adapters.maps.codec import to_json
+from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.lines import LineDecoder
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError, MossarError
+from mossar_stream.errors import MossarError
 from mossar_stream.events import Event
 from mossar_stream.events import to_json as event_to_json
 from mossar_stream.frames import Frames
 
-MAX_LINE = 1 << 20  # bytes
 _READ = 1 << 16  # bytes
 _WAITING = 8  # reads ahead; the writer waits beyond that
 _POLL = 0.1  # s
@@ -45,15 +43,11 @@ class JsonLinesSource:
     def __init__(
         self, address: Address, options: ReadOptions | None = None, stream: IO[bytes] | None = None
     ) -> None:
-        options = options or ReadOptions()
         self.name = "standard input" if stream is None else address.url
-        self.counters = Counters()
-        self._batch = Batch(options.fps)
-        self._intake = MapIntake(self._batch, self.counters, options)
+        self.decoder = LineDecoder(options)
+        self.counters = self.decoder.counters
         self._stream = stream
         self._parts: queue.Queue[bytes] = queue.Queue(_WAITING)
-        self._usable = 0  # frames
-        self._problem = ""  # what was wrong with the first malformed line
         self._started = time.monotonic()
         self._closed = False
 
@@ -64,30 +58,24 @@ class JsonLinesSource:
             MossarError: At the end, if no line held a usable frame.
         """
         threading.Thread(target=self._read, name="standard input", daemon=True).start()
-        rest, data = b"", b"."
+        data = b"."
         while data and not self._closed:
             try:
                 data = self._parts.get(timeout=_POLL)
             except queue.Empty:
                 yield None
                 continue
-            # What follows the last line's end is a line only when the input ends.
-            *lines, rest = [*(rest + data).split(b"\n"), *([] if data else [b""])]
-            for line in lines:
-                self._take(line)
-            if len(rest) > MAX_LINE:
-                self._refuse(f"longer than {MAX_LINE} bytes")
-                rest = b""
-            yield from self._batch.take()
-        if not self._usable and not self._closed:
-            raise MossarError(f"{self.name}: there is no frame in it{self._problem}")
+            now = time.monotonic() - self._started
+            yield from self.decoder.receive(data, now) if data else self.decoder.end(now)
+        if not self.decoder.usable and not self._closed:
+            raise MossarError(f"{self.name}: there is no frame in it{self.decoder.problem}")
 
     def explain(self) -> str:
         """Return one line that says what came."""
         counters = self.counters
         text = f"{self.name}: {counters.received} lines came"
         if counters.malformed:
-            return f"{text}, {counters.malformed} malformed{self._problem}"
+            return f"{text}, {counters.malformed} malformed{self.decoder.problem}"
         return f'{text}, none of them a frame such as {{"type":"frame","t":0.0,"xyz":[[0,1,0],[0,2,0]]}}'
 
     def close(self) -> None:
@@ -116,26 +104,6 @@ class JsonLinesSource:
             return os.read(stream.fileno(), _READ)
         except io.UnsupportedOperation:  # a stream in memory
             return stream.read(_READ)
-
-    def _take(self, line: bytes) -> None:
-        if not line or line.isspace():
-            return
-        self.counters.received += 1
-        try:
-            found = from_json(line)
-            if found is None:
-                self.counters.ignored += 1
-                return
-            if isinstance(found, MetaMap) and self._batch.fps is None:
-                self._batch.fps = found.fps or None  # UNSET is false
-            self._intake.take(found, time.monotonic() - self._started)
-            self._usable += isinstance(found, FrameMap)
-        except FrameError as error:
-            self._refuse(str(error))
-
-    def _refuse(self, why: str) -> None:
-        self.counters.reject(why)
-        self._problem = self._problem or f" (line {self.counters.received}: {why})"
 
 
 class JsonLinesSink:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import FARTHEST
 from mossar_adapters.extras import needed
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.options import ReadOptions, plausible_rate
@@ -20,6 +19,7 @@ from mossar_adapters.files.units import Scale, given, guessed, height, metres_of
 from mossar_adapters.files.xdf import channel_headings, unnamed_columns
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.live import Counters
+from mossar_adapters.receiving.batch import FARTHEST
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, to_json

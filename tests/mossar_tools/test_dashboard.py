@@ -204,10 +204,10 @@ def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
             assert box["x"] >= 0
             assert box["x"] + box["width"] <= 391
             assert 0 <= box["y"] < box["y"] + box["height"] < 400
-        touch(window, "#mossar-whole svg", 0.75)
-        until(window, lambda: 29 < playhead(window) < 40)
         press(window, "Pause")
         window.wait_for_selector("button:visible:has-text('Play')", timeout=SOON)
+        touch(window, "#mossar-whole svg", 0.75)
+        until(window, lambda: 29 <= playhead(window) <= 31)
         touch(window, "#mossar-whole svg", 0.5)
         until(window, lambda: 19 <= playhead(window) <= 21)
         touch(window, "#mossar-chart svg.plot", 0.25)  # the chart shows 5 to 25 s

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.files import open_recording
+from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_stream.recording import segment_recording
 from mossar_stream.settings import Settings
@@ -33,7 +34,11 @@ def test_json_holds_all_key_frames_and_the_segments_of_the_level(mossar, swing):
 def test_csv_has_a_row_for_each_segment(mossar, swing):
     _, out, _ = mossar("segment", swing, "--csv")
     rows = list(csv.DictReader(out.splitlines()))
-    assert list(rows[0]) == ["start", "end", "duration", "state", "strength"]
+    assert tuple(rows[0]) == COLUMNS
+    assert {(row["recording"], row["performer"]) for row in rows} == {(str(swing), "p1")}
+    assert all(int(a["end_frame"]) == int(b["start_frame"]) for a, b in itertools.pairwise(rows))
+    assert {row["kind"] for row in rows[:-1]} <= {"onset", "offset", "minimum"}
+    assert all(row["active_joints"] for row in rows if row["state"] == "moving")
     assert float(rows[0]["start"]) == 0.0
     assert all(a["end"] == b["start"] for a, b in itertools.pairwise(rows))
     assert rows[-1]["strength"] == ""
@@ -77,7 +82,23 @@ def test_a_plot_has_the_size_of_a_page(mossar, tmp_path):
 def test_a_plot_that_cannot_be_written_is_status_2(mossar, tmp_path):
     status, _, err = mossar("segment", "demo:?seconds=5", "--plot", tmp_path / "no" / "take.png")
     assert status == 2
-    assert "cannot be written" in err
+    assert "there is no folder" in err
+
+
+def test_files_are_written_and_not_replaced_unless_that_is_wished(mossar, swing, tmp_path):
+    table, report = tmp_path / "take.csv", tmp_path / "take.json"
+    status, out, err = mossar("segment", swing, "--csv", table, "--json", report)
+    assert (status, out) == (0, "")
+    assert err.splitlines() == [f"written: {report}", f"written: {table}"]
+    assert len(list(csv.DictReader(table.read_text().splitlines()))) == len(
+        json.loads(report.read_text())["segments"]
+    )
+    before = table.read_bytes()
+    status, _, err = mossar("segment", swing, "--csv", table, "--level", "posture")
+    assert (status, table.read_bytes()) == (2, before)
+    assert "--force replaces it" in err
+    assert mossar("segment", swing, "--csv", table, "--level", "posture", "--force")[0] == 0
+    assert table.read_bytes() != before
 
 
 @needs_data

@@ -49,8 +49,9 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
             label=kind if any(key.kind == kind for key in shown.standing + shown.fallen) else None,
             zorder=4,
         )
-    values = np.interp([key.time for key in standing], *shown.columns[:, :2].T) if len(shown.columns) else []
-    for key, value in zip(standing, values, strict=False):
+    times = shown.columns[:, 0]
+    for key in standing:
+        value = np.interp(key.time, times, shown.columns[:, 1]) if len(times) else key.velocity
         axes.plot(key.time, value, MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5)
     for key in standing:
         axes.axvline(key.time, ymax=1.02, color=colours[key.kind], lw=0.9, zorder=1, clip_on=False)

@@ -29,6 +29,7 @@ class Whole(msgspec.Struct, frozen=True):
         positions: (n, J, 3) float32, metres; NaN where a joint is missing or has no confidence.
         times: (n,) float64, s.
         cuts: True cuts of the built-in performer.
+        performer: Its name.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Whole(msgspec.Struct, frozen=True):
     positions: NDArray[np.float32]
     times: NDArray[np.float64]
     cuts: tuple[Cut, ...] = ()
+    performer: str = "p1"
 
 
 def read_whole(options: Options) -> Whole:
@@ -64,7 +66,8 @@ def read_whole(options: Options) -> Whole:
     if count * len(recording.skeleton) * 12 > MAX_BYTES:
         raise UsageError(f"{recording.path}: {count} frames are too many to hold in memory; use mossar run")
     chunks = [frames for frames in recording.chunks() if frames.performer == performer]
-    return _joined(recording.path, recording.skeleton, recording.fps, chunks)
+    joined = _joined(recording.path, recording.skeleton, recording.fps, chunks)
+    return msgspec.structs.replace(joined, performer=performer)
 
 
 def _performance(url: str) -> Whole:

@@ -3,7 +3,7 @@
 Layout::
 
     b"MSK1"                               magic, and 1 for the version
-    uint32 little-endian length, map      a record: `mossar_adapters.frame_maps` as msgpack
+    uint32 little-endian length, map      a record: `mossar_adapters.maps.frame_maps` as msgpack
     ...
 
 Records are only ever appended, so that a file whose writer died reads up to its last whole record.
@@ -19,8 +19,8 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError, OutputFile
-from mossar_adapters.frame_codec import from_msgpack, to_msgpack
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
+from mossar_adapters.maps.codec import from_msgpack, to_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
@@ -76,9 +76,11 @@ class MskWriter:
         OutputError: If the disk is full.
 
     Example:
-        >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
+        >>> from tempfile import TemporaryDirectory
+        >>> from mossar_stream import Skeleton
+        >>> meta = Meta("p1", Skeleton(("hip", "hand"), (-1, 0)))
+        >>> with TemporaryDirectory() as folder, MskWriter(f"{folder}/take.msk") as writer:
         ...     writer.write(meta)
-        ...     writer.write(frames)
     """
 
     def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:

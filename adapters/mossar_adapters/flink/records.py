@@ -15,7 +15,7 @@ from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from mossar_adapters.files.assembly import sane_frames
-from mossar_adapters.frame_maps import (
+from mossar_adapters.maps.frame_maps import (
     FrameMap,
     MetaMap,
     confidence_of_map,

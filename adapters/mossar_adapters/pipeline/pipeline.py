@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
@@ -24,6 +23,7 @@ from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.take_starts import take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
+from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
 from mossar_stream.errors import FrameError, SettingsError

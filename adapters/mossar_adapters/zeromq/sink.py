@@ -12,8 +12,8 @@ import msgspec
 import zmq
 
 from mossar_adapters.address import Address
-from mossar_adapters.frame_codec import to_json, to_msgpack
-from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.codec import to_json, to_msgpack
+from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext

@@ -5,14 +5,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from mossar_stream.recording import segment_recording
-from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_tools.bench.crowd import Crowd
 from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
-from mossar_tools.bench.paths import pair_of, segments_of, sum_again
 from mossar_tools.bench.push import waits
-from mossar_tools.bench.splitting import SETTINGS, run_splitting
 from mossar_tools.bench.start import copied, first_import
 from mossar_tools.bench.work import prepare
 from mossar_tools.whole import Whole
@@ -51,16 +47,6 @@ def test_slowed_motion_keeps_its_duration(motion):
     assert slow.times[-1] == pytest.approx(motion.times[-1], abs=0.05)
 
 
-def test_splitting_alone_finds_the_key_frames_of_the_core():
-    long = performer(30.0)
-    count = len(long.times) // 2 + 1
-    result = segment_recording(long.positions[:count], long.fps, long.skeleton, SETTINGS)
-    found = run_splitting(long, long.chunks(count, 1000))
-    # At the end the core takes back a key frame that was confirmed early.
-    assert 0 <= found - len(result.key_frames) <= 1
-    assert found > 5
-
-
 def test_the_wall_clock_counts_where_the_processor_was_ours():
     ours = [Took(1.0, 0.99)] * 3
     shared = [Took(2.0, 1.0), Took(4.0, 1.0), Took(1.0, 1.0)]
@@ -93,15 +79,6 @@ def test_a_crowd_moves_through_all_its_ways(motion):
     crowd.push_each(crowd.batch(3))
     assert crowd.pool["p4"].stats["frames"] == before + 13
     assert {crowd.pool[name].stats["out_of_order"] for name in crowd.names} == {0}
-
-
-def test_the_pairs_that_are_summed_are_those_of_the_path_kernel():
-    long = performer(20.0)
-    whole = Whole("x", long.skeleton, long.fps, long.positions, long.times)
-    left, right = segments_of(whole)[0]
-    graphs = [path_reference.segment_graph(*part, 10, 1) for part in (left, right)]
-    expected = path_reference.kernel(*graphs, "normalised")
-    assert sum_again(*pair_of(*graphs), 1) == pytest.approx(expected, rel=1e-12)
 
 
 def test_recordings_nearest_to_31_joints_are_measured(motion):

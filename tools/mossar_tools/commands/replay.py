@@ -46,7 +46,7 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     from mossar_adapters.files import FileError
     from mossar_adapters.live import OutputClosedError
-    from mossar_adapters.replaying import Replay
+    from mossar_adapters.replay.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
     from mossar_tools.opening import check_apart, source_of
 

@@ -1,0 +1,105 @@
+"""Outputs: where results go, as JSON, as a table or as a picture; the same for every command."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import msgspec
+
+from mossar_tools.console import Console
+from mossar_tools.errors import UsageError
+from mossar_tools.options import STANDARD_OUTPUT, Options
+
+
+class Outputs(NamedTuple):
+    """What the user wants besides a table to read.
+
+    Args:
+        json: File for one JSON object, `-` for standard output, None if it is not wanted.
+        csv: The same for a table with a heading.
+        picture: File to be drawn.
+    """
+
+    json: str | None
+    csv: str | None
+    picture: Path | None
+
+    @classmethod
+    def of(cls, options: Options) -> Self:
+        """Return what the options ask for, after a look whether it can be written: before the work, not after it.
+
+        Raises:
+            MossarError: If something cannot be written, or is there already and `--force` is not given.
+        """
+        if options.json == options.csv == STANDARD_OUTPUT:
+            raise UsageError(
+                "--json and --csv cannot both go to standard output; name a file for one of them"
+            )
+        picture = None
+        if options.plot is not None:
+            from mossar_tools.figures import check_picture
+
+            picture = check_picture(options.plot)
+        named = [
+            name for name in (options.json, options.csv, options.plot) if name not in {None, STANDARD_OUTPUT}
+        ]
+        if len(set(named)) < len(named):
+            raise UsageError(f"{named[0]}: every output needs a file of its own")
+        for name in named:
+            _check(Path(name or ""), force=options.force)
+        return cls(options.json, options.csv, picture)
+
+    @property
+    def piped(self) -> bool:
+        """Whether standard output is taken, so that nothing else may be written there."""
+        return STANDARD_OUTPUT in {self.json, self.csv}
+
+    @property
+    def silent(self) -> bool:
+        """Whether there is nothing left to be shown as a table to read."""
+        return any(place is not None for place in self)
+
+    def write_json(self, value: Mapping[str, Any], console: Console) -> None:
+        """Write one JSON object, if that is wanted."""
+        if self.json is not None:
+            _write(self.json, msgspec.json.encode(value).decode() + "\n", console)
+
+    def write_csv(
+        self, rows: Sequence[Mapping[str, Any]], console: Console, columns: Sequence[str] | None = None
+    ) -> None:
+        """Write a table, if that is wanted.
+
+        Args:
+            rows: Each has all columns.
+            console: Where standard output is.
+            columns: Its heading; that of the first row if it is None.
+        """
+        if self.csv is None:
+            return
+        text = io.StringIO()
+        table = csv.DictWriter(text, columns or (list(rows[0]) if rows else []), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+        _write(self.csv, text.getvalue(), console)
+
+
+def _check(path: Path, *, force: bool) -> None:
+    if path.is_dir():
+        raise UsageError(f"{path}: this is a folder; name a file")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {path.parent}")
+    if path.exists() and not force:
+        raise UsageError(f"{path}: there is a file already; --force replaces it")
+
+
+def _write(place: str, text: str, console: Console) -> None:
+    if place == STANDARD_OUTPUT:
+        console.line(text.rstrip("\n"))
+        return
+    try:
+        Path(place).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"{place}: cannot be written: {error.strerror or error}") from None
+    console.say(f"written: {place}")
