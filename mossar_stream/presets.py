@@ -103,12 +103,24 @@ def preset_values(name: str) -> Mapping[str, object]:
 
 
 def bundle_name(settings: Settings) -> str:
-    """Return which bundle the level brings: of its name, or the motion's; `posture` where evidence is not wanted."""
+    """Return which bundle the level brings: the cluster's for `cluster`, else the motion's.
+
+    Level `posture`, and whoever asks for the likelihood or for what only it can do, gets the posture's.
+    """
     if settings.level == "cluster":
         return "cluster"
-    if settings.similarity == "evidence" or (settings.similarity is None and settings.level != "posture"):
+    if settings.similarity == "evidence":
         return "motion"
-    return "posture"
+    asked = (settings.location not in (None, "none"), settings.features, settings.tempo)
+    if (
+        settings.similarity
+        or settings.level == "posture"
+        or settings.pre_roll
+        or settings.post_roll
+        or any(asked)
+    ):
+        return "posture"
+    return "motion"
 
 
 def bundle_values(settings: Settings) -> Mapping[str, object]:

@@ -10,9 +10,10 @@ from mossar_stream.similarity import evidence
 SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 SPEED_WINDOW = 0.1  # s, over which speeds are taken
-APART = 0.2  # s between key frames that are told of when Algorithm 2 accepts them
-QUICK = 2.0  # V; who is faster is in the midst of a move
-ABOVE_NOISE = 2.0  # times the sensor's noise that a speed must have reached before
+SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
+APART = 0.25  # s between key frames that are told of when Algorithm 2 accepts them
+QUICK = 3.0  # V; who is faster is in the midst of a move
+ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
 FACTS_OF_CANDIDATE = np.dtype(
     [
@@ -36,7 +37,7 @@ def start_facts(facts, frame, time):
     facts.home = 0.0
     facts.peak = 0.0
     facts.before = frame
-    facts.told_time = -np.inf
+    facts.told_time = time + SETTLING
 
 
 @inline_kernel
@@ -63,6 +64,13 @@ def note_place(facts, scales, history, body, time, joints):
     if place >= 0:
         facts.frame = history.marks[place].frame
         facts.time = history.marks[place].time
+
+
+@inline_kernel
+def note_speed(facts, scales, time):
+    """Note the speed of a frame, unless a key frame was told of just now."""
+    if time > facts.told_time:
+        facts.peak = max(facts.peak, scales.speed)
 
 
 @inline_kernel

@@ -25,7 +25,7 @@ from mossar_stream.algorithm.cycles import (
     follow_cycles,
     start_cycles,
 )
-from mossar_stream.algorithm.facts import EARLIER, note_place, smoothing_share, start_facts
+from mossar_stream.algorithm.facts import EARLIER, note_place, note_speed, smoothing_share, start_facts
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.noise import calm_noise, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -307,7 +307,7 @@ def _follow_evidence(state, a, squares, dt, first):
         start_scales(state.scales, body, plan.joints)
     else:
         follow_scales(state.scales, squares / plan.moving_joints, dt)
-    state.facts.peak = max(state.facts.peak, state.scales.speed)
+    note_speed(state.facts, state.scales, state.clock.time)
     follow_cycles(a.cycles, state.scales, body, plan.moving_joints, state.clock.time)
 
 

@@ -146,7 +146,7 @@ def _judged(run, x, cost):
     """Return the cost of a merge as the verdict on its key frame leaves it."""
     if run.verdicts[x] == WITHIN:
         return 0.0
-    if run.verdicts[x] == ENDS and cost > 0.0:
+    if run.verdicts[x] == ENDS:
         return max(cost, CERTAIN)
     return cost
 
