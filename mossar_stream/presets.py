@@ -8,7 +8,7 @@ that a name stands for then depends on the bundle that the segmenter was started
 from collections.abc import Mapping
 
 from mossar_stream.errors import SettingsError
-from mossar_stream.settings import Features, LevelName, Settings
+from mossar_stream.settings import Features, LevelName, ResolvedSettings, Settings
 
 PRESETS: dict[str, dict[str, object]] = {
     "default": {},
@@ -134,7 +134,7 @@ def bundle_values(settings: Settings) -> Mapping[str, object]:
     return values
 
 
-def level_strength(level: LevelName | float, settings: Settings, bundle: str) -> float:
+def level_strength(level: LevelName | float, settings: ResolvedSettings, bundle: str) -> float:
     """Return the strength that a level stands for.
 
     Args:
