@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import Result, Segmentation
 from mossar_tools.dendrogram import merges
 from mossar_tools.figures import FONT, save, style
@@ -300,17 +299,17 @@ def _draw_tree(
 
 
 def _level(result: Result, chosen: Segmentation, kept: int | None) -> tuple[float, str]:
-    """Return the strength from which key frames stand, and what to call it."""
+    """Return the strength from which key frames are kept, and what to call it."""
     settings = result.settings
     if kept is None:
-        strength = level_strength(settings.level, settings.resolved(), bundle_name(settings))
+        strength = settings.strength(settings.level)
         return (
             strength,
             f"level\n{strength:.2f}" if strength == settings.level else f"{settings.level}\n{strength:.2f}",
         )
-    fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
-    standing = result.hierarchy[len(fallen) :]
-    low = fallen[-1].strength if fallen else 0.0
+    removed = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    standing = result.hierarchy[len(removed) :]
+    low = removed[-1].strength if removed else 0.0
     high = standing[0].strength if standing else low * 1.2
     return (low + high) / 2, f"{len(standing)}\nkept"
 

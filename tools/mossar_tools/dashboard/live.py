@@ -13,7 +13,6 @@ from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, KeyFrameEvent
 from mossar_stream.frames import Frames
-from mossar_stream.presets import bundle_name
 from mossar_stream.settings import LevelName, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse
@@ -61,7 +60,7 @@ class LiveShow:
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
-        self._first_bundle = bundle_name(settings)
+        self._first_bundle = settings.bundle
         self._asked: list[_Act] = []  # before there was a pipeline
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
@@ -168,7 +167,7 @@ class LiveShow:
             changes = {**bundle_changes(self.settings), "level": self.strength}
             self._ask(lambda pool: self._begin_anew(pool, changes))
         else:
-            own = bundle_name(self.settings) == self._first_bundle
+            own = self.settings.bundle == self._first_bundle
             self._ask(lambda pool: pool.set({"level": level if own else self.strength_of(level)}))
 
     def _begin_anew(self, pool: "Pool", changes: dict[str, object]) -> list[Event]:
