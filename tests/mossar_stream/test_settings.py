@@ -138,7 +138,10 @@ def test_the_papers_preset_has_the_papers_values():
 def test_a_named_level_brings_its_bundle_and_what_is_given_stays(name):
     resolved = Settings(level=name).resolved()
     features = Features(**BUNDLES[name]["features"])
-    assert {field: getattr(resolved, field) for field in BUNDLES[name]} == {**BUNDLES[name], "features": features}
+    assert {field: getattr(resolved, field) for field in BUNDLES[name]} == {
+        **BUNDLES[name],
+        "features": features,
+    }
     kept = Settings(level=name, window=0.4, refine=0.05, tempo=None).resolved()
     assert (kept.window, kept.refine) == (0.4, 0.05)
     # The floor of the range follows the window: it is a speed.

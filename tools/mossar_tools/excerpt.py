@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation
+from mossar_stream import KeyFrame, Result, Segment, Segmentation
 from mossar_tools.errors import UsageError
 from mossar_tools.loaded_recording import LoadedRecording
 

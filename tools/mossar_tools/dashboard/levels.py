@@ -6,7 +6,7 @@ strength within the bundle that is in force; it never borrows a name from anothe
 
 import msgspec
 
-from mossar_stream.settings import LEVEL_NAMES, LevelName, Settings
+from mossar_stream import LEVEL_NAMES, LevelName, Settings
 
 
 def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:

@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
-from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.errors import MossarError
-from mossar_stream.events import Event, KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import CurveState, Event, Frames, KeyFrameEvent, LevelName, MossarError, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import bundle_changes, needs_other_bundle, strength_of
