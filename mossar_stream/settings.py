@@ -120,7 +120,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_pause: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
+        for name, (low, high) in SETTING_LIMITS.items():
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
@@ -207,7 +207,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     remerge_seconds: float
 
 
-LIMITS: dict[str, tuple[float, float]] = {
+SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "window": (0.01, 10.0),
     "smoothing_window": (1, 1000),
     "one_euro_cutoff": (0.01, 100.0),
@@ -233,7 +233,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 
 
-CHOICES: dict[str, tuple[str | None, ...]] = {
+SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "smoothing": get_args(Smoothing),
     "range": get_args(RangePolicy),
     "center": get_args(Center),
@@ -245,7 +245,7 @@ WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remer
 
 
 def _check_choices(settings: Settings) -> None:
-    for name, choices in CHOICES.items():
+    for name, choices in SETTING_CHOICES.items():
         if getattr(settings, name) not in choices:
             legal = ", ".join(choice for choice in choices if choice)
             raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
@@ -332,8 +332,8 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         if choices and isinstance(choices[0], str)
         else ""
     )
-    if field in LIMITS:
-        low, high = LIMITS[field]
+    if field in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[field]
         kind = "a whole number" if "`int" in text else "a number"
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):
