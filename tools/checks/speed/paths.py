@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Settings, segment_recording
-from mossar_stream.algorithm.joints import localise
+from mossar_stream.algorithm.reference import localise
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.similarity.path_kernel import path_sum as kernels
 from mossar_stream.similarity.path_kernel import reference as path_reference
