@@ -75,7 +75,7 @@ def _open_closed_streams() -> None:
     """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - stays open
 
 
 def guarded(program: Callable[[Console], int]) -> int:
