@@ -18,7 +18,7 @@ import mossar_stream
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.signals import raising
+from mossar_tools.signals import interruptibly, leave, raising
 
 if TYPE_CHECKING:
     from mossar_tools.options import Options
@@ -37,6 +37,9 @@ COMMANDS: Final[dict[str, str]] = {
     "schema": "the JSON Schema of the events",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
+
+# Commands that load the compiler, which takes a while, and seconds on the first run.
+_WITH_KERNELS: Final = ("demo", "run", "segment", "view", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
@@ -97,10 +100,10 @@ def guarded(program: Callable[[Console], int]) -> int:
         return DONE
     except KeyboardInterrupt:
         terminal.clear()
-        return INTERRUPTED
+        return leave(INTERRUPTED)
     except Terminated:
         terminal.clear()
-        return TERMINATED
+        return leave(TERMINATED)
     except MossarError as error:
         from mossar_adapters.files.output import OutputError
 
@@ -154,6 +157,8 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    if prog.rpartition(" ")[2] in _WITH_KERNELS:
+        interruptibly(lambda: mossar_stream.Segmenter)
     return command.run(options, terminal)
 
 
