@@ -44,6 +44,7 @@ class Upkeep:
         self._stats_due = float("inf")
         self._snapshot_due = float("inf")
         self._explained: set[int] = set()  # sources whose silence was explained
+        self._came: set[int] = set()  # sources that have sent frames
         self._full: set[int] = set()  # sources whose queue was said to be full
         self._counted: dict[
             str, tuple[int, float]
@@ -61,6 +62,7 @@ class Upkeep:
         feed = pipeline.feeds[arrival.source]
         feed.heard_at = arrival.at
         self._explained.discard(arrival.source)
+        self._came.add(arrival.source)
         if feed.source.live and self._watch.heard(performer, arrival.source, arrival.at):
             pipeline.send([self._news(pipeline, performer, "resumed")])
 
@@ -193,7 +195,11 @@ class Upkeep:
             if pipeline.running[i] and silent and i not in self._explained:
                 self._explained.add(i)
                 why = explanation(feed.source)
-                _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")
+                stopped = f"frames came, and stopped {SILENCE:.0f} s ago"
+                if i in self._came:
+                    _log.warning("%s", f"{why}; {stopped}" if why else f"{feed.source.name}: {stopped}")
+                else:
+                    _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")
             if pipeline.inbox.dropped[i] and i not in self._full:
                 self._full.add(i)
                 _log.warning(
