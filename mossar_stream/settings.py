@@ -71,7 +71,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         post_roll: The same for the last posture, after the take.
         tempo: Whether the level scales with the performer's tempo.
         level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
-        max_key_frames: Alpha of Algorithm 3: stop merging at this many key frames (offline), or None.
+        max_key_frames: Alpha of Algorithm 3 (offline): merging stops when this many key frames are left, so at least so
+            many stand, whatever the level says; None for the level alone.
         remerge_window: W, the undecided key frames kept while streaming.
         remerge_seconds: Time until the oldest undecided key frame is decided, s of frame time.
         max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
