@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation
 from mossar_tools.errors import UsageError
-from mossar_tools.loaded_recording import LoadedRecording
 
 
 class Excerpt(msgspec.Struct, frozen=True):
