@@ -1,6 +1,6 @@
 import pytest
 
-from mossar_stream.errors import MossarError, SettingsError
+from mossar_stream import MossarError, SettingsError
 from mossar_tools.cli import parser_of
 from mossar_tools.commands import run, segment
 from mossar_tools.options import parse

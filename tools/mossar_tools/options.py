@@ -12,8 +12,7 @@ from typing import Any, Literal
 import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
-from mossar_stream.errors import SettingsError
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream.recording import Result, Segmentation
+from mossar_stream import Result, Segmentation
 from mossar_tools.console import Console
 
 
