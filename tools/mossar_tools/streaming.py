@@ -12,7 +12,7 @@ from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
