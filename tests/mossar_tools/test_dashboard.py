@@ -19,12 +19,12 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import open_recording
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
-from mossar_tools.whole import read_whole
 
 ROOT = Path(__file__).parents[2]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -242,7 +242,7 @@ def touch(window, place, share):
 
 
 def test_only_the_page_itself_moves_the_playhead():
-    whole = read_whole(Options(file="demo:?seconds=6"))
+    whole = load_recording(Options(file="demo:?seconds=6"))
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     show.player.paused = True
     page = Page(show, 0)

@@ -14,13 +14,18 @@ from mossar_adapters.demo import SKELETON, DemoSource, performance
 from mossar_adapters.files import open_recording
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.recording import KeyFrame, Segment, segment_recording
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import LEVEL_NAMES, Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import (
+    LEVEL_NAMES,
+    Frames,
+    KeyFrame,
+    KeyFrameEvent,
+    Segment,
+    Segmenter,
+    Settings,
+    SettingsError,
+    Skeleton,
+    segment_recording,
+)
 from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.chart import chart
 from mossar_tools.dashboard.exports import key_frames_csv
@@ -36,9 +41,9 @@ from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
 from mossar_tools.dashboard.tables import marks_card
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
-from mossar_tools.whole import read_whole
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +102,7 @@ def test_the_chart_is_well_formed_and_quotes_names(seen):
 
 
 def test_a_recording_shows_as_many_key_frames_as_asked_for():
-    whole = read_whole(Options(file="demo:?seconds=20&seed=3"))
+    whole = load_recording(Options(file="demo:?seconds=20&seed=3"))
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     total = show.total
     assert total > 10
@@ -117,7 +122,7 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
 
 @pytest.fixture(scope="module")
 def medley():
-    return read_whole(Options(file="demo:?seconds=40&seed=5"))
+    return load_recording(Options(file="demo:?seconds=40&seed=5"))
 
 
 @pytest.mark.parametrize("start", ["motion", "cluster"])

@@ -7,14 +7,13 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from mossar_stream.recording import KeyFrame, Segmentation, segment_recording
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import KeyFrame, Segmentation, Skeleton, segment_recording
 from mossar_tools.excerpt import excerpt
+from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.poses import draw_poses
 from mossar_tools.thinning import extremes, runs, strongest_apart
-from mossar_tools.whole import Whole, read_whole
 
 Figure = pytest.importorskip("matplotlib.figure").Figure
 
@@ -113,7 +112,7 @@ def test_figures_stay_within_their_panel_however_high_a_club_is_raised():
     positions[:, 2, 0] += 1.5 * np.sin(angle)
     positions[:, 2, 1] += 1.5 - 1.5 * np.cos(angle)  # up to 4.2 m
     skeleton = Skeleton(("hips", "head", "lhand", "rhand", "lfoot", "rfoot"), (-1, 0, 0, 0, 0, 0))
-    whole = Whole("club", skeleton, 60.0, positions, times)
+    whole = LoadedRecording("club", skeleton, 60.0, positions, times)
     result = segment_recording(positions, 60, skeleton, curves=True)
     keys = [KeyFrame(frame, frame / 60, "minimum", 0.5, 1.0) for frame in (10, 94, 200)]
     shown = excerpt(whole, result, Segmentation(keys, []))
@@ -125,7 +124,7 @@ def test_figures_stay_within_their_panel_however_high_a_club_is_raised():
 
 
 def test_all_true_cuts_of_a_long_performance_are_known():
-    whole = read_whole(Options(file="demo:?seed=3&seconds=2600&fps=10"))
+    whole = load_recording(Options(file="demo:?seed=3&seconds=2600&fps=10"))
     assert len(whole.cuts) > 1000
     assert whole.cuts[0].time < 10
     assert whole.cuts[-1].time > 2580

@@ -10,15 +10,15 @@ import textwrap
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from mossar_stream.recording import Result, Segmentation
+from mossar_stream import Result, Segmentation
 from mossar_tools.excerpt import Excerpt, excerpt
 from mossar_tools.figures import FONT, save, style
+from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.options import WIDTH
 from mossar_tools.palette import Palette
 from mossar_tools.panels import draw_curve, draw_segments, draw_tree
 from mossar_tools.poses import draw_poses
 from mossar_tools.stick_figures import sides
-from mossar_tools.whole import Whole
 
 # Inches.
 _LEFT, _RIGHT = 0.73, 0.57  # margins
@@ -31,7 +31,7 @@ _NOTE = 0.17  # a line of the note
 
 def draw(
     path: Path,
-    whole: Whole,
+    whole: LoadedRecording,
     result: Result,
     chosen: Segmentation,
     palette: Palette,
@@ -60,7 +60,7 @@ def draw(
 
 
 def draw_excerpt(
-    target: Path | BinaryIO, whole: Whole, shown: Excerpt, palette: Palette, width: float = WIDTH
+    target: Path | BinaryIO, whole: LoadedRecording, shown: Excerpt, palette: Palette, width: float = WIDTH
 ) -> None:
     """Draw what has been found between two times.
 
@@ -110,7 +110,7 @@ def _panels(figure: Any, width: float, height: float, head: float) -> list[Any]:
     return panels
 
 
-def _draw_title(figure: Any, whole: Whole, shown: Excerpt, palette: Palette) -> None:
+def _draw_title(figure: Any, whole: LoadedRecording, shown: Excerpt, palette: Palette) -> None:
     width, height = figure.get_size_inches()
     name = Path(whole.name).name
     room = int((width - 1.3) * 9) if width < 8 else int((width - 6.2) * 9)
@@ -132,7 +132,7 @@ def _cut(text: str, room: int) -> str:
     return text if len(text) <= room else f"{text[: room - 1]}…"
 
 
-def _facts(whole: Whole, shown: Excerpt) -> str:
+def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     there = len(shown.standing) + len(shown.fallen)
     part = ""
@@ -144,13 +144,13 @@ def _facts(whole: Whole, shown: Excerpt) -> str:
     )
 
 
-def _legend_length(whole: Whole, shown: Excerpt) -> int:
+def _legend_length(whole: LoadedRecording, shown: Excerpt) -> int:
     kinds = {key.kind for key in (*shown.standing, *shown.fallen)}
     return 5 + len(kinds) + bool(shown.cuts) + 2 * bool(sides(whole.skeleton).any())
 
 
 def _draw_legend(
-    figure: Any, whole: Whole, shown: Excerpt, curve: Any, columns: int, palette: Palette
+    figure: Any, whole: LoadedRecording, shown: Excerpt, curve: Any, columns: int, palette: Palette
 ) -> None:
     """Draw one legend for all panels, below the title."""
     from matplotlib.lines import Line2D

@@ -6,12 +6,12 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from mossar_stream.recording import KeyFrame
+from mossar_stream import KeyFrame
 from mossar_tools.excerpt import Excerpt
+from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import Floats, head_of, project, sides, view_of
 from mossar_tools.thinning import strongest_apart
-from mossar_tools.whole import Whole
 
 NARROWEST = 0.65  # inches for a figure
 MARGIN = 0.08  # inches between two
@@ -33,7 +33,7 @@ class _Figure(msgspec.Struct, frozen=True):
 
 
 def draw_poses(
-    axes: Any, whole: Whole, shown: Excerpt, size: tuple[float, float], palette: Palette
+    axes: Any, whole: LoadedRecording, shown: Excerpt, size: tuple[float, float], palette: Palette
 ) -> list[str]:
     """Draw the figures and return what was left out.
 
@@ -81,7 +81,7 @@ def _chosen(keys: Sequence[KeyFrame], most: int, span: float) -> Sequence[KeyFra
     return chosen
 
 
-def _figures(whole: Whole, keys: Sequence[KeyFrame], view: Any) -> list[_Figure]:
+def _figures(whole: LoadedRecording, keys: Sequence[KeyFrame], view: Any) -> list[_Figure]:
     found = []
     for key in keys:
         flat = project(whole.positions[key.frame].astype(np.float64), view)
@@ -91,7 +91,7 @@ def _figures(whole: Whole, keys: Sequence[KeyFrame], view: Any) -> list[_Figure]
     return found
 
 
-def _draw_body(axes: Any, whole: Whole, x: Any, y: Any, palette: Palette) -> None:
+def _draw_body(axes: Any, whole: LoadedRecording, x: Any, y: Any, palette: Palette) -> None:
     side = sides(whole.skeleton)
     colours = {1: palette.left, -1: palette.right, 0: palette.ink}
     for parent, child in whole.skeleton.bones():

@@ -11,8 +11,7 @@ from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
 from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream import Frames, SettingsError, performer_name
 
 MAX_PERFORMERS: Final = 64
 KNOWN_CUTS: Final = 1000  # per performer; older ones are forgotten
@@ -116,6 +115,11 @@ class DemoSource:
             return cls(style=Style(**given), speed=speed, name=url, **options)
         except SettingsError as error:
             raise SettingsError(f"demo: {error}") from None
+
+    @property
+    def performers(self) -> tuple[str, ...]:
+        """Names of all performers there will ever be."""
+        return tuple(self._names)
 
     @property
     def cuts(self) -> dict[str, tuple[Cut, ...]]:

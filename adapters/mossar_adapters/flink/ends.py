@@ -29,8 +29,7 @@ from mossar_adapters.flink.records import performer_of
 from mossar_adapters.jsonlines import JsonLinesSink
 from mossar_adapters.sink import Sink
 from mossar_adapters.urls import open_sink
-from mossar_stream.errors import MossarError
-from mossar_stream.events import KeyFrameEvent, SegmentEvent, StreamEvent
+from mossar_stream import KeyFrameEvent, MossarError, SegmentEvent, StreamEvent
 
 _event = msgspec.json.Decoder(KeyFrameEvent | SegmentEvent | StreamEvent)
 
@@ -106,7 +105,7 @@ def _opened(url: str) -> Sink:
     if address.scheme == "-":
         # The process's own: within the engine sys.stdout is a log.
         return JsonLinesSink(address, os.fdopen(os.dup(1), "wb"))
-    return open_sink(url)
+    return open_sink(url, force=True)  # a job that goes on after a failure opens it again
 
 
 def _kafka_source(topic: wanted.KafkaSource) -> KafkaSource:

@@ -35,9 +35,7 @@ from mossar_adapters.oak.camera import ARCHIVES, Camera
 from mossar_adapters.oak.identities import Identities, Person
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions, Picture
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton, performer_name
 
 # Below it the network holds a joint rather for hidden than for visible. Without a floor, hidden joints at the depth of
 # what hides them leave 0.39 of the confirmed key frames where they are, with it 0.96 (F1, clean depth, six takes).
@@ -141,7 +139,7 @@ class OakSource:
         self._others = "p" if self._performer == "p1" else f"{self._performer}_"
         self._confidence = confidence
         self._connect = connect
-        self._people = Identities()
+        self._identities = Identities()
         self._latest: int | None = None  # number of the latest picture
         self._fps: float | None = None
         self._doing = "the camera was not opened yet"  # empty while pictures come
@@ -294,7 +292,7 @@ class OakSource:
         self.counters.received += 1
         poses = [pose for pose in map(self._usable, picture.people) if pose is not None]
         places = [_place(pose) for pose in poses]
-        for pose, person in zip(poses, self._people.follow(places, picture.time), strict=True):
+        for pose, person in zip(poses, self._identities.follow(places, picture.time), strict=True):
             if person is None:
                 self.counters.ignored += 1
             else:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from mossar_adapters.source import Left, Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 ROOM = 2048  # frames per source
 # Arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait.
@@ -26,11 +26,14 @@ class Arrival(msgspec.Struct, frozen=True):
         item: A meta, frames, who has left, a request to be carried out, an error that ended the source, or
             None when the source ended.
         at: When it arrived, monotonic s.
+        meta: What the source last announced of the performer, with frames: so whoever takes them need not have seen
+            the announcement itself.
     """
 
     source: int
     item: "Meta | Frames | Left | Callable[[], None] | Exception | None"
     at: float
+    meta: Meta | None = None
 
 
 class Inbox:

@@ -3,7 +3,7 @@
 from mossar_adapters.address import Address
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 class MskFrameSink:
@@ -33,6 +33,10 @@ class MskFrameSink:
     def position(self) -> int:
         """Return the bytes in the file."""
         return self._writer.position()
+
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._writer.sync()
 
     def close(self) -> None:
         """Write what is left. May be called twice."""

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
-from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import KeyFrame, LevelName, Result, Segmentation, Settings, segment_recording
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
@@ -20,9 +19,9 @@ from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
 from mossar_tools.figures import check_picture
+from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import Palette
-from mossar_tools.whole import Whole, read_whole
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
@@ -46,7 +45,7 @@ class _Found(msgspec.Struct, frozen=True):
 class _Part:
     """One performer: frames, what was found in them, and the level of it that is shown."""
 
-    def __init__(self, performer: str, whole: Whole, settings: Settings) -> None:
+    def __init__(self, performer: str, whole: LoadedRecording, settings: Settings) -> None:
         self.performer = performer
         self.whole = whole
         self.stance = Stance(whole.skeleton)
@@ -75,7 +74,9 @@ class RecordedShow:
 
     recorded = True
 
-    def __init__(self, parts: list[tuple[str, Whole]], settings: Settings, speed: float = 1.0) -> None:
+    def __init__(
+        self, parts: list[tuple[str, LoadedRecording]], settings: Settings, speed: float = 1.0
+    ) -> None:
         self.settings = settings
         self.level: LevelName | float = settings.level
         self.count: int | None = None  # key frames asked for, None while the level decides
@@ -270,7 +271,7 @@ class RecordedShow:
         return Body(part.stance.place(positions[at]), motion.shares())
 
 
-def _segmented(whole: Whole, settings: Settings) -> _Found:
+def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
@@ -300,7 +301,7 @@ def _mark(key: KeyFrame, *, standing: bool) -> Mark:
     )
 
 
-def read_parts(options: Options) -> list[tuple[str, Whole]]:
+def read_parts(options: Options) -> list[tuple[str, LoadedRecording]]:
     """Return name and frames of each performer of the recording that `options.file` names.
 
     Raises:
@@ -308,6 +309,6 @@ def read_parts(options: Options) -> list[tuple[str, Whole]]:
     """
     recording = open_recording(options.file, options.reading())
     if len(recording.performers) < 2 or options.performer is not None:
-        return [(options.performer or recording.performers[0], read_whole(options))]
+        return [(options.performer or recording.performers[0], load_recording(options))]
     names = recording.performers[:MOST_PERFORMERS]
-    return [(name, read_whole(msgspec.structs.replace(options, performer=name))) for name in names]
+    return [(name, load_recording(msgspec.structs.replace(options, performer=name))) for name in names]
