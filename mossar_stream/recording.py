@@ -4,11 +4,13 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mossar_stream import notebook
 from mossar_stream.algorithm.pose_history import SPACING, history_size
 from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
@@ -67,6 +69,17 @@ class Segmentation(msgspec.Struct, frozen=True):
     key_frames: list[KeyFrame]
     segments: list[Segment]
 
+    def to_dataframe(self) -> Any:
+        """Return the segments as a pandas DataFrame.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.segments, Segment.__struct_fields__)
+
+    def _repr_html_(self) -> str:
+        return notebook.segments_html(self)
+
 
 class Result:
     """What `segment_recording` found.
@@ -94,6 +107,35 @@ class Result:
             ].tolist()
         ]
         self.hierarchy = [self.key_frames[i] for i in np.argsort(keys["place"], kind="stable")]
+
+    def __repr__(self) -> str:
+        return notebook.summary(self)
+
+    def _repr_html_(self) -> str:
+        return notebook.html(self)
+
+    def to_dataframe(self) -> Any:
+        """Return all key frames, with their strengths, as a pandas DataFrame; `at(level).to_dataframe()` has segments.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.key_frames, KeyFrame.__struct_fields__)
+
+    def plot(self, level: LevelName | float | None = None, *, axes: Any = None) -> Any:
+        """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
+
+        Args:
+            level: Which segments; those of the settings if None.
+            axes: Of matplotlib; a new figure's if None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ImportError: If matplotlib is not installed.
+        """
+        return notebook.plot(self, self.at(self.settings.level if level is None else level), axes)
 
     @property
     def segments(self) -> list[Segment]:

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from mossar_stream.errors import SettingsError
+from mossar_stream.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
@@ -70,7 +71,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         post_roll: The same for the last posture, after the take.
         tempo: Whether the level scales with the performer's tempo.
         level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
-        max_key_frames: Alpha of Algorithm 3: stop merging at this many key frames (offline), or None.
+        max_key_frames: Alpha of Algorithm 3 (offline): merging stops when this many key frames are left, so at least so
+            many stand, whatever the level says; None for the level alone.
         remerge_window: W, the undecided key frames kept while streaming.
         remerge_seconds: Time until the oldest undecided key frame is decided, s of frame time.
         max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
@@ -119,7 +121,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_pause: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
+        for name, (low, high) in SETTING_LIMITS.items():
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
@@ -143,9 +145,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         Raises:
             SettingsError: If a name is unknown or a value illegal.
         """
-        from mossar_stream.presets import preset_values  # noqa: PLC0415 - presets are made of settings
-
-        values: dict[str, object] = dict(preset_values(preset))
+        if preset not in PRESETS:
+            raise SettingsError(f"no preset called {preset!r}; there are {', '.join(PRESETS)}")
+        values = dict(PRESETS[preset])
         for name, value in (overrides or {}).items():
             _override(values, name, value)
         return _convert(values, cls)
@@ -161,15 +163,52 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             _override(values, name, value)
         return _convert(values, type(self))
 
+    @property
+    def bundle(self) -> Literal["motion", "posture", "cluster"]:
+        """Which bundle the level brings: the cluster's for `cluster`, else the motion's.
+
+        Level `posture`, and whoever asks for the likelihood or for what only it can do, gets the posture's.
+        """
+        if self.level == "cluster":
+            return "cluster"
+        if self.similarity == "evidence":
+            return "motion"
+        asked = (
+            self.location not in (None, "none"),
+            self.features,
+            self.tempo,
+            self.pre_roll,
+            self.post_roll,
+        )
+        if self.similarity or self.level == "posture" or any(asked):
+            return "posture"
+        return "motion"
+
+    def bundle_values(self) -> dict[str, object]:
+        """Return what the level's bundle gives to each field that is left to it."""
+        values = dict(BUNDLES[self.bundle])
+        if self.similarity == "path_kernel" and values["location"] == "free":
+            values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
+        window = self.window if self.window is not None else values["window"]
+        if "range_floor" not in values:
+            values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
+        return values
+
+    def strength(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for within the bundle of these settings."""
+        if not isinstance(level, str):
+            return float(level)
+        similarity = self.similarity or str(BUNDLES[self.bundle]["similarity"])
+        measure = self.kernel_form if similarity == "path_kernel" else similarity
+        return STRENGTHS[measure, self.bundle][level]
+
     def resolved(self) -> "ResolvedSettings":
         """Return a copy in which every field left to the level's bundle has its value."""
-        from mossar_stream.presets import bundle_values  # noqa: PLC0415 - bundles are made of settings
-
         values = msgspec.structs.asdict(self)
-        for name, value in bundle_values(self).items():
+        for name, value in self.bundle_values().items():
             if values[name] is None:
                 values[name] = value
-        return ResolvedSettings(**values)
+        return msgspec.convert(values, ResolvedSettings)
 
 
 class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -189,7 +228,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     remerge_seconds: float
 
 
-LIMITS: dict[str, tuple[float, float]] = {
+SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "window": (0.01, 10.0),
     "smoothing_window": (1, 1000),
     "one_euro_cutoff": (0.01, 100.0),
@@ -215,7 +254,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 
 
-CHOICES: dict[str, tuple[str | None, ...]] = {
+SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "smoothing": get_args(Smoothing),
     "range": get_args(RangePolicy),
     "center": get_args(Center),
@@ -227,7 +266,7 @@ WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remer
 
 
 def _check_choices(settings: Settings) -> None:
-    for name, choices in CHOICES.items():
+    for name, choices in SETTING_CHOICES.items():
         if getattr(settings, name) not in choices:
             legal = ", ".join(choice for choice in choices if choice)
             raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
@@ -314,8 +353,8 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         if choices and isinstance(choices[0], str)
         else ""
     )
-    if field in LIMITS:
-        low, high = LIMITS[field]
+    if field in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[field]
         kind = "a whole number" if "`int" in text else "a number"
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):

@@ -20,6 +20,7 @@ from mossar_stream.algorithm.cycles import (
 from mossar_stream.algorithm.decision import decide_oldest
 from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
+    NO_SLOT,
     OpenSegment,
     add_last_frame,
     flush_waiting,
@@ -35,7 +36,6 @@ from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.algorithm.window import (
     BEFORE_WINDOW,
     KEY,
-    NO_SLOT,
     NOT_KEPT,
     OWN,
     PREVIOUS,

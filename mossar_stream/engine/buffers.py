@@ -8,7 +8,29 @@ from mossar_stream.engine.warm_up import warm_up
 from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import new_event_buffer, take_events
 
+IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 BATCH = 512  # events that there is room for besides those of one frame
+
+
+class Guard:
+    """Lets one thread in at a time (`with guard:`); another one that comes meanwhile gets an error at once.
+
+    Two threads would write into the same rows and the same event buffer.
+
+    Raises:
+        RuntimeError: On entering, if a thread is in.
+    """
+
+    def __init__(self) -> None:
+        self.is_busy = False
+
+    def __enter__(self) -> None:
+        if self.is_busy:
+            raise RuntimeError(IN_USE)
+        self.is_busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.is_busy = False
 
 
 class Buffers:
@@ -26,6 +48,7 @@ class Buffers:
         self.for_run = self.scratch, self.events, plan.most_events
         self._joints = plan.skeleton.names
         self._view = memoryview(self.events)  # type: ignore[arg-type]
+        self.guard = Guard()
         warm_up(plan)
 
     def take_events(self, performers: Mapping[int, str]) -> list[Event]:

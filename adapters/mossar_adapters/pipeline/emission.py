@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import (
+from mossar_stream import (
     KEY_FRAME_STATUSES,
     SEGMENT_STATUSES,
     Event,
     KeyFrameEvent,
     SegmentEvent,
+    SettingsError,
     StreamEvent,
 )
 

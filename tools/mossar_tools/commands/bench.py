@@ -15,16 +15,16 @@ from mossar_tools.palette import palette
 from mossar_tools.values import names
 
 if TYPE_CHECKING:
+    from mossar_adapters.files.loaded import LoadedRecording
     from mossar_tools.bench.measurement import Measurement
     from mossar_tools.evaluation.takes import Take
-    from mossar_tools.loaded_recording import LoadedRecording
 
 DEMO_SEEDS = 4  # performances of each kind, for the peers
 
 DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in performer at 120 fps with 31 joints, and
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
 case processor time is shown where the wall clock says nothing."""
-EXAMPLES = """  mossar bench                                  two minutes
+EXAMPLES = """  mossar bench                                  some minutes, more on a busy machine
   mossar bench --only stream,push               the parts are stream push performers memory start
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
   mossar bench --json | jq '.measurements[] | {name, median, unit}'
@@ -157,7 +157,8 @@ def _takes(options: Options) -> "list[Take]":
 
 def _recordings(options: Options) -> "list[LoadedRecording]":
     """Return the recordings of all files and labelled folders."""
-    from mossar_tools.loaded_recording import LoadedRecording, load_recording
+    from mossar_adapters.files.loaded import LoadedRecording
+    from mossar_tools.loaded_recording import load_recording
 
     wholes = []
     for source in options.sources:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings
 from mossar_tools.evaluation.chance import blind, randomly
@@ -90,7 +89,7 @@ def _left_out(
 def _at_strengths(take: Take, settings: Settings) -> Variants:
     """Stream a take at strengths around that of its level, with the level's bundle."""
     chosen = settings.replace(level=take.level)
-    usual = level_strength(take.level, chosen.resolved(), bundle_name(chosen))
+    usual = chosen.strength(take.level)
     found: dict[str, Found] = {}
     for factor in FACTORS:
         segmenter = Segmenter(take.skeleton, chosen, fps=take.fps)
