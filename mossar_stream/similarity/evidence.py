@@ -39,7 +39,7 @@ LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
 AT_ONCE = 8  # variances multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
-ABOVE_NOISE = 1.25  # times what the noise adds to u, which a peak must reach
+ABOVE_NOISE = 1.5  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 
