@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.loaded_recording import LoadedRecording, load_recording
@@ -18,7 +18,7 @@ from mossar_tools.palette import palette
 from mossar_tools.values import positive
 
 if TYPE_CHECKING:
-    from mossar_stream.recording import KeyFrame, Result
+    from mossar_stream import KeyFrame, Result
 
 DESCRIPTION = """Too many or too few key frames? Show how many of a recording's key frames stand at which strength, and
 choose a strength: from true cuts, or from how many you want a minute. The settings can be saved for run --config."""
@@ -72,7 +72,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
-    from mossar_stream.recording import segment_recording
+    from mossar_stream import segment_recording
     from mossar_tools.streaming import saying_if_cold
 
     with saying_if_cold():
