@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         SimilarityName,
         Smoothing,
         VarianceFloor,
+        legal_values,
     )
     from mossar_stream.similarity.comparison import Comparison
     from mossar_stream.skeleton import MAX_JOINTS, MAX_NAME, Skeleton
@@ -103,6 +104,7 @@ _NAMES = {
         "SimilarityName",
         "Smoothing",
         "VarianceFloor",
+        "legal_values",
     ),
     "similarity.comparison": ("Comparison",),
     "skeleton": (
@@ -156,6 +158,7 @@ __all__ = [
     "StreamEvent",
     "VarianceFloor",
     "constant_times",
+    "legal_values",
     "on_first_compile",
     "performer_name",
     "precompile",

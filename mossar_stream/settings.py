@@ -245,6 +245,22 @@ CHOICES: dict[str, tuple[str | None, ...]] = {
 WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
 
 
+def legal_values(name: str) -> str:
+    """Return what a setting may be, in words; empty where it has parts.
+
+    Example:
+        >>> legal_values("window"), legal_values("center")
+        ('0.01 to 10', 'root, centroid')
+    """
+    if name in CHOICES:
+        return ", ".join(choice for choice in CHOICES[name] if choice)
+    if name in LIMITS:
+        low, high = LIMITS[name]
+        return f"{low:g} to {high:g}"
+    words = {"level": f"{', '.join(LEVEL_NAMES)} or a number from 0", "tempo": "true, false"}
+    return words.get(name, "")
+
+
 def _check_choices(settings: Settings) -> None:
     for name, choices in CHOICES.items():
         if getattr(settings, name) not in choices:

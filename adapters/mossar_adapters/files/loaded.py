@@ -13,10 +13,7 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_recording
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames
-from mossar_stream.recording import Result, segment_recording
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Result, Settings, Skeleton, segment_recording
 
 MAX_BYTES = 2 << 30  # of positions
 Tell = Callable[[float | None], None]  # gets the share that is read, None where that is not known

@@ -1,6 +1,7 @@
 """Notebook: results as people look at them, as a summary, a table, a picture or a DataFrame.
 
-pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
+pandas and matplotlib are used where they are installed; nothing else in the package knows of them. The results that are
+shown stand in `offline`, which asks for this.
 """
 
 from collections.abc import Sequence
@@ -12,24 +13,24 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 if TYPE_CHECKING:
-    from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation
+    from msgspec import Struct
 
 SHOWN = 12  # rows of a table that are shown
 _COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
 
 
-def summary(result: "Result") -> str:
+def summary(result: Any) -> str:
     """Return one line on a result."""
     keys, kept = result.key_frames, result.at(result.settings.level).key_frames
     return f"Result: {len(keys)} key frames, {len(kept)} of them at level {result.settings.level}"
 
 
-def html(result: "Result") -> str:
+def html(result: Any) -> str:
     """Return a summary and the segments at the level of the settings, as HTML."""
     return f"<p>{escape(summary(result))}</p>{segments_html(result.at(result.settings.level))}"
 
 
-def segments_html(segmentation: "Segmentation") -> str:
+def segments_html(segmentation: Any) -> str:
     """Return the segments of a level as an HTML table, the first ones of many."""
     parts = segmentation.segments
     rows = [_row("th", ("start", "end", "state", "most active joints", "similarity"))]
@@ -41,7 +42,7 @@ def segments_html(segmentation: "Segmentation") -> str:
     return f"<table>{''.join(rows)}</table>{more}"
 
 
-def dataframe(rows: "Sequence[KeyFrame | Segment]", fields: Sequence[str]) -> Any:
+def dataframe(rows: "Sequence[Struct]", fields: Sequence[str]) -> Any:
     """Return records as a pandas DataFrame with a column for each field.
 
     Raises:
@@ -51,7 +52,7 @@ def dataframe(rows: "Sequence[KeyFrame | Segment]", fields: Sequence[str]) -> An
     return pandas.DataFrame([msgspec.structs.asdict(row) for row in rows], columns=list(fields))
 
 
-def plot(result: "Result", segmentation: "Segmentation", axes: Any) -> Any:
+def plot(result: Any, segmentation: Any, axes: Any) -> Any:
     """Draw the segments of a level and all key frames, with the velocity curve where it was kept.
 
     Args:

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream import notebook
 from mossar_stream.algorithm.pose_history import SPACING, history_size
 from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
@@ -27,6 +26,7 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.recording import notebook
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
