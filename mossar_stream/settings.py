@@ -121,7 +121,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_pause: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
+        for name, (low, high) in SETTING_LIMITS.items():
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
@@ -208,7 +208,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     remerge_seconds: float
 
 
-LIMITS: dict[str, tuple[float, float]] = {
+SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "window": (0.01, 10.0),
     "smoothing_window": (1, 1000),
     "one_euro_cutoff": (0.01, 100.0),
@@ -234,7 +234,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 
 
-CHOICES: dict[str, tuple[str | None, ...]] = {
+SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "smoothing": get_args(Smoothing),
     "range": get_args(RangePolicy),
     "center": get_args(Center),
@@ -245,24 +245,8 @@ CHOICES: dict[str, tuple[str | None, ...]] = {
 WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
 
 
-def legal_values(name: str) -> str:
-    """Return what a setting may be, in words; empty where it has parts.
-
-    Example:
-        >>> legal_values("window"), legal_values("center")
-        ('0.01 to 10', 'root, centroid')
-    """
-    if name in CHOICES:
-        return ", ".join(choice for choice in CHOICES[name] if choice)
-    if name in LIMITS:
-        low, high = LIMITS[name]
-        return f"{low:g} to {high:g}"
-    words = {"level": f"{', '.join(LEVEL_NAMES)} or a number from 0", "tempo": "true, false"}
-    return words.get(name, "")
-
-
 def _check_choices(settings: Settings) -> None:
-    for name, choices in CHOICES.items():
+    for name, choices in SETTING_CHOICES.items():
         if getattr(settings, name) not in choices:
             legal = ", ".join(choice for choice in choices if choice)
             raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
@@ -349,8 +333,8 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         if choices and isinstance(choices[0], str)
         else ""
     )
-    if field in LIMITS:
-        low, high = LIMITS[field]
+    if field in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[field]
         kind = "a whole number" if "`int" in text else "a number"
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):

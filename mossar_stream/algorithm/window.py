@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
     UNKNOWN,
@@ -77,7 +78,6 @@ KEY = np.dtype(
     ],
 )
 NOT_KEPT = np.int64(-2)  # in KEY.before
-NO_SLOT = np.int64(-1)
 BEFORE_WINDOW = np.int64(-3)  # identity of where the segment before the window begins
 OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch's summaries, before the nodes
 SCRATCH_ROWS = 8  # more than W

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.clock import end_take
 from mossar_stream.algorithm.decision import decide_oldest
 from mossar_stream.algorithm.open_segment import (
+    NO_SLOT,
     OpenSegment,
     add_last_frame,
     flush_waiting,
@@ -24,7 +25,6 @@ from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.algorithm.window import (
     BEFORE_WINDOW,
     KEY,
-    NO_SLOT,
     NOT_KEPT,
     OWN,
     PREVIOUS,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Settings, segment_recording
-from mossar_stream.algorithm.joints import localise
+from mossar_stream.algorithm.reference import localise
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.similarity.path_kernel import path_sum as kernels
 from mossar_stream.similarity.path_kernel import reference as path_reference

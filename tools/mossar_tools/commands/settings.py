@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import Settings, legal_values
+from mossar_stream import SETTING_CHOICES, SETTING_LIMITS, Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_settings
@@ -74,7 +74,7 @@ def explained(options: Options) -> dict[str, dict[str, Any]]:
             "value": msgspec.to_builtins(getattr(resolved, name)),
             "unit": guide.unit,
             "from": _origin(name, options, chosen),
-            "legal": legal_values(name) or "parts",
+            "legal": _legal(name),
             "effect": guide.effect,
         }
     return found
@@ -89,6 +89,17 @@ def _origin(name: str, options: Options, chosen: Settings) -> str:
         return f"level {chosen.level}" if isinstance(chosen.level, str) else "level motion"
     preset, default = Settings.build(options.preset), Settings()
     return "default" if getattr(preset, name) == getattr(default, name) else f"preset {options.preset}"
+
+
+def _legal(name: str) -> str:
+    if name in SETTING_CHOICES:
+        return ", ".join(choice for choice in SETTING_CHOICES[name] if choice)
+    if name in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[name]
+        return f"{low:g} to {high:g}"
+    return {"level": "posture, motion, cluster or a strength from 0", "tempo": "true, false"}.get(
+        name, "parts"
+    )
 
 
 def _shown(value: Any) -> str:
