@@ -133,7 +133,8 @@ def _find_period(cycles, still):
         if period == 0.0 and lag - 1 >= SHORTEST_LAG and is_minimum:
             bend = last - 2.0 * value + later
             shift = 0.5 * (last - later) / bend if bend > 1e-12 else 0.0
-            period, depth = (lag - 1 + shift) * SPACING, value
+            period = (lag - 1 + shift) * SPACING
+            depth = float(value)
         last, value = value, later
     found = period > 0.0 and total / LAGS > still
     if not found:
