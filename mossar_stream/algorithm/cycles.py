@@ -121,9 +121,8 @@ def _find_period(cycles, still):
     """Set whether the performer is in a cycle, and its period."""
     state = cycles.state
     total = 0.0
-    last = value = np.float64(1.0)
-    period: float = np.float64(0.0)
-    depth: float = np.float64(1.0)
+    last = value = depth = 1.0
+    period = 0.0
     for lag in range(1, LAGS + 1):
         mean, known = _mean_distance(cycles, lag)
         total += mean
@@ -133,8 +132,7 @@ def _find_period(cycles, still):
         if period == 0.0 and lag - 1 >= SHORTEST_LAG and is_minimum:
             bend = last - 2.0 * value + later
             shift = 0.5 * (last - later) / bend if bend > 1e-12 else 0.0
-            period = (lag - 1 + shift) * SPACING
-            depth = float(value)
+            period, depth = (lag - 1 + shift) * SPACING, value
         last, value = value, later
     found = period > 0.0 and total / LAGS > still
     if not found:
