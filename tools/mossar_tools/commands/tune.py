@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
-from mossar_tools.loaded_recording import LoadedRecording, load_recording
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
