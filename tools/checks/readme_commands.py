@@ -174,14 +174,15 @@ class Stage:
 
     Args:
         folder: Where they are made.
+        patience: s until a command that goes on is interrupted.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._count = folder, 0
+    def __init__(self, folder: Path, patience: float = PATIENCE) -> None:
+        self._folder, self._patience, self._count = folder, patience, 0
         self._lock = threading.Lock()
         self._ports: dict[str, threading.Lock] = {}
         bin_ = folder / "bin"
-        bin_.mkdir()
+        bin_.mkdir(parents=True)
         for name, module in {"mossar": "-m mossar_tools", "python": ""}.items():
             script = bin_ / name
             script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {module} "$@"\n')
@@ -237,7 +238,7 @@ class Stage:
         ) as running:
             interrupted = False
             try:
-                _, err = running.communicate(timeout=PATIENCE)
+                _, err = running.communicate(timeout=self._patience)
             except subprocess.TimeoutExpired:
                 interrupted = True
                 os.killpg(running.pid, signal.SIGINT)
