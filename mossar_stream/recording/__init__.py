@@ -1,5 +1,282 @@
-"""Whole recordings: the offline segmentation, and its results as people look at them."""
+"""Recording: the whole of Mossar offline, Algorithms 1, 2 and 3, and the hierarchy that people choose from.
 
-from mossar_stream.recording.offline import KeyFrame, Result, Segment, Segmentation, segment_recording
+The frames go through the same kernels as a stream, but no key frame is decided before the end.
+"""
 
-__all__ = ["KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"]
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_stream.algorithm.pose_history import SPACING, history_size
+from mossar_stream.algorithm.row import region
+from mossar_stream.algorithm.window_step import DECIDE, RANK
+from mossar_stream.engine import engine
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, pool_of_one
+from mossar_stream.errors import FrameError
+from mossar_stream.events import (
+    KEY_FRAME_KINDS,
+    KeyFrameEvent,
+    KeyFrameKind,
+    SegmentEvent,
+    SegmentState,
+)
+from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.recording import notebook
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+
+CAPACITY = 64  # key frames there is room for at first
+
+
+class KeyFrame(msgspec.Struct, frozen=True):
+    """A key frame of a recording.
+
+    Args:
+        frame: Number of the frame.
+        time: s.
+        kind: `onset`, `offset` or `minimum`.
+        velocity: Share of the range.
+        strength: At which Algorithm 3 removes it; it is kept at every level up to this.
+    """
+
+    frame: int
+    time: float
+    kind: KeyFrameKind
+    velocity: float
+    strength: float
+
+
+class Segment(msgspec.Struct, frozen=True):
+    """A segment of a recording; the fields are those of `SegmentEvent`."""
+
+    start_frame: int
+    end_frame: int
+    start_time: float
+    end_time: float
+    state: SegmentState
+    active_joints: tuple[str, ...]
+    similarity: float | None
+
+
+class Segmentation(msgspec.Struct, frozen=True):
+    """One level of the hierarchy: the key frames that are kept, where they are, and the segments between."""
+
+    key_frames: list[KeyFrame]
+    segments: list[Segment]
+
+    def to_dataframe(self) -> Any:
+        """Return the segments as a pandas DataFrame.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.segments, Segment.__struct_fields__)
+
+    def _repr_html_(self) -> str:
+        return notebook.segments_html(self)
+
+
+class Result:
+    """What `segment_recording` found.
+
+    Attributes:
+        settings: The settings used.
+        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence those that a
+            stream would tell of.
+        hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
+            k-th of the paper's nested sets.
+        curves: The velocity curve, frame by frame, if it was asked for.
+    """
+
+    def __init__(self, row: Row, curves: list[CurveState]) -> None:
+        self.settings = row.plan.given
+        self.curves = curves
+        self._row = row
+        keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
+        # Evidence works with more candidates than people are told of: those that stand for nothing stay inside.
+        keys = keys[(keys["told"] == 1) | (keys["strength"] >= row.state["plan"]["beta"])]
+        self.key_frames = [
+            KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
+            for frame, time, kind, velocity, strength in keys[
+                ["at_frame", "at_time", "kind", "velocity", "strength"]
+            ].tolist()
+        ]
+        self.hierarchy = [self.key_frames[i] for i in np.argsort(keys["place"], kind="stable")]
+
+    def __repr__(self) -> str:
+        return notebook.summary(self)
+
+    def _repr_html_(self) -> str:
+        return notebook.html(self)
+
+    def to_dataframe(self) -> Any:
+        """Return all key frames, with their strengths, as a pandas DataFrame; `at(level).to_dataframe()` has segments.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.key_frames, KeyFrame.__struct_fields__)
+
+    def plot(self, level: LevelName | float | None = None, *, axes: Any = None) -> Any:
+        """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
+
+        Args:
+            level: Which segments; those of the settings if None.
+            axes: Of matplotlib; a new figure's if None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ImportError: If matplotlib is not installed.
+        """
+        return notebook.plot(self, self.at(self.settings.level if level is None else level), axes)
+
+    @property
+    def segments(self) -> list[Segment]:
+        """The segments at the level of the settings, or with `max_key_frames` key frames."""
+        return self.at(self.settings.level).segments
+
+    def at(self, level: LevelName | float | None = None, *, count: int | None = None) -> Segmentation:
+        """Return the segmentation at a level, or with a number of key frames. Nothing is computed again.
+
+        Args:
+            level: A name or a strength: key frames at least as strong are kept, and of the others as many as
+                `max_key_frames` calls for.
+            count: Number of key frames that are kept (α); all of them if there are fewer.
+
+        Raises:
+            ValueError: If not exactly one of the two is given, or `count` is negative.
+        """
+        if (level is None) == (count is None):
+            raise ValueError("at() takes a level or a count")
+        if count is not None and count < 0:
+            raise ValueError(f"count must not be negative, not {count}")
+        row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
+        plan = row.state["plan"]
+        if level is None:
+            plan["beta"], plan["alpha"] = math.inf, count
+        else:
+            plan["beta"] = row.plan.strength(self.settings.replace(level=level).level)
+            plan["alpha"] = self.settings.max_key_frames or 0
+        events = engine.update(row, DECIDE)
+        kept = [
+            KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
+            for e in events
+            if isinstance(e, KeyFrameEvent) and e.status == "final"
+        ]
+        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+
+
+def _segment(event: SegmentEvent) -> Segment:
+    return Segment(
+        event.start_frame,
+        event.end_frame,
+        event.start_time,
+        event.end_time,
+        event.state,
+        event.active_joints,
+        event.similarity,
+    )
+
+
+def segment_recording(
+    positions: ArrayLike,
+    fps: float | None = None,
+    skeleton: Skeleton | None = None,
+    settings: Settings | None = None,
+    *,
+    times: ArrayLike | None = None,
+    curves: bool = False,
+) -> Result:
+    """Segment a whole recording (Algorithms 1, 2 and 3).
+
+    Key frames are numbered by their row in `positions`. A recording is one take: gaps and steps back in time do
+    not end it; frames out of order are dropped.
+
+    Args:
+        positions: (n, J, 3) metres, NaN where a joint is missing.
+        fps: Rate, Hz; needed without `times`.
+        skeleton: The joints; unnamed ones around their centroid if None.
+        settings: Defaults to `Settings()`. With `range=file` the range is that of the whole recording.
+        times: (n,) seconds.
+        curves: Whether to keep the velocity curve.
+
+    Returns:
+        The key frames and their hierarchy.
+
+    Raises:
+        FrameError: If the shapes do not fit.
+        ValueError: If there are neither times nor a rate.
+
+    Example:
+        >>> take = np.zeros((90, 2, 3), np.float32)
+        >>> take[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
+        >>> take[60:, 1, 0] = 1
+        >>> result = segment_recording(take, fps=30, skeleton=Skeleton(("hip", "hand"), (-1, 0)))
+        >>> len(result.key_frames), len(result.at(count=1).segments)
+        (2, 2)
+    """
+    frames = plain_array(positions, np.float32)
+    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
+        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
+    if len(skeleton) != frames.shape[1]:
+        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    if times is None and fps is None:
+        raise ValueError("segment_recording needs fps or times")
+    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
+    if moments.shape != frames.shape[:1]:
+        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    chosen = settings or Settings()
+    if chosen.range == "file":
+        chosen = _whole_range(frames, moments, skeleton, chosen, fps)
+    row = _new_row(skeleton, chosen, fps, moments)
+    step = 1 if curves else max(1, len(moments))
+    states = []
+    for begin in range(0, len(moments), step):
+        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
+        if curves:
+            states.append(curve_state(row.memory[0], row.plan))
+    engine.update(row, RANK)
+    return Result(row, states)
+
+
+def _new_row(
+    skeleton: Skeleton,
+    settings: Settings,
+    fps: float | None,
+    times: NDArray[np.float64],
+) -> Row:
+    """Return a row for a recording."""
+    finite = times[np.isfinite(times)]
+    seconds = float(np.ptp(finite)) if len(finite) else 0.0
+    history = min(history_size(seconds), history_size(len(times) * SPACING))
+    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, offline=True)
+    return pool_of_one(plan, "p1")
+
+
+def _whole_range(
+    frames: NDArray[np.float32],
+    times: NDArray[np.float64],
+    skeleton: Skeleton,
+    settings: Settings,
+    fps: float | None,
+) -> Settings:
+    """Return the settings with the range of the whole recording as bounds (paper 3.1.1, normalisation).
+
+    The smallest velocity is 0, that of the first frame, where the window is empty. The bounds are fixed, unless
+    the range must be able to rise above the noise.
+    """
+    row = _new_row(skeleton, settings.replace(range="running"), fps, times)
+    engine.push(row, frames, times)
+    state, bounds = row.state, row.state["plan"]
+    largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
+    if bounds["noise_margin"]:
+        return settings.replace(range="running", range_floor=largest / float(bounds["moving_joints"]))
+    return settings.replace(range="fixed", range_min=0.0, range_max=largest)

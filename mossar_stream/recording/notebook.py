@@ -1,19 +1,16 @@
 """Notebook: results as people look at them, as a summary, a table, a picture or a DataFrame.
 
-pandas and matplotlib are used where they are installed; nothing else in the package knows of them. The results that are
-shown stand in `offline`, which asks for this.
+Results are known by their fields alone, since their classes are made of what is here.
+pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
 """
 
 from collections.abc import Sequence
 from html import escape
 from importlib import import_module
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
-
-if TYPE_CHECKING:
-    from msgspec import Struct
 
 SHOWN = 12  # rows of a table that are shown
 _COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
@@ -42,7 +39,7 @@ def segments_html(segmentation: Any) -> str:
     return f"<table>{''.join(rows)}</table>{more}"
 
 
-def dataframe(rows: "Sequence[Struct]", fields: Sequence[str]) -> Any:
+def dataframe(rows: Sequence[msgspec.Struct], fields: Sequence[str]) -> Any:
     """Return records as a pandas DataFrame with a column for each field.
 
     Raises:

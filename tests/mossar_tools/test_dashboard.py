@@ -53,7 +53,7 @@ def opened(browser):
         window = browser.new_page(viewport={"width": 840, "height": 680})
         windows.append(window)
         window.goto(url + COARSE)
-        window.wait_for_selector("#mossar-standing", timeout=60_000)
+        window.wait_for_selector("#mossar-standing", timeout=180_000)
         return window
 
     yield open_at
@@ -198,7 +198,7 @@ def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
     window = browser.new_page(viewport={"width": 390, "height": 800}, accept_downloads=True)
     try:
         window.goto(address(running)[0] + COARSE)
-        window.wait_for_selector("#mossar-whole", timeout=60_000)
+        window.wait_for_selector("#mossar-whole", timeout=180_000)
         whole, chart = (window.locator(name).bounding_box() for name in ("#mossar-whole", "#mossar-chart"))
         for box in (whole, chart):  # below 760 px the curve was gone
             assert box["x"] >= 0

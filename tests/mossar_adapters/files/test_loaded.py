@@ -6,8 +6,7 @@ import pytest
 import mossar_adapters.files
 import mossar_stream
 from mossar_adapters.files import FileError, read
-from mossar_stream import Settings, segment_recording
-from mossar_stream.errors import SettingsError
+from mossar_stream import Settings, SettingsError, segment_recording
 
 
 @pytest.fixture
