@@ -99,7 +99,8 @@ def main() -> int:
     commands = [command for command in dict.fromkeys(all_commands()) if given.only in command.line]
     with tempfile.TemporaryDirectory() as name:
         stage = Stage(Path(name))
-        stage.run(Command("", "mossar demo --speed max --seconds 2"))  # compiles, so that the others need not
+        # The first run compiles, so that the others need not.
+        Stage(Path(name) / "first", 600.0).run(Command("", "mossar demo --speed max --seconds 2"))
         with ThreadPoolExecutor(AT_ONCE) as threads:
             for command, problem in zip(commands, threads.map(stage.run, commands), strict=True):
                 print(
@@ -174,14 +175,15 @@ class Stage:
 
     Args:
         folder: Where they are made.
+        patience: s until a command that goes on is interrupted.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._count = folder, 0
+    def __init__(self, folder: Path, patience: float = PATIENCE) -> None:
+        self._folder, self._patience, self._count = folder, patience, 0
         self._lock = threading.Lock()
         self._ports: dict[str, threading.Lock] = {}
         bin_ = folder / "bin"
-        bin_.mkdir()
+        bin_.mkdir(parents=True)
         for name, module in {"mossar": "-m mossar_tools", "python": ""}.items():
             script = bin_ / name
             script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {module} "$@"\n')
@@ -237,7 +239,7 @@ class Stage:
         ) as running:
             interrupted = False
             try:
-                _, err = running.communicate(timeout=PATIENCE)
+                _, err = running.communicate(timeout=self._patience)
             except subprocess.TimeoutExpired:
                 interrupted = True
                 os.killpg(running.pid, signal.SIGINT)

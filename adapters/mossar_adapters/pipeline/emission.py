@@ -30,8 +30,8 @@ class Emission:
         SettingsError: If there is no such type or status.
 
     Example:
-        >>> Emission(("stream", "key_frame.final")).allowed
-        frozenset({('stream', ''), ('key_frame', 'final')})
+        >>> sorted(Emission(("stream", "key_frame.final")).allowed)
+        [('key_frame', 'final'), ('stream', '')]
     """
 
     def __init__(self, wanted: Sequence[str] = ()) -> None:
