@@ -34,7 +34,7 @@ def precompile(settings: Settings | None = None) -> None:
     Example:
         >>> precompile(Settings(similarity="likelihood"))
     """
-    similarity = (settings or Settings()).similarity
+    similarity = (settings or Settings()).resolved().similarity
     if similarity not in _ready:
         plan = _any_plan(similarity)
         with second_process(__name__, similarity):

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
-from mossar_stream.settings import Settings
+from mossar_adapters.files.loaded import LoadedRecording
+from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
-from mossar_tools.loaded_recording import LoadedRecording, load_recording
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import positive
 
 if TYPE_CHECKING:
-    from mossar_stream.recording import KeyFrame, Result
+    from mossar_stream import KeyFrame, Result
 
 DESCRIPTION = """Too many or too few key frames? Show how many of a recording's key frames stand at which strength, and
 choose a strength: from true cuts, or from how many you want a minute. The settings can be saved for run --config."""
@@ -72,7 +73,7 @@ def run(options: Options, console: Console) -> int:
 
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
-    from mossar_stream.recording import segment_recording
+    from mossar_stream import segment_recording
     from mossar_tools.streaming import saying_if_cold
 
     with saying_if_cold():
