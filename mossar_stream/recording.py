@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.algorithm.frame_step import HAPPENED, RING_FULL, STOPS, advance
-from mossar_stream.algorithm.pose_history import SPACING, trail_size
+from mossar_stream.algorithm.pose_history import SPACING, history_size
+from mossar_stream.algorithm.row import records, region
 from mossar_stream.algorithm.window_step import DECIDE, FOLLOW, RANK
 from mossar_stream.engine.buffers import Desk
 from mossar_stream.engine.curve_state import CurveState, curve_state
@@ -25,7 +26,6 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.memory.row import header, region
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -85,7 +85,7 @@ class Result:
         self.curves = curves
         self._plan = plan
         self._row = row
-        keys = region(row, plan.shape, "keys")[: int(header(row)["undecided"])]
+        keys = region(row, plan.shape, "keys")[: int(records(row)["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -115,11 +115,12 @@ class Result:
         if count is not None and count < 0:
             raise ValueError(f"count must not be negative, not {count}")
         row = self._row.copy()
+        plan = records(row)["plan"]
         if level is None:
-            header(row)["level"], header(row)["keep"] = math.inf, count
+            plan["beta"], plan["alpha"] = math.inf, count
         else:
-            header(row)["level"] = self._plan.strength(self.settings.replace(level=level).level)
-            header(row)["keep"] = self.settings.max_key_frames or 0
+            plan["beta"] = self._plan.strength(self.settings.replace(level=level).level)
+            plan["alpha"] = self.settings.max_key_frames or 0
         events = _act(Desk(self._plan), row, DECIDE)
         standing = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
@@ -205,10 +206,9 @@ def _empty_take(
     """Return a plan for a recording and a row for it."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
-    trail = min(trail_size(seconds), trail_size(len(times) * SPACING))
-    plan = Plan(skeleton, settings, fps, window=FIRST_ROOM, trail=trail, offline=True)
+    history = min(history_size(seconds), history_size(len(times) * SPACING))
+    plan = Plan(skeleton, settings, fps, window=FIRST_ROOM, history=history, offline=True)
     row = plan.new_rows(1)[0]
-    header(row)["max_pause"] = math.inf
     return plan, row
 
 
@@ -226,10 +226,11 @@ def _whole_range(
     """
     plan, row = _empty_take(skeleton, settings.replace(range="running"), fps, times)
     plan, row, _ = _run(plan, row, frames, times, curves=False)
-    h = header(row)
-    largest = max(float(h["largest"]), float(h["range_floor"]), np.finfo(float).tiny)
-    if h["noise_margin"]:
-        return settings.replace(range="running", range_floor=largest / float(h["moving_joints"]))
+    state = records(row)
+    bounds = state["plan"]
+    largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
+    if bounds["noise_margin"]:
+        return settings.replace(range="running", range_floor=largest / float(bounds["moving_joints"]))
     return settings.replace(range="fixed", range_min=0.0, range_max=largest)
 
 
@@ -253,7 +254,7 @@ def _run(
         done += used
         if stop == HAPPENED:
             _act(desk, row, FOLLOW)
-            if header(row)["undecided"] == plan.shape.window:
+            if records(row)["window"]["undecided"] == plan.shape.window:
                 plan, row = _grow(plan, row, plan.larger(window=2))
                 desk = Desk(plan)
         elif stop == RING_FULL:

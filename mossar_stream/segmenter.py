@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
+from mossar_stream.algorithm.noise import forget_noise
+from mossar_stream.algorithm.row import records
 from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL
 from mossar_stream.engine.buffers import Desk
 from mossar_stream.engine.curve_state import CurveState, curve_state
@@ -15,7 +17,6 @@ from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.memory.row import header
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
@@ -37,7 +38,7 @@ class Segmenter:
     """Online Mossar for one performer.
 
     Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per
-    installation; a second Python process helps meanwhile), never while frames come in. All state has a fixed size.
+    installation; `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
     Args:
         skeleton: The performer's joints.
@@ -89,9 +90,10 @@ class Segmenter:
         self._desk = desk
         self._params = plan.params
         self._memory = memory
-        self._header = header(memory[0])
-        self._names = {int(self._header["row"]): self.performer}
-        self._live = bool(self._header["open"])
+        self._state = records(memory[0])
+        self._clock = self._state["clock"]
+        self._names = {int(self._clock["row"]): self.performer}
+        self._live = bool(self._clock["open"])
 
     @classmethod
     def at_row(
@@ -119,8 +121,9 @@ class Segmenter:
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        for name in ("take", *COUNTERS):
-            self._header[name] = counts[name]
+        self._clock["take"] = counts["take"]
+        for name in COUNTERS:
+            self._state["counters"][name] = counts[name]
 
     def opened(self) -> StreamEvent:
         """Return the event that a take has started; for who runs the row of a pool."""
@@ -151,12 +154,12 @@ class Segmenter:
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self._header["take"])
+        return int(self._clock["take"])
 
     @property
     def stats(self) -> dict[str, int]:
         """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
-        return {name: int(self._header[name]) for name in COUNTERS}
+        return {name: int(self._state["counters"][name]) for name in COUNTERS}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -166,7 +169,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self._memory[0], self._plan) if self._header["open"] else None
+        return curve_state(self._memory[0], self._plan) if self._clock["open"] else None
 
     @property
     def level(self) -> LevelName | float:
@@ -180,7 +183,7 @@ class Segmenter:
     @level.setter
     def level(self, level: LevelName | float) -> None:
         self._level = self._plan.given.replace(level=level).level
-        self._header["level"] = self._plan.strength(self._level)
+        self._state["plan"]["beta"] = self._plan.strength(self._level)
         self._act(LEVEL, self.pending)
 
     def change(self, **changes: object) -> list[Event]:
@@ -205,7 +208,7 @@ class Segmenter:
         events: list[Event] = []
         if plan.continues(self._plan):
             self._plan = plan
-            plan.prepare(self._memory[0], int(self._header["row"]))
+            plan.prepare(self._memory[0], int(self._clock["row"]))
         else:
             events = self.end_take("settings changed")
             counts = self.counts
@@ -265,7 +268,7 @@ class Segmenter:
         else:
             chunk, moments = self._check(positions, times, confidence, first_frame)
             if first_frame is not None:
-                self._header["next_frame"] = first_frame
+                self._clock["next_frame"] = first_frame
             self.pending = []
         self._run(chunk, moments, events, first_frame)
         return events
@@ -283,15 +286,15 @@ class Segmenter:
         stop = OUTBOX_FULL
         while stop != DONE:
             stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
-            if not self._live and self._header["open"]:
+            if not self._live and self._clock["open"]:
                 events.append(self.opened())
             events += self._desk.empty(self._names)
             if stop == TAKE_ENDS:
                 done = int(self._cursor[1])
-                later = moments[done] > self._header["time"]
+                later = moments[done] > self._clock["time"]
                 events += self.end_take("gap" if later else "clock stepped back")
                 if first_frame is not None:
-                    self._header["next_frame"] = first_frame + done
+                    self._clock["next_frame"] = first_frame + done
             elif stop == RING_FULL:
                 self._enlarge()
 
@@ -305,7 +308,7 @@ class Segmenter:
             The pending events; nothing more if no take is open.
         """
         events = self.take_pending()
-        if self._header["open"]:
+        if self._clock["open"]:
             ended = self._stream_event("ended", reason)
             self._act(END, events)
             events.append(ended)
@@ -316,8 +319,8 @@ class Segmenter:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
         events.append(self._stream_event("reset", reason))
-        for name in ("largest", "noise", "noise_known", "noise_heard", "noise_floor"):
-            self._header[name] = 0.0
+        self._state["range"]["largest"] = 0.0
+        forget_noise(self._state["noise"])
         return events
 
     def snapshot(self) -> bytes:
@@ -356,7 +359,7 @@ class Segmenter:
         if times is None:
             if self._plan.fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
-            begin = int(self._header["next_frame"]) if first_frame is None else first_frame
+            begin = int(self._clock["next_frame"]) if first_frame is None else first_frame
             moments = constant_times(len(chunk), self._plan.fps, begin)
         else:
             moments = np.atleast_1d(_as_array(times, FLOAT64))

@@ -1,13 +1,13 @@
-"""Stream: what happens to each frame, in order.
+"""Frame step: what happens to each frame, in order.
 
-    time      in order? or does the take end here?
-    joints    present, held, left out; path of each relative to the centre
-    velocity  equation 1, smoothing, range
-    splitter  Algorithms 1 and 2: candidates, key frames
-    summary   the frame before joins the open segment, now that it is known on which side of a candidate it lies
-    window    Algorithm 3 over the undecided key frames; the oldest may be decided
+    clock       in order? or does the take end here?
+    joints      present, held, left out; path of each relative to the centre
+    velocity    equation 1, smoothing, normalisation
+    splitter    Algorithms 1 and 2: candidates, key frames
+    summary     the frame before joins the open segment, now that it is known on which side of a candidate it lies
+    pose        what is kept of where the joints are
 
-One compiled call takes a chunk of frames in; it stops early only to ask something of its caller (`h.stop`).
+One compiled call takes a chunk of frames in; it stops early only to ask something of its caller.
 """
 
 from typing import NamedTuple
@@ -15,16 +15,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.joints import first_joints, step_joints
-from mossar_stream.algorithm.noise import calm_noise
+from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
+from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
+from mossar_stream.algorithm.noise import calm_noise, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
-from mossar_stream.algorithm.open_segment import open_take, split
-from mossar_stream.algorithm.pose_history import follow_speeds, keep_pose
+from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
+from mossar_stream.algorithm.pose_history import (
+    MARK,
+    PoseHistory,
+    follow_speeds,
+    keep_pose,
+    start_history,
+)
+from mossar_stream.algorithm.remerging import MEMO, start_memo
+from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.splitter import start_curve
 from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
-from mossar_stream.algorithm.velocity import moving_average, ring_is_full, travel
-from mossar_stream.jit.decorators import frame_entry_point, inlined, spliced
+from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
+from mossar_stream.algorithm.window import start_window
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
     LIVE,
@@ -42,35 +52,30 @@ from mossar_stream.memory.joint_pages import (
     flatten,
     page_of,
 )
-from mossar_stream.memory.row import HEADER, MARK, MEMO
+from mossar_stream.memory.slots import start_slots
 from mossar_stream.similarity.protocol import add_pose
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
 STOPS = 4
-IN_VAIN = 5  # a frame without a time, or not later than the last one
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
-AVERAGED, FILTERED = 1, 2  # in h.smoothing
+AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
 
 
-class Views(NamedTuple):
-    """Views of a row, as frames need them."""
+class Arrays(NamedTuple):
+    """A row's arrays, as frames need them."""
 
-    seen: NDArray[np.float64]  # (lanes,)
-    body: NDArray[np.float32]
-    filtered: NDArray[np.float64]  # (6, filter_lanes)
-    pose: NDArray[np.float32]  # (4, lanes)
+    joints: Joints
+    segment: OpenSegment
+    history: PoseHistory
+    filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
     ring_step: NDArray[np.int64]  # (ring,)
     average: NDArray[np.int64]  # (smoothing_window,)
-    slots: NDArray[np.float64]  # (slots, slot)
-    free: NDArray[np.int64]  # (slots,)
     memo: NDArray[np.void]  # (memo,) MEMO
-    marks: NDArray[np.void]  # (trail,) MARK
-    trail: NDArray[np.int16]  # (trail, 3, lanes)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def advance(
     memory: NDArray[np.uint8],
     index: int,
@@ -88,127 +93,154 @@ def advance(
         times: (n,) s.
 
     Returns:
-        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `act`,
+        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
         TAKE_ENDS end the take before the next frame, RING_FULL make the velocity ring larger before the next
         frame. One number, because a second one would cost as much as the frame.
     """
     row = memory[index]
-    h = part(row, 0, HEADER, (1,))[0]
-    v = _views_of(h, row)
-    points = part(positions, 0, POINT, (len(times) * h.joints,))
+    state = part(row, 0, ROW, (1,))[0]
+    plan, clock = state.plan, state.clock
+    a = _arrays_of(state, row, params)
+    points = part(positions, 0, POINT, (len(times) * plan.joints,))
     for i in range(len(times)):
         time = times[i]
-        place = _place_in_time(h, v, time)
+        place = place_in_time(clock, time, plan.max_pause)
+        if place == BEYOND:
+            return STOPS * i + TAKE_ENDS
+        if (
+            place != IN_VAIN
+            and clock.open == 1
+            and ring_is_full(state.velocity, a.ring_time, time, plan.window)
+        ):
+            if plan.ring < MOST_STEPS:
+                return STOPS * i + RING_FULL
+            place = IN_VAIN
         if place == IN_VAIN:
-            h.out_of_order += 1
-            h.next_frame += 1
-            h.frames += 1
+            state.counters.out_of_order += 1
+            count_frame(clock, state.counters)
             continue
-        if place != DONE:
-            return STOPS * i + place  # type: ignore[no-any-return]
-        frame = points[i * h.joints : (i + 1) * h.joints]
-        _take_in(h, v, params[0], frame, time)
-        if h.happened != 0 or time >= h.due_time:
+        _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
+        if state.curve.found.happened != 0 or time >= state.window.due_time:
             return STOPS * (i + 1) + HAPPENED
     return STOPS * len(times) + DONE
 
 
-@spliced
-def _views_of(h, row):
-    return Views(
-        part(row, h.at_seen, np.float64, (h.lanes,)),
-        part(row, h.at_body, np.float32, ((h.at_seen - h.at_body) // 4,)),
-        part(row, h.at_filtered, np.float64, (6, h.filter_lanes)),
-        part(row, h.at_pose, np.float32, (4, h.lanes)),
-        part(row, h.at_ring_time, np.float64, (h.ring,)),
-        part(row, h.at_ring_step, np.int64, (h.ring,)),
-        part(row, h.at_average, np.int64, (h.average_size,)),
-        part(row, h.at_slots, np.float64, (h.slot_count, h.slot)),
-        part(row, h.at_free, np.int64, (h.slot_count,)),
-        part(row, h.at_memo, MEMO, (h.memo_size,)),
-        part(row, h.at_marks, MARK, (h.trail_size,)),
-        part(row, h.at_trail, np.int16, (h.trail_size, 3, h.lanes)),
+@inline_kernel(returns_views=True)
+def _arrays_of(state, row, params):
+    plan, at = state.plan, state.at
+    body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
+    return Arrays(
+        Joints(
+            plan, state.joints, state.counters, part(row, at.seen, np.float64, (plan.padded_joints,)), body
+        ),
+        OpenSegment(
+            plan,
+            state.open_segment,
+            state.slots,
+            params[0],
+            part(row, at.unused, np.int64, (plan.slot_count,)),
+            part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
+            body,
+            part(row, at.pose, np.float32, (4, plan.padded_joints)),
+        ),
+        PoseHistory(
+            state.history,
+            part(row, at.marks, MARK, (plan.history_size,)),
+            part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+        ),
+        part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
+        part(row, at.ring_time, np.float64, (plan.ring,)),
+        part(row, at.ring_step, np.int64, (plan.ring,)),
+        part(row, at.average, np.int64, (plan.average_size,)),
+        part(row, at.memo, MEMO, (plan.memo_size,)),
     )
 
 
-@inlined
-def _place_in_time(h, v, time):
-    """Return DONE for a frame that can be taken in, IN_VAIN for one that cannot, or what `advance` must stop for."""
-    if not abs(time) < np.inf:
-        return IN_VAIN
-    if h.open == 0:
-        return DONE
-    dt = time - h.time
-    if dt > h.max_pause or dt < -h.max_pause:
-        return TAKE_ENDS
-    if dt <= 0.0:
-        return IN_VAIN
-    if ring_is_full(h, v.ring_time, time):
-        return IN_VAIN if h.ring >= MOST_STEPS else RING_FULL
-    return DONE
-
-
-@inlined
-def _take_in(h, v, params, frame, time):
+@inline_kernel
+def _take_in(state, a, frame, time):
     """Take one frame in, all the way to its summary."""
-    first = h.open == 0
-    weight = 0.0 if first else min(time - h.time, h.max_gap)
+    plan, clock = state.plan, state.clock
+    first = clock.open == 0
+    dt = 0.0 if first else min(time - clock.time, plan.max_gap)
+    if first:
+        _open_take(state, a, time)
+    velocity = _velocity(state, a, frame, time, dt, first)
+    value, scale = normalise(state.range, plan, state.noise.floor, velocity, dt)
+    clock.time = time
+    clock.used_frame = clock.next_frame
+    count_frame(clock, state.counters)
+    if first:
+        start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
+    else:
+        split(a.segment, state.curve, clock, value, scale)
+    _describe(state, a, dt, first)
+    if first and plan.pre_roll > 0.0:
+        segment = a.segment
+        settled = segment.summaries[segment.state.settled]
+        add_pose(segment.params, settled, segment.pose, plan.joints, time, plan.pre_roll)
+    note_last_frame(state.open_segment, time, dt, state.curve.moving)
+
+
+@kernel
+def _open_take(state, a, time):
+    """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
+    clock, segment = state.clock, a.segment
+    clock.open = 1
+    start_velocity(state.velocity, state.average)
+    start_noise(state.noise.recent)
+    start_history(state.history)
+    start_slots(segment.slots, segment.unused)
+    start_open_segment(segment)
+    start_window(state.window, clock.next_frame, time)
+    start_memo(a.memo)
+
+
+@inline_kernel
+def _velocity(state, a, frame, time, dt, first):
+    """Return the velocity of a frame (equation 1), smoothed; the first one of a take has none."""
+    plan, clock, body = state.plan, state.clock, a.joints.body
     displacement = 0.0
     if first:
-        open_take(h, v.body, v.free, v.slots, v.memo, time)
-        first_joints(h, v.seen, v.body, frame, time)
+        start_joints(a.joints, frame, time)
     else:
-        h.gaps += 1 if time - h.time > h.max_gap else 0
-        displacement = step_joints(h, v.seen, v.body, frame, time)
-    if h.smoothing == FILTERED:
-        displacement = filter_joints(h, v.body, v.filtered, weight)
-    if h.noise_margin > 0.0:
-        displacement = calm_noise(h, v.body, displacement, weight)
-    velocity = travel(h, v.ring_time, v.ring_step, time, displacement)
-    if h.smoothing == AVERAGED:
-        velocity = moving_average(h, v.average, velocity)
-    value, scale = normalise(h, velocity, weight)
-    h.time = time
-    h.used_frame = h.next_frame
-    h.next_frame += 1
-    h.frames += 1
-    if first:
-        start_curve(h, value, scale)
-    else:
-        split(h, v.body, v.free, v.slots, params, v.pose, value, scale)
-    _describe(h, v, weight, first)
-    if first and h.pre_roll > 0.0:
-        add_pose(params, v.slots[h.slot_settled], v.pose, h.joints, time, h.pre_roll)
-    h.pending_time = time
-    h.pending_weight = weight
-    h.pending_moving = h.moving
+        state.counters.gaps += 1 if time - clock.time > plan.max_gap else 0
+        displacement = step_joints(a.joints, frame, clock.time, time)
+    if plan.smoothing == FILTERED:
+        displacement = filter_joints(plan, body, a.filtered, dt)
+    if plan.noise_margin > 0.0:
+        displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
+    velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
+    if plan.smoothing == AVERAGED:
+        velocity = moving_average(state.average, a.average, velocity)
+    return velocity
 
 
-@inlined
-def _describe(h, v, weight, first):
+@inline_kernel
+def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
-    _localise(h, v.body)
-    follow_speeds(h, v.body, v.marks, v.trail, h.time)
-    if h.flat == 1 or first:
-        flatten(h, v.body, v.pose)
-    if h.tempo == 1:
+    plan, clock, body = state.plan, state.clock, a.joints.body
+    _localise(plan, body)
+    follow_speeds(a.history, body, clock.time)
+    if plan.flat == 1 or first:
+        flatten(body, a.segment.pose)
+    if plan.tempo == 1:
         if first:
-            start_tempo(h, v.body)
-        follow_speed(h, v.body, weight)
-    stood_for = keep_pose(h, v.body, v.marks, v.trail, weight)
-    if h.tempo == 1 and stood_for > 0.0:
-        follow_mean(h, v.body, stood_for)
+            start_tempo(state.tempo, plan, body)
+        follow_speed(state.tempo, body, dt)
+    stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
+    if plan.tempo == 1 and stood_for > 0.0:
+        follow_mean(state.tempo, body, stood_for)
 
 
-@inlined
-def _localise(h, body):
+@inline_kernel
+def _localise(plan, body):
     """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
-    cx, cy, cz = center_of(h, body)
-    for first in range(0, h.lanes, PAGE):
+    cx, cy, cz = center_of(plan, body)
+    for first in range(0, plan.padded_joints, PAGE):
         _shift(page_of(body, first), cx, cy, cz)
 
 
-@inlined
+@inline_kernel
 def _shift(page, cx, cy, cz):
     for j in range(PAGE):
         page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]

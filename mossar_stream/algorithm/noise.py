@@ -15,14 +15,17 @@ Recordings with little noise, and performers who never rest, go through unchange
 `paper` and the `fixed` range have it off.
 """
 
+from typing import Any
+
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
-from mossar_stream.jit.simd import line_sum, page_product, page_sum
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
     LAST_X,
     LAST_Y,
     LAST_Z,
+    LINES,
     MOVED_X,
     MOVED_Y,
     MOVED_Z,
@@ -32,25 +35,65 @@ from mossar_stream.memory.joint_pages import (
     SMOOTH_Z,
     STEP,
     WORK,
+    line_sum,
     page_of,
 )
 
 MEMORY = 0.15  # s, time constant of the averages
 TURNED = -0.1  # correlation of successive displacements below which they are noise
-FIRST = 0.05  # s, at the start of a stream, in which every movement may be noise
+BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
 UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
 BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
 SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
 
+RECENT = np.dtype(  # leaky sums over the last frames of a take
+    [
+        ("time", "f8"),  # s, since the last frame that was not a repetition
+        ("span", "f8"),  # s, that the following sums stand for
+        ("path", "f8"),  # m
+        ("turn", "f8"),  # s, correlation of successive displacements
+        ("squares", "f8"),  # m², of the last displacements
+    ],
+)
+NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
+    [
+        ("known", "i8"),  # whether it was ever calm
+        ("heard", "f8"),  # s, of movement
+        ("estimate", "f8"),  # m/s, path of the noise of all joints
+        ("floor", "f8"),  # m, the range does not fall below it
+        ("step", "f8"),  # s, usual time between frames
+        ("smooth", "i8"),  # whether the last displacement was smoothed
+        ("recent", RECENT),
+    ],
+)
 
-@inlined
-def calm_noise(h, body, displacement, dt):
-    """Take a frame in, set `h.noise_floor`, and return the frame's path with the noise smoothed out of it.
+
+@kernel
+def start_noise(recent):
+    """Begin a take: nothing was heard of late."""
+    recent.time = 0.0
+    recent.span = 0.0
+    recent.path = 0.0
+    recent.turn = 0.0
+    recent.squares = 0.0
+
+
+def forget_noise(noise: Any) -> None:
+    """Forget the sensor's noise, but not its rate, outside compiled code."""
+    for name in ("known", "heard", "estimate", "floor"):
+        noise[name] = 0
+
+
+@inline_kernel
+def calm_noise(noise, plan, largest, body, displacement, dt):
+    """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
 
     Args:
-        h: Header of the row.
+        noise: NOISE.
+        plan: PLAN.
+        largest: m, velocity so far.
         body: Displacements of the joints, now, before, and smoothed; 0 where one is missing or back after a gap.
         displacement: m, path of all; repeated frames have none and say nothing.
         dt: s since the last frame, 0 for the first.
@@ -58,49 +101,53 @@ def calm_noise(h, body, displacement, dt):
     Returns:
         Path of all joints, m.
     """
-    h.noise_time += dt
+    recent = noise.recent
+    recent.time += dt
     if displacement > 0.0 or dt <= 0.0:
-        turned = _turned(h, body)
-        if _is_even(h):
-            _listen(h, turned, displacement)
+        turned = _turned(recent, body, plan.padded_joints)
+        if _is_even(noise, recent.time):
+            _listen(noise, turned, displacement)
         else:
-            h.noise_squares = 0.0  # nothing can be compared with this displacement
-        h.noise_time = 0.0
-    if dt <= 0.0 or not _is_loud(h):
-        h.noise_floor = 0.0
-        h.noise_smooth = 0
+            recent.squares = 0.0  # nothing can be compared with this displacement
+        recent.time = 0.0
+    loudness = noise.estimate * plan.window * plan.noise_margin
+    line = plan.theta * max(largest, plan.range_floor)
+    if dt <= 0.0 or not loudness > line:  # it does not come too near to the threshold line
+        noise.floor = 0.0
+        noise.smooth = 0
         return displacement
-    return _smooth(h, body, displacement, dt)
+    share = _share(loudness, line, dt)
+    noise.floor = loudness * share / np.sqrt(2.0 - share) / plan.theta
+    return _smooth(noise, body, displacement, share)
 
 
-@inlined
-def _turned(h, body):
+@inline_kernel
+def _turned(recent, body, padded_joints):
     """Return the correlation of the displacements with the last ones, and keep them."""
     product = squares = 0.0
-    for first in range(0, h.lanes, PAGE):
+    for first in range(0, padded_joints, PAGE):
         page = page_of(body, first)
         _turn(page)
         product += page_sum(page, WORK)
         squares += page_product(page, STEP, STEP)
-    scale = np.sqrt(squares * h.noise_squares)
-    h.noise_squares = squares
+    scale = np.sqrt(squares * recent.squares)
+    recent.squares = squares
     return product / scale if scale > 0.0 else 0.0
 
 
-@inlined
-def _is_even(h):
+@inline_kernel
+def _is_even(noise, step):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
-    step = h.noise_time
     if step <= 0.0:
         return False
-    if h.noise_step == 0.0 or step < h.noise_step:
-        h.noise_step = max(step, SHORTER * h.noise_step)
-    even = step <= min(LONGEST, max(BRIEF, UNEVEN * h.noise_step))
-    h.noise_step = max(h.noise_step, min(step, LONGER * h.noise_step))
+    if noise.step == 0.0 or step < noise.step:
+        noise.step = max(step, SHORTER * noise.step)
+    even = step <= min(LONGEST, max(BRIEF, UNEVEN * noise.step))
+    noise.step = max(noise.step, min(step, LONGER * noise.step))
     return even
 
 
-@inlined
+@inline_kernel
 def _turn(page):
     for j in range(PAGE):
         x, y, z = page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z]
@@ -108,53 +155,51 @@ def _turn(page):
         page[j + LAST_X], page[j + LAST_Y], page[j + LAST_Z] = x, y, z
 
 
-@inlined
-def _listen(h, turned, displacement):
+@inline_kernel
+def _listen(noise, turned, displacement):
     """Take the path of a frame for noise if joints keep turning back."""
-    time = h.noise_time
+    recent = noise.recent
+    time = recent.time
     keep = MEMORY / (MEMORY + time)
-    h.noise_span = keep * (h.noise_span + time)
-    h.noise_path = keep * (h.noise_path + displacement)
-    h.noise_turn = keep * (h.noise_turn + turned * time)
-    h.noise_heard += time
-    is_noise = h.noise_turn < TURNED * h.noise_span
+    recent.span = keep * (recent.span + time)
+    recent.path = keep * (recent.path + displacement)
+    recent.turn = keep * (recent.turn + turned * time)
+    noise.heard += time
+    is_noise = recent.turn < TURNED * recent.span
     if is_noise:
-        h.noise_known = 1
-    if is_noise or (h.noise_known == 0 and h.noise_heard < FIRST):
+        noise.known = 1
+    if is_noise or (noise.known == 0 and noise.heard < BEGINNING):
         # The average of few frames may be too low.
-        h.noise = h.noise_path / h.noise_span * (1.0 + DOUBT * time / h.noise_span)
-    elif h.noise_known == 0:
-        h.noise = 0.0
+        noise.estimate = recent.path / recent.span * (1.0 + DOUBT * time / recent.span)
+    elif noise.known == 0:
+        noise.estimate = 0.0
 
 
-@inlined
-def _is_loud(h):
-    """Tell whether the noise comes too near to the threshold line."""
-    return h.noise * h.window * h.noise_margin > h.theta * max(h.largest, h.range_floor)
+@kernel
+def _share(loudness, line, dt):
+    """Return the weight of the newest displacement that leaves as little noise as the line allows.
 
-
-@compiled
-def _smooth(h, body, displacement, dt):
-    """Smooth the displacements as far as the noise calls for, set the floor for what is left, return the path.
-
-    A weight of a for the newest displacement leaves a/√(2 - a) of the path of white noise.
+    A weight of a leaves a/√(2 - a) of the path of white noise.
     """
-    noise = h.noise * h.window * h.noise_margin
-    k = (h.theta * max(h.largest, h.range_floor) / noise) ** 2
-    share = max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
-    h.noise_floor = noise * share / np.sqrt(2.0 - share) / h.theta
+    k = (line / loudness) ** 2
+    return max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
+
+
+@kernel
+def _smooth(noise, body, displacement, share):
+    """Smooth the displacements, and return the path of what is left."""
     # Smoothing begins from rest, for it is there that noise becomes known.
-    keep = 1.0 - share if h.noise_smooth == 1 else 0.0
-    h.noise_smooth = 1
+    keep = 1.0 - share if noise.smooth == 1 else 0.0
+    noise.smooth = 1
     take = share if displacement > 0.0 else 0.0
-    for first in range(0, h.lanes, PAGE):
-        _follow(page_of(body, first), np.float32(keep), np.float32(take))
-    raw, smooth = line_sum(h, body, STEP), line_sum(h, body, WORK)
+    for first in range(0, len(body) // LINES, PAGE):
+        _smooth_page(page_of(body, first), np.float32(keep), np.float32(take))
+    raw, smooth = line_sum(body, STEP), line_sum(body, WORK)
     return smooth * displacement / raw if raw > 0.0 else smooth
 
 
-@compiled
-def _follow(page, keep, take):
+@kernel
+def _smooth_page(page, keep, take):
     for j in range(PAGE):
         x = keep * page[j + SMOOTH_X] + take * page[j + LAST_X]
         y = keep * page[j + SMOOTH_Y] + take * page[j + LAST_Y]

@@ -6,27 +6,26 @@ smooth at rest and quick in motion.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
-from mossar_stream.jit.simd import line_sum
-from mossar_stream.memory.joint_pages import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, place
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.memory.joint_pages import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, line_sum, place
 
 DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds
 
 
-@compiled
-def filter_joints(h, body, filtered, dt):
+@kernel
+def filter_joints(plan, body, filtered, dt):
     """Pass the joints through the filter and set displacements and steps from the filtered positions.
 
     Args:
-        h: Header of the row.
+        plan: PLAN.
         body: Where the joints are, which the filter moves; displacements and their lengths are set.
-        filtered: (6, lanes) m and m/s, filtered positions and derivatives.
+        filtered: (6, padded_joints) m and m/s, filtered positions and derivatives.
         dt: s since the last frame; 0 or less at the start of a take.
 
     Returns:
         Path summed over the joints, m.
     """
-    for j in range(h.joints):
+    for j in range(plan.joints):
         speed = 0.0
         for axis in range(3):
             now = np.float64(body[place(j) + axis * Y])
@@ -38,20 +37,20 @@ def filter_joints(h, body, filtered, dt):
             filtered[3 + axis, j] += _smoothing(DERIVATIVE_CUTOFF, dt) * (slope - filtered[3 + axis, j])
             speed += filtered[3 + axis, j] ** 2
         body[place(j) + STEP] = (
-            _smoothing(h.one_euro_cutoff + h.one_euro_beta * np.sqrt(speed), dt) if dt > 0.0 else 0.0
+            _smoothing(plan.one_euro_cutoff + plan.one_euro_beta * np.sqrt(speed), dt) if dt > 0.0 else 0.0
         )
-    return _filtered_sum(h, body, filtered)
+    return _filtered_sum(plan, body, filtered)
 
 
-@compiled
+@kernel
 def _smoothing(cutoff, dt):
     """Weight of a new sample for a cut-off frequency in Hz."""
     rate = 2.0 * np.pi * cutoff * dt
     return rate / (rate + 1.0)
 
 
-@compiled
-def _follow(body, filtered, j):
+@kernel
+def _step_of(body, filtered, j):
     """Return how far the filter moves a joint."""
     k = place(j)
     weight = body[k + STEP]
@@ -62,17 +61,17 @@ def _follow(body, filtered, j):
     )
 
 
-@compiled
-def _filtered_sum(h, body, filtered):
+@kernel
+def _filtered_sum(plan, body, filtered):
     """Move the filtered positions by the weights in STEP, and turn these into paths."""
     cx = cy = cz = 0.0
-    for j in range(h.joints):
-        if h.center < 0 or j == h.center:
-            x, y, z = _follow(body, filtered, j)
+    for j in range(plan.joints):
+        if plan.center < 0 or j == plan.center:
+            x, y, z = _step_of(body, filtered, j)
             cx, cy, cz = cx + x, cy + y, cz + z
-    share = 1.0 / h.joints if h.center < 0 else 1.0
-    for j in range(h.joints):
-        x, y, z = _follow(body, filtered, j)
+    share = 1.0 / plan.joints if plan.center < 0 else 1.0
+    for j in range(plan.joints):
+        x, y, z = _step_of(body, filtered, j)
         filtered[0, j] += x
         filtered[1, j] += y
         filtered[2, j] += z
@@ -81,4 +80,4 @@ def _filtered_sum(h, body, filtered):
         x, y, z = x - cx * share, y - cy * share, z - cz * share
         body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
         body[k + STEP] = np.sqrt(x * x + y * y + z * z)
-    return line_sum(h, body, STEP)
+    return line_sum(body, STEP)

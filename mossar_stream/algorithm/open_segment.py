@@ -1,4 +1,4 @@
-"""Take: the open segment, and what splitter and window do to it.
+"""Open segment: what came since the last key frame, and how splitter and window part it.
 
 Frames since the last key frame lie in three summaries: those up to the candidate (`settled`), those after it
 (`since`), and those of a plateau that may yet become a candidate (`run`). The last frame waits outside, because
@@ -6,133 +6,159 @@ the next one tells whether it was a minimum. When a candidate is confirmed, `set
 `since` the beginning of the one after it; nothing is replayed.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, REPLACED, WITHDRAWN, follow_curve
-from mossar_stream.jit.decorators import compiled, inlined
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.splitter import (
+    CONFIRMED,
+    CROSSED,
+    REPLACED,
+    WITHDRAWN,
+    follow_curve,
+    forget_candidate,
+)
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
-from mossar_stream.memory.slots import empty_slot, take_slot
-from mossar_stream.similarity.protocol import add_frame, merge_into, pour
+from mossar_stream.memory.slots import allocate, empty
+from mossar_stream.similarity.protocol import add_frame, flush_sums, merge_into
+from mossar_stream.similarity.summary import SummaryFrame
 
 MOST_WAITING = 32  # frames, in single precision: their sums are good to a millionth
+NO_SLOT = np.int64(-1)
+OPEN_SEGMENT = np.dtype(
+    [
+        ("settled", "i8"),  # slot of the frames up to the candidate
+        ("since", "i8"),  # slot of those after it
+        ("run", "i8"),  # slot of those of the current run of equal values
+        ("closed", "i8"),  # slot of the segment that a key frame ended, -1 if none
+        ("fed", "i8"),  # slot that the sums in the body belong to
+        ("waiting", "i8"),  # frames in them
+        ("last_time", "f8"),  # s, of the last frame, which is in no summary yet
+        ("last_weight", "f8"),  # s
+        ("last_moving", "i8"),
+    ],
+)
 
 
-@compiled
-def open_take(h, body, row_free, slots, memo, time):
-    """Empty everything that belongs to a take; the running range survives.
+class OpenSegment(NamedTuple):
+    """The open segment, as the functions below need it."""
 
-    Args:
-        h: Header of the row.
-        body: See joint_pages.py.
-        row_free: (slots,) stack of unused slots.
-        slots: (slots, slot) summaries.
-        memo: Remembered costs.
-        time: s, of the first frame.
-    """
-    h.open = 1
-    h.filled = 0
-    h.head = 0
-    h.travelled = 0
-    h.average_filled = 0
-    h.average_head = 0
-    h.average_sum = 0
-    h.trail_head = 0
-    h.trail_filled = 0
-    h.trail_debt = 0.0
-    h.noise_time = 0.0
-    h.noise_span = 0.0
-    h.noise_path = 0.0
-    h.noise_turn = 0.0
-    h.noise_squares = 0.0
-    h.happened = 0
-    h.undecided = 0
-    h.ordinal = 0
-    h.has_before = 0
-    h.left_ordinal = -1
-    h.left_frame = h.next_frame
-    h.left_id = h.next_frame
-    h.left_time = time
-    h.start_time = time
-    h.due_time = np.inf
-    h.pace = 1.0
-    h.closed = -1
-    for i in range(len(memo)):
-        memo[i].middle = -9
-    for first in range(0, len(body), PAGE_SIZE):
-        sums = body[first + SUM_X : first + SUM_PATH + PAGE]
+    plan: np.void  # PLAN
+    state: np.void  # OPEN_SEGMENT
+    slots: np.void  # SLOTS
+    params: np.void  # of the similarity measure
+    unused: NDArray[np.int64]  # (slots,) stack of unused slots
+    summaries: NDArray[np.float64]  # (slots, slot)
+    body: NDArray[np.float32]  # see joint_pages.py
+    pose: NDArray[np.float32]  # (4, padded_joints), if the measure takes it
+
+
+@kernel
+def start_open_segment(segment):
+    """Begin with no frame, all slots being unused."""
+    state = segment.state
+    for first in range(0, len(segment.body), PAGE_SIZE):
+        sums = segment.body[first + SUM_X : first + SUM_PATH + PAGE]
         for i in range(len(sums)):
             sums[i] = 0.0
-    h.waiting = 0
-    for i in range(h.slot_count):
-        row_free[i] = i
-    h.free_count = h.slot_count
-    h.slot_settled = take_slot(h, row_free, slots)
-    h.slot_since = take_slot(h, row_free, slots)
-    h.slot_run = take_slot(h, row_free, slots)
+    state.settled = allocate(segment.slots, segment.unused, segment.summaries)
+    state.since = allocate(segment.slots, segment.unused, segment.summaries)
+    state.run = allocate(segment.slots, segment.unused, segment.summaries)
+    state.closed = NO_SLOT
+    state.fed = state.settled
+    state.waiting = 0
+    state.last_time = 0.0
+    state.last_weight = 0.0
+    state.last_moving = 0
 
 
-@inlined
-def split(h, body, free, slots, params, pose, value, scale):
-    """Take the next velocity in, give the last frame to its summary, and note what the splitter found.
+@inline_kernel
+def note_last_frame(state, time, weight, moving):
+    """Note the last frame, which joins a summary when the next one has come."""
+    state.last_time = time
+    state.last_weight = weight
+    state.last_moving = moving
+
+
+@inline_kernel
+def split(segment, curve, clock, value, scale):
+    """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
 
     Args:
-        h: Header of the row.
-        body: See joint_pages.py; the features are still those of the last frame.
-        free: (slots,) stack of unused slots.
-        slots: (slots, slot) summaries.
-        params: Parameters of the similarity measure.
-        pose: (4, lanes) of the last frame, if the measure takes it.
+        segment: OpenSegment; the features are still those of the last frame.
+        curve: CURVE.
+        clock: CLOCK.
         value: V[t].
         scale: What 1 is on the scale of V.
     """
-    candidate, time, share = h.candidate, h.candidate_time, h.candidate_share
-    run_length = h.run_length
-    happened = follow_curve(h, value, scale, h.used_frame, h.time)
-    goes_on = h.run_length > run_length and happened & CROSSED == 0
+    state = segment.state
+    run_length = curve.run_length
+    theta = segment.plan.theta * scale
+    happened = follow_curve(curve, value, theta, scale, clock.used_frame, clock.time)
+    goes_on = curve.run_length > run_length and happened & CROSSED == 0
     if happened & REPLACED:
-        h.former_frame, h.former_time, h.former_share = candidate, time, share
-        settle(h, body, slots, params)
-    place_last_frame(h, body, slots, params, pose, run_length, goes_on)
-    h.happened = happened
+        settle(segment)
+    place_last_frame(segment, curve.candidate, run_length, goes_on)
     if happened == 0:
         return
-    h.found_frame, h.found_time, h.found_share = h.candidate, h.candidate_time, h.candidate_share
     if happened & WITHDRAWN:
-        settle(h, body, slots, params)
+        settle(segment)
     if happened & (CROSSED | CONFIRMED):
-        h.candidate = -1
-        h.closed = h.slot_settled
-        h.slot_settled = h.slot_since
-        h.slot_since = take_slot(h, free, slots)
+        forget_candidate(curve)
+        state.closed = state.settled
+        state.settled = state.since
+        state.since = allocate(segment.slots, segment.unused, segment.summaries)
 
 
-@inlined
-def place_last_frame(h, body, slots, params, pose, run_length, goes_on):
-    """Give the last frame to the summary it belongs to, and the run with it if the run is over."""
-    target = h.slot_since if h.candidate >= 0 else h.slot_settled
-    slot = h.slot_run if goes_on or run_length > 1 else target
-    if slot != h.fed or h.waiting >= MOST_WAITING:
-        pour_waiting(h, body, slots, params)
-        h.fed = slot
-    add_frame(params, slots[slot], body, pose, h.joints, h.pending_time, h.pending_weight, h.pending_moving)
-    h.waiting += 1
+@inline_kernel
+def place_last_frame(segment, candidate, run_length, goes_on):
+    """Give the last frame to the summary it belongs to, and the run with it if the run is over.
+
+    Args:
+        segment: OpenSegment.
+        candidate: Frame of the candidate, negative if there is none.
+        run_length: Of the run that the last frame belongs to.
+        goes_on: Whether the run does.
+    """
+    state, summaries = segment.state, segment.summaries
+    target = state.since if candidate >= 0 else state.settled
+    slot = state.run if goes_on or run_length > 1 else target
+    if slot != state.fed or state.waiting >= MOST_WAITING:
+        flush_waiting(segment)
+        state.fed = slot
+    add_last_frame(segment, slot)
+    state.waiting += 1
     if slot != target and not goes_on:
-        pour_waiting(h, body, slots, params)
-        merge_into(params, slots[target], slots[slot])
-        empty_slot(slots[slot])
+        flush_waiting(segment)
+        merge_into(segment.params, summaries[target], summaries[slot])
+        empty(summaries[slot])
 
 
-@inlined
-def pour_waiting(h, body, slots, params):
+@inline_kernel
+def add_last_frame(segment, slot):
+    """Add the last frame to a summary, or to the sums in the body that wait for it."""
+    state, joints = segment.state, segment.plan.joints
+    frame = SummaryFrame(
+        segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving
+    )
+    add_frame(segment.params, segment.summaries[slot], frame)
+
+
+@inline_kernel
+def flush_waiting(segment):
     """Add the sums that wait to the summary they belong to; before anything else is done with it."""
-    if h.waiting > 0:
-        pour(params, slots[h.fed], body, h.lanes)
-        h.waiting = 0
+    state = segment.state
+    if state.waiting > 0:
+        flush_sums(segment.params, segment.summaries[state.fed], segment.body, segment.plan.padded_joints)
+        state.waiting = 0
 
 
-@compiled
-def settle(h, body, slots, params):
+@kernel
+def settle(segment):
     """Give what came since the candidate to what came before it."""
-    pour_waiting(h, body, slots, params)
-    merge_into(params, slots[h.slot_settled], slots[h.slot_since])
-    empty_slot(slots[h.slot_since])
+    flush_waiting(segment)
+    state, summaries = segment.state, segment.summaries
+    merge_into(segment.params, summaries[state.settled], summaries[state.since])
+    empty(summaries[state.since])

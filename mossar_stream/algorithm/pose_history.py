@@ -1,19 +1,22 @@
-"""Trail: poses of the last seconds, thinned to about 30 Hz.
+"""Pose history: poses of the last seconds, thinned to about 30 Hz.
 
-Speeds are taken over a tenth of a second, from the trail; and a key frame that moves to a likelier place takes
+Speeds are taken over a tenth of a second, from these poses; and a key frame that moves to a likelier place takes
 the poses between with it. Poses are kept as 16-bit multiples of 1/8192 m relative to the centre.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from mossar_stream.jit.decorators import compiled, inlined
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
 
 RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
 SPEED_WINDOW = 0.1  # s
 QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
-FIRST = np.int64(0)  # joint
+FIRST_JOINT = np.int64(0)
 NEWEST = np.int64(0)  # no kept pose is later than this one
 MOST = np.float32(32767.0)
 SPEED_OFFSET = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
@@ -23,100 +26,130 @@ EXPONENT_SHIFT, ROOT_HALF = np.int32(23), np.int32(0x3F3504F3)  # of a float32; 
 ONE, TWO = np.float32(1.0), np.float32(2.0)
 ODD = tuple(np.float32(1.0 / n) for n in (3, 5, 7))  # of the series of log((1 + z)/(1 - z))
 
+MARK = np.dtype([("time", "f8"), ("frame", "i8"), ("weight", "f8")])  # s, number, s that the pose stands for
+HISTORY = np.dtype(
+    [
+        ("head", "i8"),  # next place
+        ("filled", "i8"),  # poses kept
+        ("debt", "f8"),  # s, since the last pose that was kept
+    ],
+)
 
-def trail_size(seconds: float) -> int:
+
+class PoseHistory(NamedTuple):
+    """Poses of the last seconds, as the functions below need them: a ring."""
+
+    state: np.void  # HISTORY
+    marks: NDArray[np.void]  # (history_size,) MARK
+    poses: NDArray[np.int16]  # (history_size, 3, padded_joints) 1/8192 m
+
+
+def history_size(seconds: float) -> int:
     """Return how many poses cover `seconds`, with the speed window before them."""
     return int((seconds + SPEED_WINDOW + 2 * SPACING) / SPACING) + 4
 
 
-@inlined
-def keep_pose(h, body, marks, trail, weight):
-    """Keep the pose of the last used frame if the trail is due for one, and return the time it stands for.
+@kernel
+def start_history(state):
+    """Begin without a pose."""
+    state.head = 0
+    state.filled = 0
+    state.debt = 0.0
+
+
+@inline_kernel
+def keep_pose(history, body, frame, time, weight):
+    """Keep the pose of the last used frame if one is due, and return the time it stands for.
 
     Args:
-        h: Header of the row.
+        history: PoseHistory.
         body: See joint_pages.py.
-        marks: (trail,) MARK.
-        trail: (trail, 3, lanes) 1/8192 m.
+        frame: Number of the frame.
+        time: s.
         weight: s since the frame before.
 
     Returns:
         s; 0 for a pose that is not kept, or the first one.
     """
-    h.trail_debt += weight
-    here = h.trail_head
-    last = here - 1 if here > 0 else h.trail_size - 1
-    if h.trail_filled > 0 and h.time - marks[last].time < SPACING:
+    state, marks = history.state, history.marks
+    state.debt += weight
+    here = state.head
+    last = here - 1 if here > 0 else len(marks) - 1
+    if state.filled > 0 and time - marks[last].time < SPACING:
         return 0.0
-    marks[here].time = h.time
-    marks[here].frame = h.used_frame
-    marks[here].weight = h.trail_debt
-    for first in range(0, h.lanes, PAGE):
+    marks[here].time = time
+    marks[here].frame = frame
+    marks[here].weight = state.debt
+    for first in range(0, history.poses.shape[2], PAGE):
         for axis in range(3):
             begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
-            _quantise(body[begin : begin + PAGE], trail[here, axis, first : first + PAGE])
-    stood_for = h.trail_debt
-    h.trail_debt = 0.0
-    h.trail_head = here + 1 if here + 1 < h.trail_size else 0
-    h.trail_filled = min(h.trail_filled + 1, h.trail_size)
+            _quantise(body[begin : begin + PAGE], history.poses[here, axis, first : first + PAGE])
+    stood_for = state.debt
+    state.debt = 0.0
+    state.head = here + 1 if here + 1 < len(marks) else 0
+    state.filled = min(state.filled + 1, len(marks))
     return stood_for
 
 
-@inlined
+@inline_kernel
 def _quantise(values, target):
     for j in range(len(target)):
         target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
 
 
-@inlined
-def follow_speeds(h, body, marks, trail, time):
+@inline_kernel
+def follow_speeds(history, body, time):
     """Set the log speeds of the joints in the body.
 
     Args:
-        h: Header of the row.
+        history: PoseHistory.
         body: See joint_pages.py.
-        marks: (trail,) MARK.
-        trail: (trail, 3, lanes) 1/8192 m.
         time: s, of this frame.
     """
-    past = _past_place(h, marks, time, NEWEST)
-    rate = _rate(marks, past, time)
-    for first in range(0, h.lanes, PAGE):
+    poses = history.poses
+    past = _past_place(history, time, NEWEST)
+    rate = _rate(history.marks, past, time)
+    for first in range(0, poses.shape[2], PAGE):
         page = page_of(body, first)
-        pose = page[POSE_X:]
-        target = page[LOG_SPEED : LOG_SPEED + min(PAGE, h.lanes - first)]
-        _log_speeds(pose, pose[PAGE:], pose[2 * PAGE :], trail[past], first, rate, target)
+        target = page[LOG_SPEED : LOG_SPEED + min(PAGE, poses.shape[2] - first)]
+        _log_speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
 
 
-@inlined
-def _past_place(h, marks, time, newest):
-    """Return the place in the trail of the pose from which a speed is taken: about a tenth of a second ago, or -1.
+@inline_kernel
+def _axes(pose):
+    return pose, pose[PAGE:], pose[2 * PAGE :]
+
+
+@inline_kernel
+def _past_place(history, time, newest):
+    """Return the place of the pose from which a speed is taken: that of about a tenth of a second ago, or -1.
 
     Args:
-        h: Header of the row.
-        marks: (trail,) MARK.
+        history: PoseHistory.
         time: s, of the pose whose speeds are asked for.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
+    state, marks = history.state, history.marks
     past = -1
-    for back in range(newest + 1, h.trail_filled + 1):
-        past = h.trail_head - back
-        past += h.trail_size if past < 0 else 0
+    for back in range(newest + 1, state.filled + 1):
+        past = state.head - back
+        past += len(marks) if past < 0 else 0
         if marks[past].time <= time - SPEED_WINDOW + MARGIN:
             break
     return past
 
 
-@inlined
+@inline_kernel
 def _rate(marks, past, time):
     """Return what turns a way since a kept pose into a speed, 1/s; 0 where there is none."""
     span = time - marks[past].time if past >= 0 else 0.0
     return np.float32(1.0 / span if span > MARGIN else 0.0)
 
 
-@inlined
-def _log_speeds(x, y, z, past, first, rate, speeds):
+@inline_kernel
+def _log_speeds(axes, past, first, rate, speeds):
     """Set `speeds` to log(speed + 0.1 m/s)."""
+    x, y, z = axes
     a, b, c = past[0, first:], past[1, first:], past[2, first:]
     for j in range(len(speeds)):
         u = x[j] - np.float32(a[j]) * QUANTUM
@@ -126,7 +159,7 @@ def _log_speeds(x, y, z, past, first, rate, speeds):
     logarithm(speeds)
 
 
-@inlined
+@inline_kernel
 def logarithm(values):
     """Replace positive numbers by their natural logarithms, to 3e-7; unlike np.log this vectorises."""
     for i in range(len(values)):
@@ -140,20 +173,21 @@ def logarithm(values):
         values[i] = np.float32(exponent) * LOG_2 + TWO * z * (ONE + q * odd)
 
 
-@inlined
-def place_back(h, back):
-    """Return the place in the trail of the pose that was kept `back` poses before the newest."""
-    here = h.trail_head - 1 - back
-    return here + h.trail_size if here < 0 else here
+@inline_kernel
+def place_back(history, back):
+    """Return the place of the pose that was kept `back` poses before the newest."""
+    here = history.state.head - 1 - back
+    return here + len(history.marks) if here < 0 else here
 
 
-@compiled
-def load_pose(h, marks, trail, pose, place):
-    """Set `pose` to a kept one, with its log speeds; `place` counts back from the newest, 0."""
-    here = place_back(h, place)
+@kernel
+def load_pose(history, pose, back):
+    """Set `pose` to a kept one, with its log speeds; `back` counts from the newest, 0."""
+    here = place_back(history, back)
     for axis in range(3):
-        for j in range(h.lanes):
-            pose[axis, j] = np.float32(trail[here, axis, j]) * QUANTUM
-    time = marks[here].time
-    past = _past_place(h, marks, time, place + 1)
-    _log_speeds(pose[0], pose[1], pose[2], trail[past], FIRST, _rate(marks, past, time), pose[3])
+        for j in range(pose.shape[1]):
+            pose[axis, j] = np.float32(history.poses[here, axis, j]) * QUANTUM
+    time = history.marks[here].time
+    past = _past_place(history, time, back + 1)
+    rate = _rate(history.marks, past, time)
+    _log_speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])

@@ -12,68 +12,103 @@ depend on the order of additions, and equal velocities compare equal.
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 UNIT = 2.0**-40  # m
 MARGIN = 1e-6  # s, for the rounding of timestamps
 MOST = 2**60  # of one displacement, in units: far beyond any body
 
 
-@inlined
-def ring_is_full(h, ring_time, time):
-    """Tell whether the window holds more displacements than the ring has places."""
-    if h.filled < h.ring:
+VELOCITY = np.dtype(  # the displacements in the window: a ring of times, and of steps
+    [
+        ("head", "i8"),  # next place in the ring
+        ("filled", "i8"),  # entries in the ring
+        ("travelled", "i8"),  # 2^-40 m, sum of the ring
+    ],
+)
+AVERAGE = np.dtype(  # the velocities under the moving average: a ring
+    [
+        ("head", "i8"),
+        ("filled", "i8"),
+        ("sum", "i8"),  # 2^-40 m
+    ],
+)
+
+
+@kernel
+def start_velocity(velocity, average):
+    """Begin with an empty window."""
+    velocity.head = 0
+    velocity.filled = 0
+    velocity.travelled = 0
+    average.head = 0
+    average.filled = 0
+    average.sum = 0
+
+
+@inline_kernel
+def ring_is_full(velocity, ring_time, time, window):
+    """Tell whether the window, s, holds more displacements than the ring has places."""
+    if velocity.filled < len(ring_time):
         return False
-    return time - ring_time[_oldest(h)] < h.window - MARGIN
+    return time - ring_time[_oldest(velocity, len(ring_time))] < window - MARGIN
 
 
-@inlined
-def _oldest(h):
+@inline_kernel
+def _oldest(velocity, places):
     """Return the place in the ring of the oldest displacement; without a division, which takes long."""
-    place = h.head - h.filled
-    return place + h.ring if place < 0 else place
+    place = velocity.head - velocity.filled
+    return place + places if place < 0 else place
 
 
-@inlined
-def travel(h, ring_time, ring_step, time, displacement):
+@inline_kernel
+def travel(velocity, ring_time, ring_step, time, displacement, window):
     """Add one displacement, drop those that left the window, and return the velocity (equation 1).
 
     Args:
-        h: Header of the row.
+        velocity: VELOCITY.
         ring_time: (ring,) s.
         ring_step: (ring,) 2^-40 m.
         time: s, at which the displacement ends.
         displacement: m, summed over the joints.
+        window: s.
 
     Returns:
         Path within the window, summed over the joints, m.
     """
+    places = len(ring_time)
     units = min(np.int64(displacement / UNIT + 0.5), MOST)
-    tail = _oldest(h)
-    while h.filled > 0 and time - ring_time[tail] >= h.window - MARGIN:
-        h.travelled -= ring_step[tail]
-        h.filled -= 1
-        tail = tail + 1 if tail + 1 < h.ring else 0
-    ring_time[h.head] = time
-    ring_step[h.head] = units
-    h.travelled += units
-    h.filled += 1
-    h.head = h.head + 1 if h.head + 1 < h.ring else 0
-    return h.travelled * UNIT
+    tail = _oldest(velocity, places)
+    while velocity.filled > 0 and time - ring_time[tail] >= window - MARGIN:
+        velocity.travelled -= ring_step[tail]
+        velocity.filled -= 1
+        tail = tail + 1 if tail + 1 < places else 0
+    ring_time[velocity.head] = time
+    ring_step[velocity.head] = units
+    velocity.travelled += units
+    velocity.filled += 1
+    velocity.head = velocity.head + 1 if velocity.head + 1 < places else 0
+    return velocity.travelled * UNIT
 
 
-@compiled
-def moving_average(h, average, velocity):
-    """Return the mean of the last `smoothing_window` velocities, of those there are at the start (wSize)."""
+@kernel
+def moving_average(average, values, velocity):
+    """Return the mean of the last velocities, as many as there are places, fewer at the start (wSize).
+
+    Args:
+        average: AVERAGE.
+        values: (smoothing_window,) 2^-40 m.
+        velocity: m.
+    """
     units = np.int64(velocity / UNIT)
-    if h.average_filled == h.smoothing_window:
-        h.average_sum -= average[h.average_head]
+    if average.filled == len(values):
+        average.sum -= values[average.head]
     else:
-        h.average_filled += 1
-    average[h.average_head] = units
-    h.average_sum += units
-    h.average_head = (h.average_head + 1) % h.smoothing_window
-    return h.average_sum / h.average_filled * UNIT
+        average.filled += 1
+    values[average.head] = units
+    average.sum += units
+    average.head = (average.head + 1) % len(values)
+    return average.sum / average.filled * UNIT
 
 
 def velocity_curve(

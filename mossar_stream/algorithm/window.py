@@ -11,269 +11,360 @@ before it was just decided, the window is ranked again first, the newest key fra
 What it costs is bounded by W and the number of joints, whatever the length of the stream.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from mossar_stream.algorithm.remerging import UNKNOWN, fall, is_known, recall, remember
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.pose_history import PoseHistory
+from mossar_stream.algorithm.remerging import (
+    UNKNOWN,
+    Remerging,
+    is_kept,
+    is_known,
+    recall,
+    remember,
+    remerge,
+)
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
     MERGED,
+    NO_JOINT,
+    PATH_JOINTS,
     RESTORED,
     SEGMENT,
     SEGMENT_CLOSED,
     SEGMENT_FINAL,
     SEGMENT_WITHDRAWN,
     UNDECIDED,
-    UNKNOWN_STRENGTH,
+    Point,
     next_event,
     put_key_frame,
 )
-from mossar_stream.memory.row import PATH_JOINTS
 from mossar_stream.similarity.protocol import close, merge_into, similarity
 from mossar_stream.similarity.protocol import strength as merge_cost
 from mossar_stream.similarity.summary import FRAMES, MOVING, PATH
 
-NOT_STANDING = np.int64(-2)  # in KEY.before
+WINDOW = np.dtype(
+    [
+        ("undecided", "i8"),  # key frames in the window
+        ("ordinal", "i8"),  # of the next key frame; they are counted through a take
+        ("ranked", "i8"),  # whether the strengths are those of the window as it is
+        ("left_frame", "i8"),  # where the window's first segment starts: the last final key frame
+        ("left_id", "i8"),  # Algorithm 2's frame of it
+        ("left_time", "f8"),  # s
+        ("left_ordinal", "i8"),
+        ("has_before", "i8"),  # whether there is a segment before the window
+        ("before", "i8"),  # slot of it
+        ("due_time", "f8"),  # s, when the oldest key frame must be decided; inf if there is none
+        ("pace", "f8"),  # tempo factor of the last ranking: costs are divided by it
+    ],
+)
+KEY = np.dtype(
+    [
+        ("ordinal", "i8"),  # counts the key frames of the take
+        ("frame", "i8"),  # Algorithm 2's frame
+        ("time", "f8"),  # s
+        ("velocity", "f8"),  # share of the range
+        ("strength", "f8"),  # NaN until first computed
+        ("kind", "i8"),  # index into events.KEY_FRAME_KINDS
+        ("kept", "i8"),  # whether it is kept at the current level
+        ("before", "i8"),  # ordinal of the kept key frame before, where a segment between them was told of
+        ("place", "i8"),  # in the order in which key frames are removed
+        ("rev", "i8"),  # messages sent
+    ],
+)
+NOT_KEPT = np.int64(-2)  # in KEY.before
 NO_SLOT = np.int64(-1)
-NO_JOINT = np.int64(-1)
-BEFORE = np.int64(-3)  # identity of where the segment before the window begins
-OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch, before the nodes
+BEFORE_WINDOW = np.int64(-3)  # identity of where the segment before the window begins
+OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch's summaries, before the nodes
 SCRATCH_ROWS = 8  # more than W
 
 
-@compiled
-def add_key(h, w, params, events, slot, kind, frame, time, share, rev):
+class Scratch(NamedTuple):
+    """Arrays to work in, shared by all performers of a plan; see remerging.py."""
+
+    summaries: NDArray[np.float64]  # (W + SCRATCH_ROWS, slot)
+    pose: NDArray[np.float32]  # (4, padded_joints)
+    places: NDArray[np.int64]  # (W + 4,)
+    bounds: NDArray[np.int64]  # (W + 4,)
+    removed: NDArray[np.int64]  # (W + 4,)
+    active: NDArray[np.int64]  # (W + 4,)
+    links: NDArray[np.int64]  # (5, W + 4)
+    costs: NDArray[np.float64]  # (W + 4,)
+    strengths: NDArray[np.float64]  # (W + 4,)
+
+
+class Window(NamedTuple):
+    """The undecided key frames of a performer and the segments between them, as the functions below need them."""
+
+    plan: np.void  # PLAN
+    clock: np.void  # CLOCK
+    state: np.void  # WINDOW
+    tempo: np.void  # TEMPO
+    slots: np.void  # SLOTS
+    params: np.void  # of the similarity measure
+    history: PoseHistory
+    keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
+    order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
+    unused: NDArray[np.int64]  # (slots,) stack of unused slots
+    summaries: NDArray[np.float64]  # (slots, slot)
+    counts: NDArray[np.int64]  # (W + 3, W + 2) messages sent about each segment of the window
+    memo: NDArray[np.void]  # (memo,) MEMO
+    events: NDArray[np.void]  # EVENT, the event buffer
+    scratch: Scratch
+
+
+@kernel
+def start_window(state, frame, time):
+    """Begin without a key frame; the first segment starts at the first frame."""
+    state.undecided = 0
+    state.ordinal = 0
+    state.ranked = 0
+    state.left_frame = frame
+    state.left_id = frame
+    state.left_time = time
+    state.left_ordinal = -1
+    state.has_before = 0
+    state.before = NO_SLOT
+    state.due_time = np.inf
+    state.pace = 1.0
+
+
+@inline_kernel
+def set_due_time(w):
+    """Set when the oldest undecided key frame must be decided."""
+    w.state.due_time = w.keys[0].time + w.plan.hold if w.state.undecided > 0 else np.inf
+
+
+@inline_kernel
+def is_due(w):
+    """Tell whether the oldest key frame must be decided now."""
+    state = w.state
+    if state.undecided == 0:
+        return False
+    return state.undecided > w.plan.capacity or w.clock.time >= w.keys[0].time + w.plan.hold
+
+
+@kernel
+def add_key(w, slot, point, rev):
     """Add a confirmed key frame and the segment that it ends.
 
     Args:
-        h: Header of the row.
-        w: Views of the row's window.
-        params: Parameters of the similarity measure.
-        events: Outbox.
+        w: Window.
         slot: Slot of that segment; it belongs to the window from now on.
-        kind: Index into KEY_FRAME_KINDS.
-        frame: Frame of the key frame.
-        time: s.
-        share: Velocity as a share of the range.
+        point: Point of the key frame.
         rev: Messages about it, this one included.
     """
-    close(params, w.slots[slot])
-    w.order[h.undecided] = slot
-    key = w.keys[h.undecided]
-    key.ordinal = h.ordinal
-    key.frame = frame
-    key.time = time
-    key.velocity = share
+    state, counts = w.state, w.counts
+    close(w.params, w.summaries[slot])
+    w.order[state.undecided] = slot
+    key = w.keys[state.undecided]
+    key.ordinal = state.ordinal
+    key.frame = point.frame
+    key.time = point.time
+    key.velocity = point.velocity
     key.strength = np.nan
-    key.kind = kind
-    key.standing = 1
-    key.before = NOT_STANDING
+    key.kind = point.kind
+    key.kept = 1
+    key.before = NOT_KEPT
     key.rev = rev
-    here = h.ordinal % (h.capacity + 2)
-    for i in range(w.counts.shape[1]):
-        w.counts[i, here] = 0
-        w.counts[here, i] = 0
-        w.counts[w.counts.shape[1], here] = 0
-    h.undecided += 1
-    h.ordinal += 1
-    put_key_frame(h, events, CONFIRMED, kind, frame, frame, time, share, UNKNOWN_STRENGTH, rev, UNDECIDED)
+    here = state.ordinal % (w.plan.capacity + 2)
+    for i in range(counts.shape[1]):
+        counts[i, here] = 0
+        counts[here, i] = 0
+        counts[counts.shape[1], here] = 0
+    state.undecided += 1
+    state.ordinal += 1
+    put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
 
 
-@compiled
-def rank(h, w, params, open_slot):
+@inline_kernel
+def point_of(key, frame, time, strength):
+    """Return an undecided key frame as messages tell of it, with where it is now and its strength."""
+    return Point(key.kind, key.frame, frame, time, key.velocity, strength)
+
+
+@kernel
+def rank(w, open_slot):
     """Compute the strengths of the undecided key frames; without an open slot the newest takes no part."""
-    count = h.undecided if open_slot != NO_SLOT else h.undecided - 1
+    state, scratch = w.state, w.scratch
+    count = state.undecided if open_slot != NO_SLOT else state.undecided - 1
     if count <= 0:
         return
-    h.pace = pace(h)
-    w.bounds[0] = h.left_ordinal
+    state.pace = pace(w.tempo) if w.plan.tempo == 1 else 1.0
+    scratch.bounds[0] = state.left_ordinal
     for i in range(count + 1):
-        w.places[i] = w.order[i] if i < h.undecided else open_slot
-        w.bounds[i + 1] = w.keys[i].ordinal if i < h.undecided else UNKNOWN
-    fall(
-        params,
-        w.slots,
-        w.places,
-        w.scratch[NODES:],
-        count,
-        w.bounds,
+        scratch.places[i] = w.order[i] if i < state.undecided else open_slot
+        scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN
+    run = Remerging(
+        w.params,
+        w.summaries,
         w.memo,
-        w.scratch[BOTH],
-        w.links,
-        w.costs,
-        h.pace,
-        w.strengths,
-        w.fallen,
+        scratch.places,
+        scratch.bounds,
+        scratch.summaries[NODES:],
+        scratch.summaries[BOTH],
+        scratch.links,
+        scratch.costs,
+        scratch.strengths,
+        scratch.removed,
     )
+    remerge(run, count, state.pace)
     for i in range(count):
-        w.keys[i].strength = w.strengths[i]
-        w.keys[w.fallen[i]].place = i
+        w.keys[i].strength = scratch.strengths[i]
+        w.keys[scratch.removed[i]].place = i
 
 
-@compiled
-def relabel(h, w, params, events):
-    """Let every undecided key frame stand or not at the level as it is now, and say what changed."""
-    for i in range(h.undecided):
+@kernel
+def relabel(w):
+    """Keep every undecided key frame or not at the level as it is now, and say what changed."""
+    plan = w.plan
+    for i in range(w.state.undecided):
         key = w.keys[i]
-        kept = h.keep > 0 and key.place >= h.undecided - h.keep
-        standing = 0 if key.strength < h.level and not kept else 1
-        if standing != key.standing:
-            key.standing = standing
+        kept = 1 if is_kept(key, w.state.undecided, plan.alpha, plan.beta) else 0
+        if kept != key.kept:
+            key.kept = kept
             key.rev += 1
-            status = RESTORED if standing == 1 else MERGED
-            put_key_frame(
-                h,
-                events,
-                status,
-                key.kind,
-                key.frame,
-                key.frame,
-                key.time,
-                key.velocity,
-                key.strength,
-                key.rev,
-                UNDECIDED,
-            )
-    if h.offline == 0:
-        _update_segments(h, w, params, events, SEGMENT_WITHDRAWN)
-        _update_segments(h, w, params, events, SEGMENT_CLOSED)
+            status = RESTORED if kept == 1 else MERGED
+            point = point_of(key, key.frame, key.time, key.strength)
+            put_key_frame(w.clock, w.events, point, status, key.rev, UNDECIDED)
+    if plan.offline == 0:
+        _update_segments(w, SEGMENT_WITHDRAWN)
+        _update_segments(w, SEGMENT_CLOSED)
 
 
-@inlined
-def _update_segments(h, w, params, events, status):
+@inline_kernel
+def _update_segments(w, status):
     """Withdraw the segments whose ends no longer follow each other, or close those that now do."""
-    left = h.left_ordinal
-    for i in range(h.undecided):
+    left = w.state.left_ordinal
+    for i in range(w.state.undecided):
         key = w.keys[i]
         was = key.before
-        now = left if key.standing == 1 else NOT_STANDING
+        now = left if key.kept == 1 else NOT_KEPT
         if was != now:
             if status == SEGMENT_WITHDRAWN:
-                if was != NOT_STANDING:
-                    put_segment(h, w, params, events, was, i, status)
+                if was != NOT_KEPT:
+                    put_segment(w, was, i, status)
             else:
-                if now != NOT_STANDING:
-                    put_segment(h, w, params, events, now, i, status)
+                if now != NOT_KEPT:
+                    put_segment(w, now, i, status)
                 key.before = now
-        if key.standing == 1:
+        if key.kept == 1:
             left = key.ordinal
 
 
-@compiled
-def span(h, w, params, begin, end, open_slot, target):
+@kernel
+def span(w, begin, end, open_slot, target):
     """Set a row of the scratch to the closed summary of the window's segments begin … end together.
 
     Args:
-        h: Header of the row.
-        w: Views of the row's window.
-        params: Parameters of the similarity measure.
+        w: Window.
         begin: Place of the first segment; segment i ends at key frame i.
         end: Place of the last one; the number of undecided key frames means the open segment.
         open_slot: Slot of the open segment.
-        target: Row of the scratch.
+        target: Row of the scratch's summaries.
     """
-    _join(h, w, params, begin, end, open_slot, target, h.slot)
-    close(params, w.scratch[target])
+    _join(w, begin, end, open_slot, w.scratch.summaries[target])
+    close(w.params, w.scratch.summaries[target])
 
 
-@inlined
-def _join(h, w, params, begin, end, open_slot, target, size):
-    """Do the same, but leave the summary open; `size` is that of the whole summary, or of what all measures add."""
-    own = w.scratch[target]
-    slot = w.order[begin] if begin < h.undecided else open_slot
+@inline_kernel
+def _join(w, begin, end, open_slot, own):
+    """Do the same for any summary, but leave it open; a short one gets only as much, of what all measures add."""
+    undecided, size = w.state.undecided, len(own)
+    slot = w.order[begin] if begin < undecided else open_slot
     for d in range(size):
-        own[d] = w.slots[slot, d]
+        own[d] = w.summaries[slot, d]
     for i in range(begin + 1, end + 1):
-        slot = w.order[i] if i < h.undecided else open_slot
-        if size == h.slot:
-            merge_into(params, own, w.slots[slot])
+        slot = w.order[i] if i < undecided else open_slot
+        if size == w.plan.slot:
+            merge_into(w.params, own, w.summaries[slot])
         else:
             for d in range(size):
-                own[d] += w.slots[slot, d]
+                own[d] += w.summaries[slot, d]
 
 
-@compiled
-def put_segment(h, w, params, events, start, end, status):
-    """Put a message about the segment between two key frames of the window into the outbox.
+@kernel
+def put_segment(w, start, end, status):
+    """Put a message about the segment between two key frames of the window into the event buffer.
 
     Args:
-        h: Header of the row.
-        w: Views of the row's window.
-        params: Parameters of the similarity measure.
-        events: Outbox.
+        w: Window.
         start: Ordinal of the earlier key frame, or that of the left end.
         end: Place of the later one in the window.
         status: Index into SEGMENT_STATUSES.
     """
-    first = h.ordinal - h.undecided
-    from_left = start == h.left_ordinal
+    state, plan, summaries = w.state, w.plan, w.scratch.summaries
+    first = state.ordinal - state.undecided
+    from_left = start == state.left_ordinal
     begin = 0 if from_left else start - first + 1
-    event = next_event(h, events, SEGMENT)
-    event.id = h.left_id if from_left else w.keys[begin - 1].frame
-    event.frame = h.left_frame if from_left else w.keys[begin - 1].frame
-    event.time = h.left_time if from_left else w.keys[begin - 1].time
+    event = next_event(w.clock, w.events, SEGMENT)
+    event.id = state.left_id if from_left else w.keys[begin - 1].frame
+    event.frame = state.left_frame if from_left else w.keys[begin - 1].frame
+    event.time = state.left_time if from_left else w.keys[begin - 1].time
     event.end_id = w.keys[end].frame
     event.until_frame = w.keys[end].frame
     event.until_time = w.keys[end].time
-    left, right = BEFORE, w.keys[end].ordinal
+    left, right = BEFORE_WINDOW, w.keys[end].ordinal
     before = 0
     if not from_left:
         earlier = w.keys[begin - 1].before
-        before = 0 if earlier in (NOT_STANDING, h.left_ordinal) else earlier - first + 1
-        left = h.left_ordinal if before == 0 else earlier
-    has_previous = not from_left or h.has_before == 1
+        before = 0 if earlier in (NOT_KEPT, state.left_ordinal) else earlier - first + 1
+        left = state.left_ordinal if before == 0 else earlier
+    has_previous = not from_left or state.has_before == 1
     # Where the cost is remembered, what people are told needs no more than the heads of the summaries.
-    size = PATH + h.lanes if is_known(w.memo, left, start, right) else h.slot
-    _join(h, w, params, begin, end, NO_SLOT, OWN, size)
+    size = PATH + plan.padded_joints if is_known(w.memo, left, start, right) else plan.slot
+    _join(w, begin, end, NO_SLOT, summaries[OWN, :size])
     if not from_left:
-        _join(h, w, params, before, begin - 1, NO_SLOT, PREVIOUS, size)
+        _join(w, before, begin - 1, NO_SLOT, summaries[PREVIOUS, :size])
     elif has_previous:
         for d in range(size):
-            w.scratch[PREVIOUS, d] = w.slots[h.slot_before, d]
-    describe(h, w, params, event, has_previous, status, left, start, right)
-    places = h.capacity + 2
+            summaries[PREVIOUS, d] = w.summaries[state.before, d]
+    describe(w, event, has_previous, status, (left, start, right))
+    places = plan.capacity + 2
     line = places if from_left else start % places
     column = (first + end) % places
     event.rev = 1
-    if h.offline == 0:
+    if plan.offline == 0:
         w.counts[line, column] += 1
         event.rev = w.counts[line, column]
 
 
-@inlined
-def describe(h, w, params, event, has_previous, status, left, middle, right):
+@inline_kernel
+def describe(w, event, has_previous, status, bounds):
     """Fill in status, state, active joints and similarity of the segment in the scratch.
 
     Args:
-        h: Header of the row.
-        w: Views of the row's window; OWN and, if there is one, PREVIOUS are the summaries, not closed.
-        params: Parameters of the similarity measure.
+        w: Window; OWN and, if there is one, PREVIOUS in the scratch are the summaries, not closed.
         event: To be filled in.
         has_previous: Whether there is a segment before.
         status: Index into SEGMENT_STATUSES.
-        left: Identity of the boundary where the previous segment begins, as in remerging.py.
-        middle: Of the one between them.
-        right: Of the one where the segment ends.
+        bounds: Identities of the boundaries as in remerging.py: where the previous segment begins, the one between
+            the two, and where the segment ends.
     """
-    own = w.scratch[OWN]
+    left, middle, right = bounds
+    active, both = w.scratch.active, w.scratch.summaries[BOTH]
+    own = w.scratch.summaries[OWN]
     event.status = status
     event.nature = 1 if 2.0 * own[MOVING] > own[FRAMES] else 0
     event.decided = 1 if status == SEGMENT_FINAL else 0
     event.strength = np.nan
     if has_previous:
-        previous = w.scratch[PREVIOUS]
+        previous = w.scratch.summaries[PREVIOUS]
         if right == UNKNOWN or not is_known(w.memo, left, middle, right):
-            close(params, own)
-            close(params, previous)
-            remember(w.memo, left, middle, right, merge_cost(params, previous, own, w.scratch[BOTH]))
-        event.strength = similarity(params, recall(w.memo, left, middle, right), previous, own)
-    _find_active(own[PATH : PATH + h.joints], w.active)
-    event.joint0, event.joint1, event.joint2 = w.active[0], w.active[1], w.active[2]
-    event.joint3, event.joint4 = w.active[3], w.active[4]
+            close(w.params, own)
+            close(w.params, previous)
+            remember(w.memo, left, middle, right, merge_cost(w.params, previous, own, both))
+        event.strength = similarity(w.params, recall(w.memo, left, middle, right), previous, own)
+    _find_active(own[PATH : PATH + w.plan.joints], active)
+    event.joint0, event.joint1, event.joint2 = active[0], active[1], active[2]
+    event.joint3, event.joint4 = active[3], active[4]
 
 
-@inlined
+@inline_kernel
 def _find_active(paths, active):
     """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
     for place in range(PATH_JOINTS):

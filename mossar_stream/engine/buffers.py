@@ -5,16 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.window_step import act, make_room
-from mossar_stream.engine.engine import ACT, ADVANCE, run
+from mossar_stream.algorithm.window_step import new_scratch, update_window
+from mossar_stream.engine.engine import run
 from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.warm_up import warm_up
 from mossar_stream.events import Event
-from mossar_stream.jit.decorators import CACHE_FOLDER
-from mossar_stream.jit.linked import publish
-from mossar_stream.jit.precompile import beside
-from mossar_stream.memory.event_buffer import empty_outbox, make_outbox
-from mossar_stream.settings import Settings, SimilarityName
-from mossar_stream.skeleton import Skeleton
+from mossar_stream.memory.event_buffer import new_event_buffer, take_events
 
 BATCH = 512  # events that there is room for besides those of one frame
 
@@ -31,19 +27,19 @@ class Desk:
     def __init__(self, plan: Plan) -> None:
         self.params = plan.params
         self.joints = plan.skeleton.names
-        self.room = make_room(plan)
-        self.outbox = make_outbox(plan.most_events + BATCH)
+        self.room = new_scratch(plan.shape)
+        self.outbox = new_event_buffer(plan.most_events + BATCH)
         self._out = memoryview(self.outbox)  # type: ignore[arg-type]
         self._most = plan.most_events
-        _warm_up(plan, self)
+        warm_up(plan)
 
     def empty(self, performers: Mapping[int, str]) -> list[Event]:
         """Return what lies in the outbox; performers are named by row."""
-        return empty_outbox(self._out, performers, self.joints)
+        return take_events(self._out, performers, self.joints)
 
     def act(self, memory: NDArray[np.uint8], row: int, reason: int) -> None:
         """Let the compiled part do what is due for one performer."""
-        act(memory, row, self.params, self.room, self.outbox, reason)
+        update_window(memory, row, self.params, self.room, self.outbox, reason)
 
     def run(
         self,
@@ -69,36 +65,3 @@ class Desk:
             self.outbox,
             self._most,
         )
-
-
-# Measures whose kernels are there; looking them up takes as long as a thousand frames.
-_ready: set[SimilarityName] = set()
-
-
-def _warm_up(plan: Plan, desk: Desk) -> None:
-    """Compile the kernels, or load them; on two cores if there are two."""
-    similarity = plan.given.similarity
-    if similarity in _ready:
-        return
-    memory = plan.new_rows(1)
-    with beside(__name__, similarity):
-        publish(ACT, memory, 0, plan.params, desk.room, desk.outbox, 0)
-    _publish_advance(plan, memory)
-    _ready.add(similarity)
-
-
-def _publish_advance(plan: Plan, memory: NDArray[np.uint8]) -> None:
-    frames, times = np.zeros((2, plan.shape.joints, 3), np.float32), np.arange(2) / 100.0
-    publish(ADVANCE, memory, 0, plan.params, frames, times)
-
-
-def compile_beside(folder: str, similarity: SimilarityName) -> None:
-    """Compile what `_warm_up` leaves to another process, if this one has the same cache.
-
-    Args:
-        folder: Of the cache.
-        similarity: Measure to compile for.
-    """
-    if folder == str(CACHE_FOLDER):
-        plan = Plan(Skeleton(("a", "b"), (-1, 0)), Settings(similarity=similarity), None)
-        _publish_advance(plan, plan.new_rows(1))

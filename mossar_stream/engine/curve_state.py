@@ -4,9 +4,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.row import records, region
 from mossar_stream.engine.plan import Plan
 from mossar_stream.memory.joint_pages import LINES, PAGE, POSE_X
-from mossar_stream.memory.row import header, region
 
 
 class CurveState(msgspec.Struct, frozen=True):
@@ -39,21 +39,29 @@ class CurveState(msgspec.Struct, frozen=True):
 
 def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     """Return the curve at the last frame of a row."""
-    h = header(row)
+    state = records(row)
+    curve = state["curve"]
     fixed = plan.settings.range == "fixed"
-    scale = 1.0 if fixed else max(float(h[name]) for name in ("largest", "range_floor", "noise_floor"))
+    scale = (
+        1.0
+        if fixed
+        else max(
+            float(value)
+            for value in (state["range"]["largest"], state["plan"]["range_floor"], state["noise"]["floor"])
+        )
+    )
     per = 1.0 / scale if scale > 0 else 0.0
     lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
     pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
     return CurveState(
-        frame=int(h["used_frame"]),
-        time=float(h["time"]),
-        value=float(h["value"]) * per,
-        ceiling=float(h["ceiling"]) * per,
-        floor=float(h["floor"]) * per,
+        frame=int(state["clock"]["used_frame"]),
+        time=float(state["clock"]["time"]),
+        value=float(curve["value"]) * per,
+        ceiling=float(curve["ceiling"]) * per,
+        floor=float(curve["floor"]) * per,
         threshold=plan.settings.sig_threshold,
         scale=scale,
-        moving=bool(h["moving"]),
-        pace=float(h["pace"]),
+        moving=bool(curve["moving"]),
+        pace=float(state["window"]["pace"]),
         pose=np.ascontiguousarray(pose, np.float32),
     )

@@ -1,6 +1,6 @@
 """Run: chunks of frames of one performer or of many, with all that follows from them, in one compiled call.
 
-`advance` and `act` stand apart: single frames call them on their own.
+`advance` and `act` are linked: single frames call them on their own.
 """
 
 import numpy as np
@@ -8,20 +8,20 @@ from numba import int64, void
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, STOPS, advance
-from mossar_stream.algorithm.window_step import FOLLOW, act
-from mossar_stream.jit.decorators import frame_entry_point
-from mossar_stream.jit.linked import apart
+from mossar_stream.algorithm.window_step import FOLLOW, update_window
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.linked import linked
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
 
 OUTBOX_FULL = STOPS  # what the caller must do, besides what `advance` asks for
 ADVANCE, ACT = "mossar.advance", "mossar.act"
-_advance = apart(ADVANCE, int64)(advance)
-_act = apart(ACT, void)(act)
+_advance = linked(ADVANCE, int64)(advance)
+_act = linked(ACT, void)(update_window)
 FOLLOWS = np.int64(FOLLOW)
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def run(
     memory: NDArray[np.uint8],
     rows: NDArray[np.int64],

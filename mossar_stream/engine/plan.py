@@ -1,7 +1,4 @@
-"""Block: rows of performers that share skeleton and settings, and the compiled calls on them.
-
-`Segmenter` owns a block of one row, `Performers` blocks of many.
-"""
+"""Plan: what a performer needs, as follows from skeleton, settings and rate."""
 
 import math
 from functools import cached_property
@@ -11,9 +8,9 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
-from mossar_stream.algorithm.pose_history import trail_size
-from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
-from mossar_stream.memory.row import HEADER, REGIONS, Shape, header, new_memory, region
+from mossar_stream.algorithm.pose_history import history_size
+from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
+from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE, pad
 from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
@@ -21,7 +18,7 @@ from mossar_stream.skeleton import Skeleton
 
 SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
-LONGEST_TRAIL = 30.0  # s
+LONGEST_HISTORY = 30.0  # s
 
 
 class Plan:
@@ -34,7 +31,7 @@ class Plan:
         ring: Places in the velocity ring; None to follow from the rate.
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
-        trail: Poses kept, if not what the settings call for.
+        history: Poses kept, if not what the settings call for.
     """
 
     def __init__(
@@ -45,7 +42,7 @@ class Plan:
         ring: int | None = None,
         *,
         window: int | None = None,
-        trail: int | None = None,
+        history: int | None = None,
         offline: bool = False,
     ) -> None:
         self.skeleton = skeleton
@@ -58,10 +55,10 @@ class Plan:
         self.offline = offline
         self.center = skeleton.root if resolved.center == "root" else -1
         joints = len(skeleton)
-        lanes = Shape.pad(joints)
-        self.params = similarity.make_params(resolved, joints, lanes, self.center)
+        padded = pad(joints)
+        self.params = similarity.make_params(resolved, joints, padded, self.center)
         kept = (
-            resolved.refine + min(resolved.remerge_seconds, LONGEST_TRAIL)
+            resolved.refine + min(resolved.remerge_seconds, LONGEST_HISTORY)
             if resolved.location == "free"
             else 0.0
         )
@@ -72,7 +69,7 @@ class Plan:
             window=window or resolved.remerge_window,
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
-            trail=trail or trail_size(kept),
+            history=history or history_size(kept),
             counted=not offline,
         )
 
@@ -106,29 +103,29 @@ class Plan:
 
         Args:
             row: Bytes of the row; zeros, or a row of the same plan.
-            index: Its place in the block.
+            index: Its place in the pool.
         """
-        h, shape, chosen = header(row), self.shape, self.settings
+        state, shape, chosen = records(row), self.shape, self.settings
         moving = max(1, shape.joints - 1 if self.center >= 0 else shape.joints)
+        noisy = chosen.sig_threshold > 0 and chosen.range != "fixed"
+        state["clock"]["row"] = index
         values: dict[str, float] = {
-            "row": index,
             "joints": shape.joints,
-            "lanes": shape.lanes,
+            "padded_joints": shape.padded_joints,
             "center": self.center,
-            "flat": int(similarity.takes_pose(chosen, self.params)),
+            "flat": similarity.takes_pose(chosen, self.params),
             "moving_joints": moving,
-            "filter_lanes": shape.lanes * shape.one_euro,
+            "filtered_joints": shape.padded_joints * shape.one_euro,
             "average_size": shape.smoothing_window,
             "ring": shape.ring,
             "slot": shape.slot,
             "slot_count": shape.slots,
             "memo_size": shape.memo,
-            "trail_size": shape.trail,
+            "history_size": shape.history,
             "capacity": shape.window,
             "most_events": self.most_events,
             "window": chosen.window,
             "smoothing": SMOOTHINGS.index(chosen.smoothing),
-            "smoothing_window": chosen.smoothing_window,
             "one_euro_cutoff": chosen.one_euro_cutoff,
             "one_euro_beta": chosen.one_euro_beta,
             "theta": chosen.sig_threshold,
@@ -137,25 +134,24 @@ class Plan:
             "range_max": chosen.range_max or 0.0,
             "range_half_life": chosen.range_half_life,
             "range_floor": chosen.range_floor * moving,
-            "noise_margin": chosen.noise_margin
-            if chosen.sig_threshold > 0 and chosen.range != "fixed"
-            else 0.0,
+            "noise_margin": chosen.noise_margin if noisy else 0.0,
             "max_gap": chosen.max_gap,
             "max_speed": chosen.max_speed,
-            "max_pause": chosen.max_pause,
+            "max_pause": math.inf if self.offline else chosen.max_pause,
             "hold": chosen.remerge_seconds,
-            "level": self.strength(chosen.level),
+            "alpha": 0,
+            "beta": self.strength(chosen.level),
             "location": LOCATIONS.index(chosen.location),
             "refine": chosen.refine,
             "pre_roll": chosen.pre_roll,
             "post_roll": chosen.post_roll,
-            "tempo": int(chosen.tempo),
-            "offline": int(self.offline),
+            "tempo": chosen.tempo,
+            "offline": self.offline,
         }
+        for name in PLAN.names or ():
+            state["plan"][name] = values[name]
         for name, offset in shape.offsets()[0].items():
-            values[f"at_{name}"] = offset
-        for name, value in values.items():
-            h[name] = value
+            state["at"][name] = offset
         region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE].flat[: shape.joints] = 1.0
 
     def new_rows(self, count: int) -> NDArray[np.uint8]:
@@ -173,7 +169,7 @@ class Plan:
             self.fps,
             ring * self.shape.ring,
             window=window * self.shape.window,
-            trail=self.shape.trail,
+            history=self.shape.history,
             offline=self.offline,
         )
 
@@ -187,19 +183,20 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
         new: The row from now on, prepared.
         after: Its plan.
     """
-    was, now = header(old), header(new)
-    sizes = ("ring", "slot_count", "memo_size", "capacity")
-    kept = {name: int(now[name]) for name in HEADER.names or () if name.startswith("at_") or name in sizes}
-    for name in HEADER.names or ():
-        now[name] = kept.get(name, was[name])
-    tail = (int(was["head"]) - int(was["filled"])) % before.shape.ring
+    was, now = records(old), records(new)
+    for name in was.dtype.names:
+        if name not in ("plan", "at"):
+            now[name] = was[name]
+    now["plan"]["alpha"], now["plan"]["beta"] = was["plan"]["alpha"], was["plan"]["beta"]
+    velocity, slots = now["velocity"], now["slots"]
+    tail = (int(velocity["head"]) - int(velocity["filled"])) % before.shape.ring
     for name, _ in REGIONS:
         source, target = region(old, before.shape, name), region(new, after.shape, name)
         if name.startswith("ring_"):
             source = np.roll(source, -tail)
         if name != "memo":
             target[: len(source)] = source
-    now["head"] = was["filled"]
+    velocity["head"] = velocity["filled"]
     added = np.arange(before.shape.slots, after.shape.slots)
-    region(new, after.shape, "free")[int(was["free_count"]) :][: len(added)] = added
-    now["free_count"] += len(added)
+    region(new, after.shape, "unused")[int(slots["unused_count"]) :][: len(added)] = added
+    slots["unused_count"] += len(added)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS
+from mossar_stream.algorithm.row import ROW, ROW_BYTES, new_memory
 from mossar_stream.engine.buffers import Desk
 from mossar_stream.engine.engine import OUTBOX_FULL
 from mossar_stream.engine.plan import Plan
 from mossar_stream.events import Event
-from mossar_stream.memory.row import HEADER, HEADER_BYTES, new_memory
 from mossar_stream.segmenter import Segmenter
 
 ROWS = 64  # of a page; memory is taken when a row is used first
@@ -41,7 +41,7 @@ class Page:
         self._plan = plan
         self._desk = desk
         self._memory = new_memory(ROWS, plan.row_bytes)
-        self._headers = self._memory[:, :HEADER_BYTES].view(HEADER)[:, 0]
+        self._headers = self._memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]
         self._free = list(range(ROWS))[::-1]
         self._used: set[int] = set()
         self._names: dict[int, str] = {}

@@ -1,4 +1,4 @@
-"""Beside: a second process that compiles some kernels while this one compiles others, so that two cores are used.
+"""A second process that compiles some kernels while this one compiles others, so that two cores are used.
 
 Compiling holds the interpreter lock, so a thread would not help. The other process is a plain interpreter that is
 told what to compile; it leaves the kernels in the cache on disk. Nothing depends on it: what it does not leave
@@ -12,55 +12,60 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from mossar_stream.jit.decorators import CACHE_FOLDER, CACHE_LASTS, telling
+from mossar_stream.jit.acceleration import is_accelerated
+from mossar_stream.jit.cache import Cache, open_cache
+from mossar_stream.jit.listening import on_first_compile
 
 LONGEST = 120.0  # s; a process that takes longer is given up
-_PROGRAM = "import sys; sys.path[:] = sys.argv[3:]; import {module}; {module}.compile_beside(sys.argv[1], sys.argv[2])"
+_PROGRAM = (
+    "import sys; sys.path[:] = sys.argv[3:]; import {module}; {module}.compile_part(sys.argv[1], sys.argv[2])"
+)
 
 
 @contextlib.contextmanager
-def beside(module: str, argument: str) -> Iterator[None]:
+def second_process(module: str, argument: str) -> Iterator[None]:
     """Have something compiled by another process if, and as soon as, a kernel is compiled while the block runs.
 
     The block ends when the other process has. If everything is loaded from the cache there is none.
 
     Args:
-        module: That has `compile_beside(folder, argument)`.
+        module: That has `compile_part(folder, argument)`.
         argument: For it.
     """
-    helpers: list[subprocess.Popen[bytes]] = []
+    others: list[subprocess.Popen[bytes]] = []
+    cache = open_cache(accelerated=is_accelerated())
 
     def start() -> None:
-        if is_possible():
+        if is_possible(cache):
             with contextlib.suppress(OSError):  # processes may be forbidden
-                helpers.append(_interpreter(module, argument))
+                others.append(_interpreter(module, cache, argument))
 
     try:
-        with telling(start):
+        with on_first_compile(start):
             yield
-        for helper in helpers:
+        for other in others:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                helper.wait(LONGEST)
+                other.wait(LONGEST)
     finally:
-        for helper in helpers:
-            helper.kill()
-            helper.wait()
+        for other in others:
+            other.kill()
+            other.wait()
 
 
-def is_possible() -> bool:
+def is_possible(cache: Cache) -> bool:
     """Tell whether another process could help: a second core, a cache that it shares, an interpreter to run.
 
     In a program that embeds or freezes Python `sys.executable` is that program, which must not be started again.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     is_interpreter = Path(sys.executable or "").name.lower().startswith("python")
-    return cores > 1 and CACHE_LASTS and is_interpreter and not getattr(sys, "frozen", False)
+    return cores > 1 and cache.lasts and is_interpreter and not getattr(sys, "frozen", False)
 
 
-def _interpreter(module: str, argument: str) -> subprocess.Popen[bytes]:
+def _interpreter(module: str, cache: Cache, argument: str) -> subprocess.Popen[bytes]:
     """Start an interpreter that finds the same modules and says nothing."""
     return subprocess.Popen(  # noqa: S603 - our own interpreter
-        [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(CACHE_FOLDER), argument, *sys.path],
+        [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(cache.folder), argument, *sys.path],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

@@ -1,162 +1,21 @@
-"""Lanes: sums and products over many joints at once, as a processor's vectors form them.
+"""Sums and products over many joints at once, in an order that does not depend on the machine.
 
-A loop that adds up is carried out number by number, unless the compiler may reorder sums, and then the result
-depends on the machine. Here the order is written down: halves are combined with halves until one number is left.
+On the accelerated path they are instructions written by hand, on the plain one their twins in Python.
 """
 
-from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
+from mossar_stream.jit.acceleration import is_accelerated
+from mossar_stream.jit.simd_twin import FACTORS, WIDTH
 
-from mossar_stream.jit.decorators import generated, inlined
-from mossar_stream.memory.joint_pages import PAGE, page_of
+_chosen: Any = import_module(f"mossar_stream.jit.{'instructions' if is_accelerated() else 'simd_twin'}")
 
-BLOCK = 8  # numbers that are multiplied at once
-FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
-FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
+page_sum = _chosen.page_sum
+page_product = _chosen.page_product
+line_product = _chosen.line_product
+page_within = _chosen.page_within
+variance_product = _chosen.variance_product
+lowest_bit = _chosen.lowest_bit
 
-_float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64), ir.IntType(32)
-
-
-@inlined
-def line_sum(h, body, line):
-    """Sum of a line of the body over all joints."""
-    total = 0.0
-    for first in range(0, h.lanes, PAGE):
-        total += page_sum(page_of(body, first), line)
-    return total
-
-
-@generated
-def page_sum(_context, page, line):
-    """Sum a line of a page of the body in double precision."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _sum(builder, _load(context, builder, signature, values, 0, values[1], PAGE))
-
-    return types.float64(page, line), generate
-
-
-@generated
-def page_product(_context, page, one, other):
-    """Sum the products of two lines of a page in double precision."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        lines = [_load(context, builder, signature, values, 0, line, PAGE) for line in values[1:]]
-        return _sum(builder, builder.fmul(*lines))
-
-    return types.float64(page, one, other), generate
-
-
-@generated
-def line_product(_context, one, other):
-    """Sum the products of two lines of float32 of one length, a multiple of `BLOCK`, in single precision."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        total = cgutils.alloca_once_value(builder, _all(ir.Constant(_float, 0.0), BLOCK))
-        size = context.make_array(signature.args[0])(context, builder, values[0]).nitems
-        with cgutils.for_range_slice(builder, _int(0), size, _int(BLOCK), _int) as (place, _):
-            a, b = (_load(context, builder, signature, values, which, place, BLOCK) for which in (0, 1))
-            builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
-        return _fold(builder, builder.load(total), builder.fadd)
-
-    return types.float32(one, other), generate
-
-
-@generated
-def page_within(_context, page, line, limit):
-    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        lanes = _load(context, builder, signature, values, 0, values[1], PAGE)
-        most = context.cast(builder, values[2], signature.args[2], types.float32)
-        beyond = builder.fcmp_unordered(">", lanes, _spread(builder, most, PAGE))
-        return builder.icmp_signed("==", builder.bitcast(beyond, ir.IntType(PAGE)), ir.IntType(PAGE)(0))
-
-    return types.boolean(page, line, limit), generate
-
-
-@generated
-def variance_product(_context, sums, squares, begin, end, scale, floor):
-    """Multiply variances: Π max(q_d · scale - (s_d · scale)², 0) + floor for d = begin … end - 1.
-
-    Args:
-        _context: Given by the compiler.
-        sums: (any,) float64, s.
-        squares: (any,) float64, q.
-        begin: First of them.
-        end: The last one plus 1; so many blocks of `BLOCK`, with no product of every eighth beyond a float64.
-        scale: What turns a sum into a mean.
-        floor: > 0.
-
-    Returns:
-        Mantissa, product of `BLOCK` numbers in 1..2, and exponent: the product is mantissa · 2^exponent.
-    """
-    found = types.Tuple((types.float64, types.int64))
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        begin, end, scale, floor = values[2:]
-        scales, floors = _spread(builder, scale, BLOCK), _spread(builder, floor, BLOCK)
-        product = cgutils.alloca_once_value(builder, _all(ir.Constant(_double, 1.0), BLOCK))
-        with cgutils.for_range_slice(builder, begin, end, _int(BLOCK), _int) as (place, _):
-            s, q = (_load(context, builder, signature, values, which, place, BLOCK) for which in (0, 1))
-            mean = builder.fmul(s, scales)
-            variance = builder.fsub(builder.fmul(q, scales), builder.fmul(mean, mean))
-            none = _all(ir.Constant(_double, 0.0), BLOCK)
-            variance = builder.select(builder.fcmp_ordered(">", variance, none), variance, none)
-            factor = builder.fadd(variance, floors)
-            builder.store(builder.fmul(builder.load(product), factor), product)
-        bits = builder.bitcast(builder.load(product), ir.VectorType(_int, BLOCK))
-        fractions = builder.or_(
-            builder.and_(bits, _all(_int(FRACTION), BLOCK)), _all(_int(BITS_OF_ONE), BLOCK)
-        )
-        mantissas = builder.bitcast(fractions, ir.VectorType(_double, BLOCK))
-        exponents = builder.sub(
-            builder.ashr(bits, _all(_int(FRACTION_BITS), BLOCK)), _all(_int(EXPONENT_BIAS), BLOCK)
-        )
-        both = _fold(builder, mantissas, builder.fmul), _fold(builder, exponents, builder.add)
-        return context.make_tuple(builder, found, both)
-
-    return found(sums, squares, begin, end, scale, floor), generate
-
-
-def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, begin: Any, count: int) -> Any:
-    """Return `count` numbers of an array among the arguments as one vector."""
-    array = context.make_array(signature.args[which])(context, builder, values[which])
-    kind = ir.VectorType(context.get_data_type(signature.args[which].dtype), count)
-    return builder.load(
-        builder.bitcast(builder.gep(array.data, [begin]), kind.as_pointer()),
-        align=4 if kind.element == _float else 8,
-    )
-
-
-def _sum(builder: Any, lanes: Any) -> Any:
-    return _fold(builder, builder.fpext(lanes, ir.VectorType(_double, PAGE)), builder.fadd)
-
-
-def _fold(builder: Any, lanes: Any, combine: Callable[[Any, Any], Any]) -> Any:
-    """Combine the first half of a vector with the second until one number is left."""
-    size = lanes.type.count
-    while size > 1:
-        size //= 2
-        halves = (
-            builder.shuffle_vector(lanes, lanes, ir.Constant(ir.VectorType(_index, size), list(part)))
-            for part in (range(size), range(size, 2 * size))
-        )
-        lanes = combine(*halves)
-    return builder.extract_element(lanes, _index(0))
-
-
-def _spread(builder: Any, value: Any, count: int) -> Any:
-    """Return a vector of one number."""
-    one = builder.insert_element(
-        ir.Constant(ir.VectorType(value.type, count), ir.Undefined), value, _index(0)
-    )
-    return builder.shuffle_vector(one, one, _all(_index(0), count))
-
-
-def _all(constant: Any, count: int) -> Any:
-    return ir.Constant(ir.VectorType(constant.type, count), [constant] * count)
+__all__ = ["FACTORS", "WIDTH", "lowest_bit", "page_product", "page_sum", "page_within", "variance_product"]

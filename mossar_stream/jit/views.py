@@ -1,44 +1,43 @@
-"""Parts: how compiled code looks at a row of bytes as numbers and records."""
+"""How compiled code looks at a row of bytes as numbers and records."""
 
 from typing import Any
 
+import numpy as np
 from numba import types
-from numba.core import cgutils
-from numba.np.arrayobj import make_array, populate_array
+from numba.extending import overload, register_jitable
+from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import generated
+from mossar_stream.jit.acceleration import is_accelerated
 
 
-@generated
-def part(_context: Any, memory: Any, begin: Any, kind: Any, shape: Any) -> Any:
-    """Return a part of an array's memory as another array; that it lies within is for the caller to see.
+@register_jitable
+def part_twin(memory: NDArray[Any], begin: int, kind: Any, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return what `part` returns, in plain Python."""
+    count = 1
+    for length in shape:
+        count *= length
+    numbers = memory.reshape(memory.size).view(np.uint8)
+    found: NDArray[Any] = numbers[begin : begin + count * _item_size(kind)].view(kind).reshape(shape)
+    return found
 
-    Slices, `view` and `reshape` do the same, but look at everything twice: those that a row needs took as long as
-    two frames.
 
-    Args:
-        _context: Given by the compiler.
-        memory: Contiguous array.
-        begin: Where in it the part begins, bytes.
-        kind: Numpy type of the numbers, or of the records.
-        shape: Tuple.
-    """
-    found = types.Array(kind.dtype, len(shape), "C")
+def _item_size(kind: Any) -> int:
+    size: int = np.dtype(kind).itemsize
+    return size
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        whole = make_array(signature.args[0])(context, builder, values[0])
-        data = builder.gep(builder.bitcast(whole.data, cgutils.voidptr_t), [values[1]])
-        sizes = [
-            context.cast(builder, size, own, types.intp)
-            for size, own in zip(cgutils.unpack_tuple(builder, values[3]), signature.args[3], strict=True)
-        ]
-        item = context.get_abi_sizeof(context.get_data_type(kind.dtype))
-        strides = [context.get_constant(types.intp, item)]
-        for size in sizes[:0:-1]:
-            strides.insert(0, builder.mul(strides[0], size))
-        array = make_array(found)(context, builder)
-        pointer = builder.bitcast(data, array.data.type)
-        populate_array(array, pointer, sizes, strides, item, meminfo=None)
-        return array._getvalue()  # noqa: SLF001 - numba's own way to end
 
-    return found(memory, begin, kind, shape), generate
+@overload(_item_size)
+def _item_size_of_type(kind: Any) -> Any:
+    size = kind.dtype.size if isinstance(kind.dtype, types.Record) else kind.dtype.bitwidth // 8
+    return lambda kind: size  # noqa: ARG005 - numba compares the parameters
+
+
+def _part() -> Any:
+    if not is_accelerated():
+        return part_twin
+    from mossar_stream.jit.instructions import part as accelerated  # noqa: PLC0415 - private parts
+
+    return accelerated
+
+
+part = _part()

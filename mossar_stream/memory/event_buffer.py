@@ -1,10 +1,11 @@
-"""Outbox: the buffer through which compiled code hands events out.
+"""Event buffer: through it compiled code hands events out.
 
-Record 0 counts the others. `events.py` has the records that users see; `empty_outbox` makes them.
+Record 0 counts the others. `events.py` has the records that users see; `take_events` makes them.
 """
 
 import struct
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +19,9 @@ from mossar_stream.events import (
     KeyFrameEvent,
     SegmentEvent,
 )
-from mossar_stream.jit.decorators import compiled
-from mossar_stream.memory.row import PATH_JOINTS
+from mossar_stream.jit.decorators import kernel
 
+PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
     [
         ("row", "i8"),  # which performer; in record 0 the number of records in use
@@ -42,64 +43,75 @@ EVENT = np.dtype(
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
 EVENT_BYTES = EVENT.itemsize
-NONE = -1  # in place of a joint; after it there is none either
+NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
 _COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
 KEY_FRAME, SEGMENT = np.arange(2)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
 ONSET, OFFSET, MINIMUM = np.arange(3)
 SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
-FIRST, SECOND = np.int64(1), np.int64(2)  # revisions
+FIRST_MESSAGE, SECOND_MESSAGE = np.int64(1), np.int64(2)  # about a key frame: revisions
 UNDECIDED, DECIDED = np.int64(0), np.int64(1)
 UNKNOWN_STRENGTH = np.float64(np.nan)
 
 
-def make_outbox(most: int) -> NDArray[np.uint8]:
-    """Return an outbox for `most` events."""
+class Point(NamedTuple):
+    """A key frame as a message tells of it."""
+
+    kind: int  # ONSET, OFFSET or MINIMUM
+    id: int  # Algorithm 2's frame
+    frame: int  # where it is now
+    time: float  # s
+    velocity: float  # share of the range
+    strength: float  # NaN where it is not known
+
+
+def new_event_buffer(most: int) -> NDArray[np.uint8]:
+    """Return a buffer for `most` events."""
     return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
 
 
-@compiled
-def next_event(h, events, code):
-    """Return a fresh record of the outbox."""
+@kernel
+def next_event(clock, events, code):
+    """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
     used = events[0].row + 1
     events[0].row = used
     event = events[used]
-    event.row = h.row
+    event.row = clock.row
     event.code = code
-    event.take = h.take
+    event.take = clock.take
     return event
 
 
-@compiled
-def put_key_frame(h, events, status, kind, identity, frame, time, velocity, strength, rev, decided):
-    """Put a message about a key frame into the outbox; the last used frame is what caused it."""
-    event = next_event(h, events, KEY_FRAME)
+@kernel
+def put_key_frame(clock, events, point, status, rev, decided):
+    """Put a message about a key frame into the buffer; the last used frame is what caused it."""
+    event = next_event(clock, events, KEY_FRAME)
     event.status = status
-    event.nature = kind
-    event.id = identity
-    event.frame = frame
-    event.time = time
-    event.velocity = velocity
-    event.strength = strength
+    event.nature = point.kind
+    event.id = point.id
+    event.frame = point.frame
+    event.time = point.time
+    event.velocity = point.velocity
+    event.strength = point.strength
     event.rev = rev
     event.decided = decided
-    event.until_frame = h.used_frame
-    event.until_time = h.time
+    event.until_frame = clock.used_frame
+    event.until_time = clock.time
 
 
-def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tuple[str, ...]) -> list[Event]:
-    """Return the events in an outbox, and empty it.
+def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple[str, ...]) -> list[Event]:
+    """Return the events in a buffer, and empty it.
 
     Args:
-        outbox: Its bytes.
+        buffer: Its bytes.
         performers: Names by row.
         joints: Their names.
     """
-    (count,) = _COUNT.unpack_from(outbox)
+    (count,) = _COUNT.unpack_from(buffer)
     if not count:
         return []
-    _COUNT.pack_into(outbox, 0, 0)
+    _COUNT.pack_into(buffer, 0, 0)
     events: list[Event] = []
     last = of = -1
     performer = prefix = ""
@@ -108,7 +120,7 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
     for (
         row, code, status, nature, take, rev, begin, end, frame, until, decided,
         time, until_time, velocity, strength, a, b, c, d, e,
-    ) in _RECORD.iter_unpack(outbox[_RECORD.size : (count + 1) * _RECORD.size]):
+    ) in _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size]):
         # fmt: on
         if row != last or take != of:
             last, of, performer = row, take, performers[row]
@@ -143,7 +155,7 @@ def empty_outbox(outbox: memoryview, performers: Mapping[int, str], joints: tupl
                 end_frame=until,
                 start_time=time,
                 end_time=until_time,
-                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NONE)],
+                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NO_JOINT)],
                 similarity=value,
             )
         events.append(event)

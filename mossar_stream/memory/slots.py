@@ -1,32 +1,44 @@
-"""Slots: the summaries of a row, handed out and taken back."""
+"""Slots: the places of a row where summaries of segments lie, handed out and taken back."""
 
-from mossar_stream.jit.decorators import compiled
+import numpy as np
+
+from mossar_stream.jit.decorators import kernel
+
+SLOTS = np.dtype([("unused_count", "i8")])  # of the stack of unused slots
 
 
-@compiled
-def take_slot(h, free, slots):
+@kernel
+def start_slots(slots, unused):
+    """Let all slots be unused."""
+    for i in range(len(unused)):
+        unused[i] = i
+    slots.unused_count = len(unused)
+
+
+@kernel
+def allocate(slots, unused, summaries):
     """Return an unused slot, emptied.
 
     Args:
-        h: Header of the row.
-        free: (slots,) stack of unused slots.
-        slots: (slots, slot) summaries.
+        slots: SLOTS.
+        unused: (slots,) stack of unused slots.
+        summaries: (slots, slot) summaries.
     """
-    h.free_count -= 1
-    slot = free[h.free_count]
-    empty_slot(slots[slot])
+    slots.unused_count -= 1
+    slot = unused[slots.unused_count]
+    empty(summaries[slot])
     return slot
 
 
-@compiled
-def give_slot(h, free, slot):
+@kernel
+def free(slots, unused, slot):
     """Take back a slot that is no longer needed."""
-    free[h.free_count] = slot
-    h.free_count += 1
+    unused[slots.unused_count] = slot
+    slots.unused_count += 1
 
 
-@compiled
-def empty_slot(slot):
+@kernel
+def empty(summary):
     """Make a summary that of no frames."""
-    for d in range(len(slot)):
-        slot[d] = 0.0
+    for d in range(len(summary)):
+        summary[d] = 0.0

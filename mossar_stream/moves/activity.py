@@ -7,7 +7,7 @@ its range, a minimum where it has fallen and risen by a significant share.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.moves.track import RING
 
 STARTS = 6  # of which the last ones are remembered
@@ -32,7 +32,7 @@ ACTIVITY = np.dtype(
 )
 
 
-@compiled
+@kernel
 def start_activity(activity):
     """Forget everything but the range."""
     activity.range = max(activity.range, LEAST_RANGE)
@@ -45,7 +45,7 @@ def start_activity(activity):
     activity.starts[:] = -1
 
 
-@compiled
+@kernel
 def follow_activity(activity, speeds, times, first, pose):
     """Take in the speed at a pose.
 
@@ -68,7 +68,7 @@ def follow_activity(activity, speeds, times, first, pose):
         _find_minimum(activity, speed, pose)
 
 
-@inlined
+@inline_kernel
 def mean_speed(speeds, times, first, pose):
     """Return the mean speed over the last `AVERAGED` seconds, m/s."""
     total = 0.0
@@ -79,7 +79,7 @@ def mean_speed(speeds, times, first, pose):
     return total / max(count, 1)
 
 
-@inlined
+@inline_kernel
 def _rise(speeds, times, first, pose):
     """Return where the rise began that led above the threshold."""
     here = pose
@@ -93,14 +93,14 @@ def _rise(speeds, times, first, pose):
     return here
 
 
-@inlined
+@inline_kernel
 def _begin(activity, speed, pose):
     activity.rising = 1
     activity.top = speed
     _remember(activity, pose)
 
 
-@inlined
+@inline_kernel
 def _find_minimum(activity, speed, pose):
     significant = SIGNIFICANT * activity.range
     if activity.rising == 1:
@@ -118,7 +118,7 @@ def _find_minimum(activity, speed, pose):
         _remember(activity, activity.low_pose)
 
 
-@inlined
+@inline_kernel
 def _remember(activity, pose):
     for i in range(STARTS - 1, 0, -1):
         activity.starts[i] = activity.starts[i - 1]

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from mossar_stream.jit.decorators import inlined
-from mossar_stream.jit.simd import BLOCK, line_product
+from mossar_stream.jit.decorators import inline_kernel
+from mossar_stream.jit.simd import FACTORS, line_product
 
 
 def padded(count: int) -> int:
     """Return how many numbers `count` of them take with their padding."""
-    return -(-count // BLOCK) * BLOCK
+    return -(-count // FACTORS) * FACTORS
 
 
-@inlined
+@inline_kernel
 def scale_to_one(line):
     """Give a padded line the length 1 and return the length it had; a line of zeros stays."""
     length = np.sqrt(line_product(line, line))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import line_product
 from mossar_stream.moves.lanes import scale_to_one
 
@@ -36,7 +36,7 @@ class Description(NamedTuple):
     row: NDArray[np.float32]  # (2, DIRECTIONS + 1) two lines of the table of warping
 
 
-@compiled
+@kernel
 def describe(poses, path, first, last, joints, found):
     """Describe the stretch from pose number `first` to `last`.
 
@@ -64,7 +64,7 @@ def describe(poses, path, first, last, joints, found):
     found.size[0] = scale_to_one(found.box)
 
 
-@compiled
+@kernel
 def _equal_steps(poses, path, first, last, points):
     ring = path.size
     begin = path[first % ring]
@@ -81,13 +81,13 @@ def _equal_steps(poses, path, first, last, points):
             points[i, d] = poses[before, d] + share * (poses[after, d] - poses[before, d])
 
 
-@compiled
+@kernel
 def first_half(found):
     """Let the box be that of the first half of the stretch, m."""
     _box(found.points[: POINTS // 2 + 1], found.low, found.box)
 
 
-@inlined
+@inline_kernel
 def _box(points, low, box):
     for d in range(box.size):
         low[d] = box[d] = points[0, d]
@@ -99,7 +99,7 @@ def _box(points, low, box):
         box[d] -= low[d]
 
 
-@inlined
+@inline_kernel
 def correction(found, box, shares, size):
     """Return what the directions' cost is multiplied by: shares, boxes and sizes that differ."""
     shares = max(line_product(found.shares, shares), np.float32(1e-3))
@@ -111,7 +111,7 @@ def correction(found, box, shares, size):
     return sizes / (squares * squares)
 
 
-@compiled
+@kernel
 def warped(found, template, limit):
     """Return the mean of 1 - cos between the directions of a stretch and of an example, warped.
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled, entry_point, inlined
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
 from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.measure import (
@@ -142,7 +142,7 @@ def recognise(memory, bank, positions, times, begin):
     return times.size
 
 
-@compiled
+@kernel
 def _follow(state, poses, bank, positions, time):
     """Take one frame in."""
     state.happened = 0
@@ -164,7 +164,7 @@ def _follow(state, poses, bank, positions, time):
             _settle(state, FINAL)
 
 
-@inlined
+@inline_kernel
 def _is_look_due(decision, activity, was_moving, time):
     speed = activity.speed
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
@@ -176,7 +176,7 @@ def _is_look_due(decision, activity, was_moving, time):
     return True
 
 
-@compiled
+@kernel
 def _start(state, time):
     start_activity(state.activity)
     decision = state.decision
@@ -188,7 +188,7 @@ def _start(state, time):
     decision.agreed = 0
 
 
-@compiled
+@kernel
 def _settle(state, how):
     """Say what became of the last move recognised."""
     if state.found.move >= 0:
@@ -197,7 +197,7 @@ def _settle(state, how):
         state.happened |= how
 
 
-@inlined
+@inline_kernel
 def _copy(to, found):
     to.move = found.move
     to.number = found.number
@@ -209,7 +209,7 @@ def _copy(to, found):
     to.time = found.time
 
 
-@compiled
+@kernel
 def _look(state, poses, bank, last):
     """Compare the stretches that end at pose `last` with the examples, and decide."""
     examples = bank.examples
@@ -229,7 +229,7 @@ def _look(state, poses, bank, last):
     _confirm(state, poses, bank, best_first, last)
 
 
-@inlined
+@inline_kernel
 def _may_begin(state, first, last):
     track = state.track
     if last - first < SHORTEST or last - first >= RING - 1:
@@ -239,7 +239,7 @@ def _may_begin(state, first, last):
     return first >= state.decision.from_pose or (state.found.move >= 0 and first >= state.found.first)
 
 
-@compiled
+@kernel
 def _compare(state, bank, first, best):
     """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
     room, examples, rows = bank.room, bank.examples, bank.rows
@@ -262,7 +262,7 @@ def _compare(state, bank, first, best):
     return best
 
 
-@inlined
+@inline_kernel
 def _is_agreed(decision, examples, best):
     """Tell whether the move with the least cost is recognised now."""
     move = -1
@@ -284,7 +284,7 @@ def _is_agreed(decision, examples, best):
     return decision.agreed >= AGREED
 
 
-@compiled
+@kernel
 def _confirm(state, poses, bank, first, last):
     decision = state.decision
     move = decision.leader
@@ -309,7 +309,7 @@ def _confirm(state, poses, bank, first, last):
     decision.agreed = 0
 
 
-@compiled
+@kernel
 def _leading_limb(bank):
     """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 if there is none."""
     first_half(bank.room)

@@ -6,7 +6,7 @@ are left out, so that cost and memory do not grow with the sensor's rate.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled, inlined
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
 SMOOTHED = 0.15  # s, poses younger than this are averaged
@@ -34,13 +34,13 @@ JOINT = np.dtype(
 )
 
 
-@inlined
+@inline_kernel
 def is_due(track, time):
     """Tell whether a frame at `time` (s) is to become a pose; late ones are not, time that was set back begins anew."""
     return track.poses == 0 or not -LATE <= time - track.time < TICK
 
 
-@compiled
+@kernel
 def add_pose(track, poses, positions, joints, time):
     """Keep a frame as a pose.
 
@@ -74,7 +74,7 @@ def add_pose(track, poses, positions, joints, time):
     return goes_on
 
 
-@inlined
+@inline_kernel
 def _localise(positions, joints, pose, last, started):
     """Write a frame as a pose; return whether all joints were there."""
     whole = True
@@ -100,7 +100,7 @@ def _localise(positions, joints, pose, last, started):
     return whole
 
 
-@inlined
+@inline_kernel
 def _mean(positions):
     x = y = z = np.float32(0.0)
     count = 0
@@ -114,7 +114,7 @@ def _mean(positions):
     return x * share, y * share, z * share
 
 
-@inlined
+@inline_kernel
 def _average(track, poses, raw, number):
     """Average the poses since the gap that are younger than `SMOOTHED`, so that a sensor's noise adds little path."""
     pose = poses[number % RING]
@@ -132,7 +132,7 @@ def _average(track, poses, raw, number):
         pose[d] *= share
 
 
-@inlined
+@inline_kernel
 def _measure_step(track, poses, joints, here, before):
     """Note how far the body moved since the pose before."""
     squares = np.float32(0.0)

@@ -14,10 +14,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import compiled
-from mossar_stream.jit.simd import BLOCK, variance_product
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.simd import FACTORS, variance_product
 from mossar_stream.memory.joint_pages import (
     LOG_SPEED,
+    PADDING,
     PAGE,
     POSE_X,
     POSE_Y,
@@ -34,7 +35,6 @@ from mossar_stream.memory.joint_pages import (
     SUM_Z,
     page_of,
 )
-from mossar_stream.memory.row import LANES
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
@@ -44,7 +44,7 @@ MOST_DISTANCES = 120  # about as many joint pairs as carry information; more onl
 
 LIKELIHOOD = np.dtype(
     [
-        ("start", "i8"),  # where the sums begin in a slot
+        ("start", "i8"),  # where the sums begin in a summary
         ("dimensions", "i8"),  # padded, all groups
         ("positions", "i8"),  # padded dimensions of each group; 0 if it has no weight
         ("speeds", "i8"),
@@ -61,13 +61,13 @@ LIKELIHOOD = np.dtype(
 )
 
 
-def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int) -> NDArray[np.void]:
+def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, center: int) -> NDArray[np.void]:
     """Return the parameters of the likelihood as one record, for compiled code.
 
     Args:
         settings: Of the segmenter.
         joints: J.
-        lanes: J, padded.
+        padded_joints: J, padded to a multiple of `LANES`.
         center: Index of the root, -1 for the centroid.
     """
     weights, floors = settings.features, settings.variance_floor
@@ -76,11 +76,11 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
     stride = max(1, round(joints * half / MOST_DISTANCES))
     offsets = math.ceil(half / stride) if weights.distances and joints > 1 else 0
     p = np.zeros(1, LIKELIHOOD)
-    p["positions"] = 3 * lanes if weights.positions else 0
-    p["speeds"] = lanes if weights.log_speed else 0
+    p["positions"] = 3 * padded_joints if weights.positions else 0
+    p["speeds"] = padded_joints if weights.log_speed else 0
     p["offsets"], p["stride"] = offsets, stride
-    p["dimensions"] = p["positions"] + p["speeds"] + offsets * lanes
-    p["start"] = PATH + lanes
+    p["dimensions"] = p["positions"] + p["speeds"] + offsets * padded_joints
+    p["start"] = PATH + padded_joints
     p["position_weight"] = weights.positions / (3 * moving)
     p["speed_weight"] = weights.log_speed / moving
     p["distance_weight"] = weights.distances / max(1, offsets * joints)
@@ -92,7 +92,7 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
 
 def slot_size(params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
-    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // LANES) * LANES
+    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // PADDING) * PADDING
 
 
 def takes_pose(params: NDArray[np.void]) -> bool:
@@ -105,31 +105,25 @@ def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
     return True
 
 
-@compiled
-def add_frame(params, slot, body, pose, joints, time, weight, moving):
-    """Add one frame to a summary; positions, speeds and paths wait in the body for `pour`.
+@kernel
+def add_frame(params, summary, frame):
+    """Add one frame to a summary; positions, speeds and paths wait in the body for `flush_sums`.
 
     Args:
         params: Record of `make_params`.
-        slot: The summary.
-        body: See joint_pages.py.
-        pose: (4, lanes), m relative to the centre in 3 rows; needed for distances only.
-        joints: J.
-        time: s, of the frame; what matters here is only how long it lasts.
-        weight: s that the frame stands for.
-        moving: Whether it is in a moving period.
+        summary: Of the segment so far.
+        frame: `SummaryFrame`; its pose is looked at for distances only.
     """
-    slot[FRAMES] += 1.0
-    slot[MOVING] += moving
-    slot[DURATION] += weight
-    lanes = pose.shape[1]
-    for first in range(0, lanes, PAGE):
-        _gather(page_of(body, first), np.float32(weight))
+    summary[FRAMES] += 1.0
+    summary[MOVING] += frame.moving
+    summary[DURATION] += frame.weight
+    for first in range(0, frame.pose.shape[1], PAGE):
+        _gather(page_of(frame.body, first), np.float32(frame.weight))
     if params.offsets > 0:
-        _add_pairs(params, slot, pose, joints, weight)
+        _add_pairs(params, summary, frame.pose, frame.joints, frame.weight)
 
 
-@compiled
+@kernel
 def _gather(page, weight):
     """Add the features of a page's joints to the sums that wait."""
     for j in range(PAGE):
@@ -145,63 +139,63 @@ def _gather(page, weight):
         page[j + SUM_PATH] += page[j + STEP_BEFORE]
 
 
-@compiled
-def pour(params, slot, body, lanes):
+@kernel
+def flush_sums(params, summary, body, padded_joints):
     """Add the sums that wait to a summary, and empty them."""
-    for first in range(0, lanes, PAGE):
-        page, count = page_of(body, first), min(PAGE, lanes - first)
-        _pour(slot[PATH + first : PATH + first + count], page[SUM_PATH : SUM_PATH + PAGE])
+    for first in range(0, padded_joints, PAGE):
+        page, count = page_of(body, first), min(PAGE, padded_joints - first)
+        _flush(summary[PATH + first : PATH + first + count], page[SUM_PATH : SUM_PATH + PAGE])
         at = params.start + first
         for axis in range(4):
             if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
                 begin = SUM_X + axis * PAGE
-                _pour(slot[at : at + count], page[begin : begin + PAGE])
+                _flush(summary[at : at + count], page[begin : begin + PAGE])
                 begin = SQUARE_X + axis * PAGE
                 squares = at + params.dimensions
-                _pour(slot[squares : squares + count], page[begin : begin + PAGE])
-                at += lanes
+                _flush(summary[squares : squares + count], page[begin : begin + PAGE])
+                at += padded_joints
         sums = page[SUM_X : SUM_PATH + PAGE]
         for i in range(len(sums)):
             sums[i] = 0.0
 
 
-@compiled
-def _pour(sums, waiting):
+@kernel
+def _flush(sums, waiting):
     for j in range(len(sums)):
         sums[j] += waiting[j]
 
 
-@compiled
-def add_pose(params, slot, pose, joints, time, weight):
+@kernel
+def add_pose(params, summary, pose, joints, time, weight):
     """Add a pose alone, or take it out: to the duration and the sums, not to frames and paths.
 
     Args:
         params: Record of `make_params`.
-        slot: The summary.
-        pose: (4, lanes) m relative to the centre (3) and log speed (1).
+        summary: Of the segment.
+        pose: (4, padded joints) m relative to the centre (3) and log speed (1).
         joints: J.
         time: s, of the pose; what matters here is only how long it lasts.
         weight: s that the pose stands for; negative to take it out.
     """
-    slot[DURATION] += weight
-    lanes = pose.shape[1]
+    summary[DURATION] += weight
+    padded_joints = pose.shape[1]
     # Loops over slices: an index with an offset would be tested for its sign and not vectorise.
-    sums = slot[params.start : params.start + params.dimensions]
-    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    sums = summary[params.start : params.start + params.dimensions]
+    squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
     at = 0
     for axis in range(4):
         if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-            _add_values(sums[at : at + lanes], squares[at : at + lanes], pose[axis], weight)
-            at += lanes
+            _add_values(sums[at : at + padded_joints], squares[at : at + padded_joints], pose[axis], weight)
+            at += padded_joints
     if params.offsets > 0:
-        _add_pairs(params, slot, pose, joints, weight)
+        _add_pairs(params, summary, pose, joints, weight)
 
 
-@compiled
-def _add_pairs(params, slot, pose, joints, weight):
+@kernel
+def _add_pairs(params, summary, pose, joints, weight):
     """Add the distances of the joint pairs (i, i + k mod J), in two runs without a wrap inside."""
-    sums = slot[params.start : params.start + params.dimensions]
-    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    sums = summary[params.start : params.start + params.dimensions]
+    squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
     at = params.positions + params.speeds
     for row in range(params.offsets):
         k = 1 + row * params.stride
@@ -213,7 +207,7 @@ def _add_pairs(params, slot, pose, joints, weight):
         at += pose.shape[1]
 
 
-@compiled
+@kernel
 def _add_values(sums, squares, values, weight):
     for j in range(len(values)):
         weighted = weight * values[j]
@@ -221,7 +215,7 @@ def _add_values(sums, squares, values, weight):
         squares[j] += weighted * values[j]
 
 
-@compiled
+@kernel
 def _add_distances(sums, squares, one, other, weight):
     for i in range(len(sums)):
         x = one[0, i] - other[0, i]
@@ -232,22 +226,22 @@ def _add_distances(sums, squares, one, other, weight):
         squares[i] += weight * square
 
 
-@compiled
+@kernel
 def merge_into(params, target, other):
     """Make `target` the summary of both segments; neither order nor grouping matters beyond rounding."""
     for d in range(len(target)):
         target[d] += other[d]
 
 
-@compiled
-def close(params, slot):
+@kernel
+def close(params, summary):
     """Set a summary's TERM: T Σ_d w_d log(σ²_d + r)."""
-    slot[TERM] = 0.0
-    duration = slot[DURATION]
+    summary[TERM] = 0.0
+    duration = summary[DURATION]
     if duration <= SHORTEST:
         return
-    sums = slot[params.start : params.start + params.dimensions]
-    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
+    sums = summary[params.start : params.start + params.dimensions]
+    squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
     speeds, distances = params.positions, params.positions + params.speeds
     total = 0.0
     if speeds > 0:
@@ -262,26 +256,26 @@ def close(params, slot):
         total += params.distance_weight * _log_sum(
             sums[distances:], squares[distances:], duration, params.distance_floor
         )
-    slot[TERM] = duration * total
+    summary[TERM] = duration * total
 
 
-@compiled
+@kernel
 def _log_sum(sums, squares, duration, floor):
-    """Σ log(σ² + floor): one logarithm for a product of up to 192 variances, 24 in each lane.
+    """Σ log(σ² + floor): one logarithm for a product of up to 192 variances, 24 in each of `FACTORS`.
 
-    No lane's product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
+    No such product overflows: a variance lies between the least floor, 1e-12, and 1e10 m². The product of all would;
     the exponents are therefore added up apart.
     """
     scale = 1.0 / duration
     total = 0.0
-    for begin in range(0, len(sums), 24 * BLOCK):
-        end = min(begin + 24 * BLOCK, len(sums))
+    for begin in range(0, len(sums), 24 * FACTORS):
+        end = min(begin + 24 * FACTORS, len(sums))
         mantissa, exponent = variance_product(sums, squares, begin, end, scale, floor)
         total += np.log(mantissa) + exponent * LOG_2
     return total
 
 
-@compiled
+@kernel
 def strength(params, left, right, both):
     """Return the cost of merging two closed neighbours, >= 0.
 
@@ -294,11 +288,11 @@ def strength(params, left, right, both):
     for d in range(len(both)):
         both[d] = left[d] + right[d]
     close(params, both)
-    return parting(params, left, right, both)
+    return merge_cost(params, left, right, both)
 
 
-@compiled
-def parting(params, left, right, both):
+@kernel
+def merge_cost(params, left, right, both):
     """Return the same where `both` is the summary of both already."""
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0
@@ -308,7 +302,7 @@ def parting(params, left, right, both):
     return max(0.0, cost)
 
 
-@compiled
+@kernel
 def similarity(params, cost, left, right):
     """Return 1/(1 + cost), in 0..1."""
     return 1.0 / (1.0 + cost)

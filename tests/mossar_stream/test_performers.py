@@ -102,8 +102,8 @@ def test_a_level_holds_for_all_and_for_those_to_come_but_the_bundle_stays(core):
     pool.change(level="motion")
     pool.announce("eve", core.skeleton(4))
     assert {pool[name].level for name in pool.names} == {"motion"}
-    assert {pool[name]._header["level"].item() for name in pool.names} == {
-        pool["ann"]._header["level"].item()
+    assert {pool[name]._state["plan"]["beta"].item() for name in pool.names} == {
+        pool["ann"]._state["plan"]["beta"].item()
     }
 
 

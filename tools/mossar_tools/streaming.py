@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import mossar_stream
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.errors import FileError, UnwritableError
@@ -101,18 +102,15 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
 
 def warm_up(settings: Settings) -> None:
     """Compile, or load, the kernels before frames come; say so if it takes long."""
-    from mossar_stream.segmenter import Segmenter
-    from mossar_stream.skeleton import Skeleton
-
     with saying_if_cold():
-        Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+        mossar_stream.precompile(settings)
 
 
 def saying_if_cold() -> AbstractContextManager[None]:
     """Return a block in which it is said that kernels are being compiled, if they are."""
-    from mossar_stream.jit.decorators import telling
-
-    return telling(lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS))
+    return mossar_stream.on_first_compile(
+        lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
+    )
 
 
 def _snapshot(options: Options) -> Snapshot | None:

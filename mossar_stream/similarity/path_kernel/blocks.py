@@ -8,30 +8,13 @@ A block of n vertices, vertex 0 the one nearest the root, is described by four a
     ends   (n,), weight of a vertex that a path ends at, with all that hangs below it
 """
 
-from collections.abc import Callable
-from typing import Any, cast
-
 import numpy as np
-from llvmlite import ir
-from numba import int64
-from numba.extending import intrinsic
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.simd import lowest_bit
 
 
-def _lowest(_context: Any, _mask: Any) -> Any:
-    """Return the position of the lowest set bit of an int64 other than 0: one instruction numba lacks."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
-
-    return int64(int64), generate
-
-
-lowest = cast("Callable[[Any], Any]", intrinsic(_lowest))
-
-
-@compiled
+@kernel
 def depth_first_sum(near, link, inner, ends):
     """Sum the paths of a block by visiting each of them; result as in `path_sum.block_sum`."""
     n = len(near)
@@ -50,7 +33,7 @@ def depth_first_sum(near, link, inner, ends):
                 on_path ^= 1 << v
                 depth -= 1
                 continue
-            u = lowest(ahead[depth])
+            u = lowest_bit(ahead[depth])
             ahead[depth] &= ahead[depth] - 1
             step = value[depth] * link[v, u]
             if u > start:  # else counted from u
@@ -65,7 +48,7 @@ def depth_first_sum(near, link, inner, ends):
     return total, down
 
 
-@compiled
+@kernel
 def find_twins(near, link, inner, ends, twins):
     """Group the vertices that can be swapped without changing a path's weight; vertex 0 stays alone.
 
@@ -113,7 +96,7 @@ def find_twins(near, link, inner, ends, twins):
     return count, states
 
 
-@compiled
+@kernel
 def _group_links(link, twins, count):
     """Return the weight of an edge from a group to another or within it, (count, count), and the groups around."""
     step = np.empty((count, count))
@@ -125,7 +108,7 @@ def _group_links(link, twins, count):
     return step, around
 
 
-@compiled
+@kernel
 def subset_sum(link, inner, ends, twins, count):
     """Sum the paths of a block by the sets they cover; as in `path_sum.block_sum`.
 
@@ -165,7 +148,7 @@ def subset_sum(link, inner, ends, twins, count):
         tips = live[state]
         around, rest = 0, tips
         while rest != 0:
-            g = lowest(rest)
+            g = lowest_bit(rest)
             rest &= rest - 1
             around |= around_group[g] & vacant
             if vertices == 1:
@@ -174,11 +157,11 @@ def subset_sum(link, inner, ends, twins, count):
                 total += sums[state, g] * ends[member[g]]
                 sums[state, g] *= inner[member[g]]
         while around != 0:
-            h = lowest(around)
+            h = lowest_bit(around)
             around &= around - 1
             reached, rest = 0.0, tips & around_group[h]
             while rest != 0:
-                g = lowest(rest)
+                g = lowest_bit(rest)
                 rest &= rest - 1
                 reached += sums[state, g] * step[h, g]
             live[state + stride[h]] |= 1 << h

@@ -15,7 +15,7 @@ mirrored or coinciding joints do, are chosen alike whatever the order of merges.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.similarity.summary import DURATION
 
 STILL = 1e-5  # m; float32 coordinates some metres from the origin are no finer
@@ -23,21 +23,21 @@ COINCIDENT = 1e-3  # m
 PRECISION = 1e9  # steps of RRJRD per 1
 
 
-@compiled
-def add_distances(params, slot, pose, weight):
-    """Add the distances of all joint pairs (i, i + k mod J), k = 1 … J/2, before the slot's duration.
+@kernel
+def add_distances(params, summary, pose, weight):
+    """Add the distances of all joint pairs (i, i + k mod J), k = 1 … J/2, before the summary's duration.
 
     Rows of equal k over coordinates that are stored twice: contiguous, without index lists, so that it
-    vectorises. What stands in padding lanes is never read.
+    vectorises. What stands in the place of padding joints is never read.
 
     Args:
         params: Record of `path_kernel.make_params`.
-        slot: Summary.
-        pose: (4, lanes), of which 3 rows are coordinates, m.
+        summary: Summary.
+        pose: (4, padded joints), of which 3 rows are coordinates, m.
         weight: s, > 0.
     """
-    lanes, size = params.lanes, params.pairs
-    twice = np.zeros((3, 2 * lanes))
+    padded_joints, size = params.padded_joints, params.pairs
+    twice = np.zeros((3, 2 * padded_joints))
     for axis in range(3):
         for j in range(params.joints):
             twice[axis, j] = pose[axis, j]
@@ -45,18 +45,22 @@ def add_distances(params, slot, pose, weight):
     far = np.empty(size)
     for row in range(params.rows):
         k = row + 1
-        x, y, z = twice[0, k : k + lanes], twice[1, k : k + lanes], twice[2, k : k + lanes]
-        own = far[row * lanes : k * lanes]
-        for i in range(lanes):
+        x, y, z = (
+            twice[0, k : k + padded_joints],
+            twice[1, k : k + padded_joints],
+            twice[2, k : k + padded_joints],
+        )
+        own = far[row * padded_joints : k * padded_joints]
+        for i in range(padded_joints):
             dx, dy, dz = x[i] - twice[0, i], y[i] - twice[1, i], z[i] - twice[2, i]
             own[i] = np.sqrt(dx * dx + dy * dy + dz * dz)
     at = params.distances_at
     total, low, high = (
-        slot[at : at + size],
-        slot[at + size : at + 2 * size],
-        slot[at + 2 * size : at + 3 * size],
+        summary[at : at + size],
+        summary[at + size : at + 2 * size],
+        summary[at + 2 * size : at + 3 * size],
     )
-    if slot[DURATION] == 0.0:
+    if summary[DURATION] == 0.0:
         for d in range(size):
             low[d] = np.inf
             high[d] = -np.inf
@@ -66,7 +70,7 @@ def add_distances(params, slot, pose, weight):
         high[d] = max(high[d], far[d])
 
 
-@compiled
+@kernel
 def merge_distances(params, target, other):
     """Add the distances of another segment; neither summary is empty."""
     at, size = params.distances_at, params.pairs
@@ -78,28 +82,28 @@ def merge_distances(params, target, other):
         target[d] = max(target[d], other[d])
 
 
-@compiled
-def _relative_range(params, slot, pair):
+@kernel
+def _relative_range(params, summary, pair):
     """Return the RRJRD of a pair, 0 if it can be no edge."""
     at = params.distances_at + pair
-    low, high = slot[at + params.pairs], slot[at + 2 * params.pairs]
-    mean = slot[at] / slot[DURATION]
+    low, high = summary[at + params.pairs], summary[at + 2 * params.pairs]
+    mean = summary[at] / summary[DURATION]
     if high - low < STILL or mean < COINCIDENT:
         return 0.0
     return np.rint((high - low) / mean * PRECISION) / PRECISION
 
 
-@compiled
-def set_edges(params, slot):
+@kernel
+def set_edges(params, summary):
     """Set the list of edges: their number, then pairs in increasing order, then their RRJRD."""
-    most, joints, lanes = params.edges, params.joints, params.lanes
+    most, joints, padded_joints = params.edges, params.joints, params.padded_joints
     best = np.zeros(most)  # largest first
     ranges = np.empty(params.pairs)
     for row in range(params.rows):
         # The last row of an even number of joints holds each of its pairs twice.
         for i in range(joints if 2 * (row + 1) < joints else joints // 2):
-            own = _relative_range(params, slot, row * lanes + i)
-            ranges[row * lanes + i] = own
+            own = _relative_range(params, summary, row * padded_joints + i)
+            ranges[row * padded_joints + i] = own
             if own > best[most - 1]:
                 place = most - 1
                 while place > 0 and best[place - 1] < own:
@@ -114,11 +118,11 @@ def set_edges(params, slot):
     count = 0
     for row in range(params.rows):
         for i in range(joints if 2 * (row + 1) < joints else joints // 2):
-            own = ranges[row * lanes + i]
+            own = ranges[row * padded_joints + i]
             tied = own == least and ties > 0
             if own > least or tied:
                 ties -= 1 if tied else 0
-                slot[at + count] = row * lanes + i
-                slot[at + most + count] = own
+                summary[at + count] = row * padded_joints + i
+                summary[at + most + count] = own
                 count += 1
-    slot[params.edges_at] = count
+    summary[params.edges_at] = count

@@ -27,10 +27,9 @@ from numba import float32, float64, void
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SettingsError
-from mossar_stream.jit.decorators import compiled
-from mossar_stream.jit.linked import apart, publish
-from mossar_stream.memory.joint_pages import STEP_BEFORE, place
-from mossar_stream.memory.row import LANES
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.linked import linked, publish
+from mossar_stream.memory.joint_pages import PADDING, STEP_BEFORE, place
 from mossar_stream.settings import KernelForm, ResolvedSettings
 from mossar_stream.similarity.path_kernel.graph import add_distances, merge_distances, set_edges
 from mossar_stream.similarity.path_kernel.path_sum import path_sum
@@ -55,9 +54,9 @@ AT_REST = 1e-12  # m², norm of a covariance below which a joint does not move
 PATH_KERNEL = np.dtype(
     [
         ("joints", "i8"),
-        ("lanes", "i8"),
+        ("padded_joints", "i8"),
         ("rows", "i8"),  # offsets k of the joint pairs (i, i + k mod J)
-        ("pairs", "i8"),  # rows · lanes
+        ("pairs", "i8"),  # rows · padded joints
         ("edges", "i8"),  # N
         ("layers", "i8"),  # L
         ("form", "i8"),  # index into FORMS
@@ -75,16 +74,16 @@ PATH_KERNEL = np.dtype(
     ],
 )
 _PARAMS = numba.from_dtype(PATH_KERNEL)
-_SLOT = float64[::1]
+_SUMMARY = float64[::1]
 
 
-def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int) -> NDArray[np.void]:
+def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, center: int) -> NDArray[np.void]:
     """Return the parameters of the path kernel as one record, for compiled code; make its kernels callable.
 
     Args:
         settings: Of the segmenter.
         joints: J.
-        lanes: J, padded.
+        padded_joints: J, padded to a multiple of `PADDING`.
         center: Index of the root, -1 for the centroid; all measures are told.
 
     Raises:
@@ -96,13 +95,13 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
         )
     damped = settings.kernel_form == "damped"
     p = np.zeros(1, PATH_KERNEL)[0]
-    p["joints"], p["lanes"] = joints, lanes
+    p["joints"], p["padded_joints"] = joints, padded_joints
     p["rows"] = joints // 2
-    p["pairs"] = joints // 2 * lanes
+    p["pairs"] = joints // 2 * padded_joints
     p["edges"], p["layers"], p["form"] = settings.edges, settings.layers, FORMS.index(settings.kernel_form)
     p["decay"], p["diagonal"] = (DECAY, DIAGONAL) if damped else (1.0, 0.0)
     p["bins"] = 1 if settings.layers == 1 else MOST_BINS
-    p["bin_size"] = bin_size(lanes)
+    p["bin_size"] = bin_size(padded_joints)
     p["covariance"] = 3 * settings.layers * (settings.layers + 1)
     parts = {
         "distances_at": 3 * p["pairs"],
@@ -112,10 +111,10 @@ def make_params(settings: ResolvedSettings, joints: int, lanes: int, center: int
         "edges_at": 1 + 2 * settings.edges,
         "size": 0,
     }
-    at = PATH + lanes
+    at = PATH + padded_joints
     for name, size in parts.items():
         p[name] = at
-        at += -(-int(size) // LANES) * LANES
+        at += -(-int(size) // PADDING) * PADDING
     for name in ("coarsen", "add", "merge", "kernel", "close", "strength"):
         publish(f"mossar.{name}")
     return np.array([p], PATH_KERNEL)
@@ -136,10 +135,10 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
 
     Args:
         params: Of `make_params`.
-        slots: (n, slot).
+        slots: (n, size).
     """
     p = params[0]
-    joints, lanes, rows, most = (int(p[name]) for name in ("joints", "lanes", "rows", "edges"))
+    joints, padded, rows, most = (int(p[name]) for name in ("joints", "padded_joints", "rows", "edges"))
     clocks = slots[:, p["clock_at"] : p["clock_at"] + 3]
     counts, edges = slots[:, p["edges_at"]], slots[:, p["edges_at"] + 1 : p["edges_at"] + 1 + most]
     level, first, last = clocks.T
@@ -154,7 +153,7 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
     if not sound:
         return False
     legal = [
-        r * lanes + i for r in range(rows) for i in range(joints if 2 * (r + 1) < joints else joints // 2)
+        r * padded + i for r in range(rows) for i in range(joints if 2 * (r + 1) < joints else joints // 2)
     ]
     return all(
         np.isin(own[: int(count)], legal).all() and (np.diff(own[: int(count)]) > 0).all()
@@ -162,63 +161,58 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
     )
 
 
-@compiled
-def add_frame(params, slot, body, pose, joints, time, weight, moving):
+@kernel
+def add_frame(params, summary, frame):
     """Add one frame to a summary.
 
     Args:
         params: Record of `make_params`.
-        slot: The summary.
-        body: See joint_pages.py.
-        pose: (4, lanes), of which 3 rows are m relative to the centre.
-        joints: J.
-        time: s, of the frame.
-        weight: s that the frame stands for.
-        moving: Whether it is in a moving period.
+        summary: Of the segment so far.
+        frame: `SummaryFrame`.
     """
-    slot[FRAMES] += 1.0
-    slot[MOVING] += moving
-    for j in range(joints):
-        slot[PATH + j] += body[place(j) + STEP_BEFORE]
-    _add(params, slot, pose, time, weight)
+    summary[FRAMES] += 1.0
+    summary[MOVING] += frame.moving
+    for j in range(frame.joints):
+        summary[PATH + j] += frame.body[place(j) + STEP_BEFORE]
+    _add(params, summary, frame.pose, frame.time, frame.weight)
 
 
-@compiled
-def add_pose(params, slot, pose, joints, time, weight):
+@kernel
+def add_pose(params, summary, pose, joints, time, weight):
     """Add the pose alone: to the duration and the sums, not to frames and paths."""
-    _add(params, slot, pose, time, weight)
+    _add(params, summary, pose, time, weight)
 
 
-@compiled
-def pour(params, slot, body, lanes):
+@kernel
+def flush_sums(params, summary, body, padded_joints):
     """Do nothing; every frame went into its summary at once."""
 
 
-@compiled
+@kernel
 def merge_into(params, target, other):
     """Make `target` the summary of both segments; neither order nor grouping matters beyond rounding."""
     _merge(params, target, other)
 
 
-@compiled
-def close(params, slot):
+@kernel
+def close(params, summary):
     """Set the covariances, the edges and, in TERM, the kernel of the segment with itself."""
-    _close(params, slot)
+    _close(params, summary)
 
 
-@compiled
+@kernel
 def strength(params, left, right, both):
     """Return the strength of the key frame between two closed neighbours, >= 0; `both` is left alone."""
     return _strength(params, left, right)
 
 
-@compiled
-def parting(params, left, right, both):
+@kernel
+def merge_cost(params, left, right, both):
     """Return the same; `both` is not looked at."""
     return _strength(params, left, right)
 
 
-@compiled
+@kernel
 def similarity(params, cost, left, right):
     """Return what the strength says of the kernel, in 0..1: K_ab / sqrt(K_aa K_bb), or K_ab / (1 + K_ab)."""
     scale = 1.0
@@ -228,15 +222,15 @@ def similarity(params, cost, left, right):
     return max(0.0, 1.0 - cost / scale) if scale > 0.0 else 1.0
 
 
-@apart("mossar.add", void(_PARAMS, _SLOT, float32[:, ::1], float64, float64))
-def _add(params, slot, pose, time, weight):
+@linked("mossar.add", void(_PARAMS, _SUMMARY, float32[:, ::1], float64, float64))
+def _add(params, summary, pose, time, weight):
     if weight > 0.0:
-        add_moments(params, slot, pose, time, weight)
-        add_distances(params, slot, pose, weight)
-        slot[DURATION] += weight
+        add_moments(params, summary, pose, time, weight)
+        add_distances(params, summary, pose, weight)
+        summary[DURATION] += weight
 
 
-@apart("mossar.merge", void(_PARAMS, _SLOT, _SLOT))
+@linked("mossar.merge", void(_PARAMS, _SUMMARY, _SUMMARY))
 def _merge(params, target, other):
     target[FRAMES] += other[FRAMES]
     target[MOVING] += other[MOVING]
@@ -245,7 +239,7 @@ def _merge(params, target, other):
     if other[DURATION] == 0.0:
         return
     if target[DURATION] == 0.0:
-        for d in range(PATH + params.lanes, params.size):
+        for d in range(PATH + params.padded_joints, params.size):
             target[d] = other[d]
     else:
         merge_moments(params, target, other)
@@ -253,7 +247,7 @@ def _merge(params, target, other):
     target[DURATION] += other[DURATION]
 
 
-@apart("mossar.kernel", float64(_PARAMS, _SLOT, _SLOT))
+@linked("mossar.kernel", float64(_PARAMS, _SUMMARY, _SUMMARY))
 def _kernel(params, left, right):
     """Return K of two closed segments."""
     weights = np.empty(params.joints)
@@ -268,9 +262,9 @@ def _kernel(params, left, right):
         other = np.int64(right[at + 1 + b])
         if pair == other:
             one, two = left[at + 1 + params.edges + a], right[at + 1 + params.edges + b]
-            joint = pair % params.lanes
+            joint = pair % params.padded_joints
             edges[count, 0] = joint
-            edges[count, 1] = (joint + pair // params.lanes + 1) % params.joints
+            edges[count, 1] = (joint + pair // params.padded_joints + 1) % params.joints
             ratios[count] = params.decay * min(one, two) / max(one, two)
             count += 1
         a += 1 if pair <= other else 0
@@ -278,7 +272,7 @@ def _kernel(params, left, right):
     return path_sum(weights, edges[:count], ratios[:count])
 
 
-@compiled
+@kernel
 def _vertex_kernel(params, left, right, at):
     """Compare the covariances of a joint; the products of covariances are never negative."""
     xx = yy = xy = 0.0
@@ -294,17 +288,17 @@ def _vertex_kernel(params, left, right, at):
     return max(0.0, xy / np.sqrt(xx * yy))
 
 
-@apart("mossar.close", void(_PARAMS, _SLOT))
-def _close(params, slot):
-    slot[TERM] = 0.0
-    if slot[DURATION] > SHORTEST:
-        set_covariances(params, slot)
-        set_edges(params, slot)
+@linked("mossar.close", void(_PARAMS, _SUMMARY))
+def _close(params, summary):
+    summary[TERM] = 0.0
+    if summary[DURATION] > SHORTEST:
+        set_covariances(params, summary)
+        set_edges(params, summary)
         if params.form != SUM:
-            slot[TERM] = _kernel(params, slot, slot)
+            summary[TERM] = _kernel(params, summary, summary)
 
 
-@apart("mossar.strength", float64(_PARAMS, _SLOT, _SLOT))
+@linked("mossar.strength", float64(_PARAMS, _SUMMARY, _SUMMARY))
 def _strength(params, left, right):
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0

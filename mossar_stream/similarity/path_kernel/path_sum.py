@@ -12,19 +12,43 @@ paper visits them one by one. Their weighted sum needs no such visit:
    block too wide for either, which takes far more than 45 edges, is left to a visit of every path.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from mossar_stream.jit.decorators import compiled
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.similarity.path_kernel.blocks import depth_first_sum, find_twins, subset_sum
 from mossar_stream.similarity.path_kernel.frontier import FRONTIER_SLOTS, elimination_order, frontier_sum
 
 MOST_EDGES = 64  # a biconnected block of as many edges has no more vertices than an int64 has bits
 FEW_STATES = 2**12  # up to here the sets are so few that they always beat a frontier
-NONE = np.int64(0)
+NOTHING = np.int64(0)
 MOST_STATES = 2**17  # of 17 vertices are 18 MB
 
 
-@compiled
+class WeightedGraph(NamedTuple):
+    """A graph as the search goes through it, and what it has summed so far."""
+
+    first: NDArray[np.int64]  # (V + 1,) where each vertex's entries begin in the next two
+    neighbour: NDArray[np.int64]  # (2E,)
+    link: NDArray[np.float64]  # (2E,) weight of the edge to it
+    weights: NDArray[np.float64]  # (V,) of the vertices
+    below: NDArray[np.float64]  # (V,) 1 + weighted paths that leave the vertex into the blocks summed so far
+
+
+class Search(NamedTuple):
+    """Tarjan's search: (V,) int64 each, zero before the first component."""
+
+    found: NDArray[np.int64]  # when the vertex was found, from 1
+    low: NDArray[np.int64]  # the earliest one that is reached from below it
+    tried: NDArray[np.int64]  # of its neighbours
+    trail: NDArray[np.int64]  # from the root to where the search is
+    waiting: NDArray[np.int64]  # found, and in no block yet
+    place: NDArray[np.int64]  # in the block that is summed
+
+
+@kernel
 def path_sum(vertex_weights, edges, edge_weights):
     """Sum the products of weights over all simple paths of an undirected graph.
 
@@ -52,40 +76,38 @@ def path_sum(vertex_weights, edges, edge_weights):
         raise ValueError("edges: at most 64 are supported")
     count = len(vertex_weights)
     first, neighbour, link = _neighbour_lists(vertex_weights, edges, edge_weights)
-    below = np.ones(count)
-    scratch = np.zeros((6, count), np.int64)
+    graph = WeightedGraph(first, neighbour, link, vertex_weights, np.ones(count))
+    places = np.zeros((6, count), np.int64)
+    search = Search(places[0], places[1], places[2], places[3], places[4], places[5])
     total = 0.0
     for v in range(count):
         total += vertex_weights[v]
-        if scratch[0, v] == 0 and first[v] < first[v + 1]:
-            total += _component_sum(first, neighbour, link, vertex_weights, below, v, scratch)
+        if search.found[v] == 0 and first[v] < first[v + 1]:
+            total += _component_sum(graph, v, search)
     return total
 
 
-@compiled
-def _component_sum(first, neighbour, link, vertex_weights, below, root, scratch):
+@kernel
+def _component_sum(graph, root, search):
     """Sum the paths of length >= 1 of one component, block by block as Tarjan's search completes them.
 
     Args:
-        first: As `_neighbour_lists` returns it, like the next two.
-        neighbour: (2E,).
-        link: (2E,).
-        vertex_weights: (V,).
-        below: (V,), 1 + weighted paths that leave the vertex into the blocks summed so far; brought up to date.
+        graph: `WeightedGraph`; `below` is brought up to date.
         root: A vertex of the component.
-        scratch: (6, V), zero before the first component.
+        search: `Search`.
     """
-    found, low, tried, trail, waiting = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
+    first, weights, below = graph.first, graph.weights, graph.below
+    found, low, tried, trail, waiting = search.found, search.low, search.tried, search.trail, search.waiting
     found[root] = low[root] = clock = 1
     trail[0] = root
-    depth = held = NONE
+    depth = held = NOTHING
     total = 0.0
     while True:
         v = trail[depth]
         entry = first[v] + tried[v]
         if entry < first[v + 1]:
             tried[v] += 1
-            u = neighbour[entry]
+            u = graph.neighbour[entry]
             if found[u] > 0:
                 low[v] = min(low[v], found[u])
             else:
@@ -106,18 +128,16 @@ def _component_sum(first, neighbour, link, vertex_weights, below, root, scratch)
         while waiting[begin] != v:
             begin -= 1
         if begin == held - 1:
-            down = link[first[parent] + tried[parent] - 1] * vertex_weights[v] * below[v]
-            total += vertex_weights[parent] * below[parent] * down
+            down = graph.link[first[parent] + tried[parent] - 1] * weights[v] * below[v]
+            total += weights[parent] * below[parent] * down
         else:
-            within, down = _graph_block_sum(
-                first, neighbour, link, vertex_weights, below, parent, waiting, begin, held, scratch[5]
-            )
+            within, down = _graph_block_sum(graph, parent, waiting[begin:held], search.place)
             total += within
         below[parent] += down
         held = begin
 
 
-@compiled
+@kernel
 def _neighbour_lists(vertex_weights, edges, edge_weights):
     """List the neighbours of each vertex, leaving out the edges on which every path weighs nothing.
 
@@ -150,45 +170,39 @@ def _neighbour_lists(vertex_weights, edges, edge_weights):
     return first, neighbour, link
 
 
-@compiled
-def _graph_block_sum(first, neighbour, link, vertex_weights, below, parent, waiting, begin, held, place):
+@kernel
+def _graph_block_sum(graph, parent, others, place):
     """Number the vertices of a block, the parent 0, collect the edges between them, and sum its paths.
 
     Args:
-        first: As `_neighbour_lists` returns it, like the next two.
-        neighbour: (2E,).
-        link: (2E,).
-        vertex_weights: (V,).
-        below: (V,) as in `_component_sum`.
+        graph: `WeightedGraph`.
         parent: Vertex of the block nearest the root.
-        waiting: Holds its other vertices from `begin` to `held`.
-        begin: See there.
-        held: See there.
+        others: Its other vertices.
         place: (V,) int64, scratch.
     """
-    n = held - begin + 1
+    n = len(others) + 1
     members = np.empty(n, np.int64)
     near = np.zeros(n, np.int64)
     inside = np.zeros((n, n))
     inner = np.empty(n)
     ends = np.empty(n)
     for i in range(n):
-        v = waiting[begin + i - 1] if i > 0 else parent
+        v = others[i - 1] if i > 0 else parent
         members[i] = v
         place[v] = i
-        inner[i] = vertex_weights[v]
-        ends[i] = vertex_weights[v] * below[v]
+        inner[i] = graph.weights[v]
+        ends[i] = graph.weights[v] * graph.below[v]
     for i in range(n):
         v = members[i]
-        for entry in range(first[v], first[v + 1]):
-            j = place[neighbour[entry]]
-            if j < n and members[j] == neighbour[entry]:
+        for entry in range(graph.first[v], graph.first[v + 1]):
+            j = place[graph.neighbour[entry]]
+            if j < n and members[j] == graph.neighbour[entry]:
                 near[i] |= 1 << j
-                inside[i, j] = link[entry]
+                inside[i, j] = graph.link[entry]
     return block_sum(near, inside, inner, ends)
 
 
-@compiled
+@kernel
 def block_sum(near, link, inner, ends):
     """Sum the paths of one block, as described in `path_blocks`, by the method that should cost least.
 

@@ -10,7 +10,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from mossar_stream import Segmenter, Settings, segment_recording
-from mossar_stream.memory.row import region
+from mossar_stream.algorithm.row import region
 
 NEXT = {  # status: what may follow it
     None: {"candidate", "confirmed"},
@@ -212,10 +212,10 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
     for seed in range(6):
         positions, times = core.moving_people(seed, frames=900, losses=False)
         segmenter = Segmenter(core.skeleton(4), settings)
-        key, h = region(segmenter._memory[0], segmenter._plan.shape, "keys"), segmenter._header
+        key, h = region(segmenter._memory[0], segmenter._plan.shape, "keys"), segmenter._state["window"]
         for t in range(900):
             ranked = h["ranked"] == 1 and h["undecided"] > 0
-            identity, strength, stood = key["frame"][0], key["strength"][0], key["standing"][0]
+            identity, strength, stood = key["frame"][0], key["strength"][0], key["kept"][0]
             told = [
                 e for e in segmenter.push(positions[t], times[t]) if e.__struct_config__.tag == "key_frame"
             ]

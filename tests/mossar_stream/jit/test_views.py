@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from mossar_stream import Segmenter, Settings
-from mossar_stream.algorithm.window_step import make_room
+from mossar_stream.algorithm.row import CACHE_LINE, new_memory
+from mossar_stream.algorithm.window_step import new_scratch
 from mossar_stream.engine.buffers import Desk
 from mossar_stream.engine.plan import Plan
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.views import part
-from mossar_stream.memory.row import CACHE_LINE, new_memory
 
 UNTOUCHED = 0xA5
 
@@ -53,10 +53,10 @@ def test_nothing_is_written_outside_the_row_and_the_room(core, joints, chosen):
     plan = Plan(core.skeleton(joints), Settings(range_floor=0.01, window=0.05, **chosen), 60.0)
     desk = Desk(plan)
     row, row_ends = guarded(plan.row_bytes)
-    room, room_ends = guarded(-(-len(make_room(plan)) // CACHE_LINE) * CACHE_LINE)
-    beyond = room[len(make_room(plan)) :]
+    room, room_ends = guarded(-(-len(new_scratch(plan.shape)) // CACHE_LINE) * CACHE_LINE)
+    beyond = room[len(new_scratch(plan.shape)) :]
     beyond[:] = UNTOUCHED
-    desk.room = room[: len(make_room(plan))]
+    desk.room = room[: len(new_scratch(plan.shape))]
     plan.prepare(row, 0)
     segmenter = Segmenter.at_row(plan, row.reshape(1, -1), desk, "p1")
     positions, times = core.moving_people(joints, frames=600, joints=joints)

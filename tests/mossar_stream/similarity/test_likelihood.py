@@ -8,12 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, place
-from mossar_stream.memory.row import Shape
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, STEP_BEFORE, pad, place
 from mossar_stream.settings import Features, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.likelihood import make_params, slot_size
-from mossar_stream.similarity.summary import DURATION, FRAMES, PATH, TERM
+from mossar_stream.similarity.summary import DURATION, FRAMES, PATH, TERM, SummaryFrame
 
 FEATURES = [
     {"positions": 1.0},
@@ -33,8 +32,9 @@ def summarise(params, slot, poses, steps, joints, weights):
             body[place(j) + STEP_BEFORE] = steps[i, j]
             for axis in range(4):
                 body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
-        similarity.add_frame(params[0], slot, body, poses[i], joints, 0.0, weights[i], 1)
-    similarity.pour(params[0], slot, body, lanes)
+        frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1)
+        similarity.add_frame(params[0], slot, frame)
+    similarity.flush_sums(params[0], slot, body, lanes)
     similarity.close(params[0], slot)
 
 
@@ -54,7 +54,7 @@ class Segment:
 
     def __init__(self, seed, frames, joints, features, short=0.0):
         rng = np.random.default_rng(seed)
-        lanes = Shape.pad(joints)
+        lanes = pad(joints)
         self.settings = Settings(features=Features(**features), short_segment=short).resolved()
         self.params = make_params(self.settings, joints, lanes, 0)
         self.joints, self.poses = joints, np.zeros((frames, 4, lanes), np.float32)

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.joints import first_joints, step_joints
+from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.normalisation import normalise
-from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, follow_curve, start_curve
+from mossar_stream.algorithm.row import ROW, ROW_BYTES
+from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, follow_curve, forget_candidate, start_curve
 from mossar_stream.algorithm.velocity import travel
 from mossar_stream.engine.plan import Plan
-from mossar_stream.jit.decorators import frame_entry_point
+from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import POINT
-from mossar_stream.memory.row import HEADER, HEADER_BYTES
 from mossar_stream.settings import Settings
 from mossar_tools.bench.measurement import Measurement, Took, rate, timed
 from mossar_tools.bench.motion import Chunk, Motion
@@ -27,7 +27,7 @@ SIZE = 1000  # frames of a chunk
 SETTINGS = Settings(noise_margin=0.0)  # the noise estimate is no part of Algorithms 1 and 2
 
 
-@frame_entry_point
+@entry_point(makes_arrays=False)
 def split_frames(
     memory: NDArray[np.uint8],
     index: int,
@@ -48,34 +48,37 @@ def split_frames(
         Key frames confirmed.
     """
     row = memory[index]
-    h = row[:HEADER_BYTES].view(HEADER)[0]
-    seen = row[h.at_seen : h.at_seen + 8 * h.lanes].view(np.float64)
-    body = row[h.at_body : h.at_seen].view(np.float32)
-    ring_time = row[h.at_ring_time : h.at_ring_time + 8 * h.ring].view(np.float64)
-    ring_step = row[h.at_ring_step : h.at_ring_step + 8 * h.ring].view(np.int64)
+    state = row[:ROW_BYTES].view(ROW)[0]
+    plan, clock, curve, at = state.plan, state.clock, state.curve, state.at
+    body = row[at.body : at.seen].view(np.float32)
+    seen = row[at.seen : at.seen + 8 * plan.padded_joints].view(np.float64)
+    joints = Joints(plan, state.joints, state.counters, seen, body)
+    ring_time = row[at.ring_time : at.ring_time + 8 * plan.ring].view(np.float64)
+    ring_step = row[at.ring_step : at.ring_step + 8 * plan.ring].view(np.int64)
     points = positions.reshape(-1).view(POINT)
     found = 0
     for i in range(len(times)):
         time = times[i]
-        frame = points[i * h.joints : (i + 1) * h.joints]
-        first = h.open == 0
-        weight, displacement = 0.0, 0.0
+        frame = points[i * plan.joints : (i + 1) * plan.joints]
+        first = clock.open == 0
+        dt, displacement = 0.0, 0.0
         if first:
-            h.open = 1
-            first_joints(h, seen, body, frame, time)
+            clock.open = 1
+            start_joints(joints, frame, time)
         else:
-            weight = min(time - h.time, h.max_gap)
-            displacement = step_joints(h, seen, body, frame, time)
-        velocity = travel(h, ring_time, ring_step, time, displacement)
+            dt = min(time - clock.time, plan.max_gap)
+            displacement = step_joints(joints, frame, clock.time, time)
+        velocity = travel(state.velocity, ring_time, ring_step, time, displacement, plan.window)
         if until == SPLITTING:
-            value, scale = normalise(h, velocity, weight)
+            value, scale = normalise(state.range, plan, 0.0, velocity, dt)
+            theta = plan.theta * scale
             if first:
-                start_curve(h, value, scale)
-            elif follow_curve(h, value, scale, h.next_frame, time) & (CROSSED | CONFIRMED):
-                h.candidate = -1
+                start_curve(curve, value, theta, scale, clock.next_frame, time)
+            elif follow_curve(curve, value, theta, scale, clock.next_frame, time) & (CROSSED | CONFIRMED):
+                forget_candidate(curve)
                 found += 1
-        h.time = time
-        h.next_frame += 1
+        clock.time = time
+        clock.next_frame += 1
     return found
 
 

@@ -7,17 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mossar_stream.algorithm import reference
-from mossar_stream.algorithm import remerging as hierarchy
+from mossar_stream.algorithm import reference, remerging
 from mossar_stream.errors import SettingsError
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, place
-from mossar_stream.memory.row import MEMO, Shape
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, pad, place
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
 from mossar_stream.similarity.path_kernel import reference as path_reference
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM
+from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM, SummaryFrame
 
 FORMS = ("damped", "normalised", "sum")
 STEP = 1.0 / 64.0
@@ -28,7 +26,8 @@ def add_frame(params, slot, pose, step, joints, time, weight, moving):
     body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
     for j in range(joints):
         body[place(j) + STEP_BEFORE] = step[j]
-    similarity.add_frame(params[0], slot, body, pose, joints, time, weight, moving)
+    frame = SummaryFrame(body, pose, joints, time, weight, moving)
+    similarity.add_frame(params[0], slot, frame)
 
 
 @entry_point
@@ -57,18 +56,22 @@ def alike(params, cost, left, right):
 
 
 @entry_point
-def fall(params, segments, places, nodes, bounds, memo, both, links, costs, strengths, order):
-    count = len(nodes) - 1
-    hierarchy.fall(
-        params[0], segments, places, nodes, count, bounds, memo, both, links, costs, 1.0, strengths, order
+def remerge(params, segments, bounds, costs, integers, removed):
+    count = len(bounds) - 2
+    memo = np.zeros(0, remerging.MEMO)
+    places, links = integers[0], integers[1:]
+    nodes, both = np.empty_like(segments), np.empty(segments.shape[1])
+    run = remerging.Remerging(
+        params[0], segments, memo, places, bounds, nodes, both, links, costs[0], costs[1], removed
     )
+    remerging.remerge(run, count, 1.0)
 
 
 def make_params(joints, *, form="damped", edges=20, layers=1):
     chosen = Settings(
         similarity="path_kernel", kernel_form=form, edges=edges, layers=layers, location="none"
     ).resolved()
-    return path_kernel.make_params(chosen, joints, Shape.pad(joints), 0)
+    return path_kernel.make_params(chosen, joints, pad(joints), 0)
 
 
 def times_of(positions, start=0.0):
@@ -77,7 +80,7 @@ def times_of(positions, start=0.0):
 
 def summary(params, positions, times, weight=STEP):
     slot = np.zeros(path_kernel.slot_size(params))
-    lanes = int(params["lanes"][0])
+    lanes = int(params["padded_joints"][0])
     joints = positions.shape[1]
     pose, step = np.zeros((4, lanes), np.float32), np.zeros(lanes)
     step[:joints] = 0.01
@@ -111,7 +114,10 @@ def stored_graph(params, slot):
     pairs = slot[at + 1 : at + 1 + count].astype(int)
     values = slot[at + 1 + int(p["edges"]) :][:count]
     edges = {
-        (int(pair % p["lanes"]), int((pair % p["lanes"] + pair // p["lanes"] + 1) % p["joints"])): value
+        (
+            int(pair % p["padded_joints"]),
+            int((pair % p["padded_joints"] + pair // p["padded_joints"] + 1) % p["joints"]),
+        ): value
         for pair, value in zip(pairs, values, strict=True)
     }
     return covariances, edges
@@ -315,24 +321,13 @@ def test_free_location_is_refused():
 
 
 def hierarchy_of(params, positions, times, bounds):
-    """Run Algorithm 3 on summaries made frame by frame; return the order of the fall with the strengths."""
+    """Run Algorithm 3 on summaries made frame by frame; return the key frames as they are removed, with their strengths."""
     count = len(bounds) - 2
     segments = np.stack([closed(params, positions[a:b], times[a:b]) for a, b in pairwise(bounds)])
-    strengths, order = np.zeros(count), np.zeros(count, np.int64)
-    fall(
-        params,
-        segments,
-        np.arange(count + 1),
-        np.empty_like(segments),
-        np.arange(count + 2),
-        np.zeros(0, MEMO),
-        np.empty(segments.shape[1]),
-        np.empty((5, count + 1), np.int64),
-        np.empty(count),
-        strengths,
-        order,
-    )
-    return [(bounds[1 + k], strengths[k]) for k in order]
+    integers = np.tile(np.arange(count + 1), (6, 1))
+    costs, removed = np.zeros((2, count)), np.zeros(count, np.int64)
+    remerge(params, segments, np.arange(count + 2), costs, integers, removed)
+    return [(bounds[1 + k], costs[1, k]) for k in removed]
 
 
 @pytest.mark.parametrize("form", FORMS)
