@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mossar_stream.engine.warm_up import precompile
-    from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
-    from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
+    from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
+    from mossar_stream.events import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StatsEvent, StreamEvent
     from mossar_stream.frames import Frames
     from mossar_stream.jit.listening import on_first_compile
+    from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
     from mossar_stream.recording import segment_recording
     from mossar_stream.segmenter import Segmenter
@@ -24,6 +25,9 @@ _HOMES = {
     "Frames": "frames",
     "KeyFrameEvent": "events",
     "MossarError": "errors",
+    "MoveEvent": "events",
+    "Moves": "moves.moves",
+    "MovesError": "errors",
     "Performers": "performers",
     "SegmentEvent": "events",
     "Segmenter": "segmenter",
@@ -43,6 +47,9 @@ __all__ = [
     "Frames",
     "KeyFrameEvent",
     "MossarError",
+    "MoveEvent",
+    "Moves",
+    "MovesError",
     "Performers",
     "SegmentEvent",
     "Segmenter",

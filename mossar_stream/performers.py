@@ -5,19 +5,22 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from mossar_stream.engine import engine
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Pages, push_block
+from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
-MOST_PAGES = 8  # kinds of performers that share pages
+MOST_KINDS = 8  # of performers that share pools: skeletons and rates
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
 
@@ -35,6 +38,7 @@ class Performers:
         settings: Defaults to `Settings()`.
         most: How many performers are followed at once; the one idle for longest makes room for a new one, and
             goes on with the next take when it is announced again.
+        moves: That are recognised of all performers; they share the examples.
 
     Example:
         >>> import numpy as np
@@ -45,13 +49,17 @@ class Performers:
         'started'
     """
 
-    def __init__(self, settings: Settings | None = None, most: int = MOST_PERFORMERS) -> None:
+    def __init__(
+        self, settings: Settings | None = None, most: int = MOST_PERFORMERS, moves: Moves | None = None
+    ) -> None:
         if most < 1:
             raise ValueError(f"at least one performer must be followed, not {most}")
         self._settings = settings or Settings()
         self._level = self._settings.level
+        self._moves = moves
+        self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
-        self._pages: dict[tuple[Skeleton, float | None], Pages] = {}
+        self._pools: dict[tuple[Skeleton, float | None], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
         self._absent: dict[str, Absent] = {}  # in the order in which they left
 
@@ -86,15 +94,19 @@ class Performers:
 
         Returns:
             The events of takes that this ends.
+
+        Raises:
+            FrameError: If the skeleton lacks joints that the moves need.
         """
         name = performer_name(performer)
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return []
+        recognition = self._recognition_of(name, skeleton)
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        segmenter = self._pages_for(skeleton, fps).seat(name)
+        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name), recognition)
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
@@ -103,6 +115,37 @@ class Performers:
             segmenter.change(**before.changes)
         self._segmenters[name] = segmenter
         return events
+
+    @property
+    def moves(self) -> Moves | None:
+        """The moves that are recognised; setting them takes effect with everybody's next frame.
+
+        Raises:
+            FrameError: If somebody's skeleton lacks joints that they need; nothing is changed then.
+        """
+        return self._moves
+
+    @moves.setter
+    def moves(self, moves: Moves | None) -> None:
+        before = self._moves, self._stores
+        self._moves, self._stores = moves, {}
+        try:
+            fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
+        except FrameError:
+            self._moves, self._stores = before
+            raise
+        for name, recognition in fresh.items():
+            self._segmenters[name].recognition = recognition
+
+    def _recognition_of(self, name: str, skeleton: Skeleton) -> Recognition | None:
+        """Return what recognises the moves of a performer."""
+        if self._moves is None:
+            return None
+        recognition = Recognition(self._moves, skeleton, name, self._stores.get(skeleton))
+        while len(self._stores) >= MOST_KINDS and skeleton not in self._stores:
+            del self._stores[next(iter(self._stores))]
+        self._stores[skeleton] = recognition.store
+        return recognition
 
     def _dismiss(self, name: str, reason: str) -> list[Event]:
         """End a performer's take and free its memory, but keep in mind where it was."""
@@ -115,16 +158,16 @@ class Performers:
             del self._absent[next(iter(self._absent))]
         return events
 
-    def _pages_for(self, skeleton: Skeleton, fps: float | None) -> Pages:
-        """Return where performers with this skeleton and rate sit."""
+    def _pools_for(self, skeleton: Skeleton, fps: float | None) -> Pools:
+        """Return where the rows of performers with this skeleton and rate lie."""
         key = skeleton, fps
-        if key not in self._pages:
-            while len(self._pages) >= MOST_PAGES:  # who sits in them stays there
-                del self._pages[next(iter(self._pages))]
+        if key not in self._pools:
+            while len(self._pools) >= MOST_KINDS:  # who has a row in them keeps it
+                del self._pools[next(iter(self._pools))]
             if fps is not None:
                 constant_times(0, fps)
-            self._pages[key] = Pages(Plan(skeleton, self._settings, fps))
-        return self._pages[key]
+            self._pools[key] = Pools(Plan(skeleton, self._settings, fps))
+        return self._pools[key]
 
     def push(self, frames: Frames) -> list[Event]:
         """Take frames of one performer in and return the events they cause.
@@ -179,7 +222,10 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        return push_block(segmenters, frames, moments)
+        if self._moves is not None:
+            pushed = zip(segmenters, frames, moments, strict=True)
+            return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
+        return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -196,7 +242,7 @@ class Performers:
             return self._segmenters[performer].change(**changes)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         self._settings = self._settings.replace(**changes)
-        self._pages.clear()
+        self._pools.clear()
         self._level = level
         changes["level"] = level
         return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
@@ -222,7 +268,7 @@ class Performers:
         """End a performer's take and forget the performer."""
         segmenter = self._segmenters.pop(performer)
         events = segmenter.end_take(reason)
-        segmenter.vacate()
+        segmenter.row.release()
         return events
 
     def snapshot(self) -> dict[str, bytes]:

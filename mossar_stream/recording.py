@@ -9,27 +9,29 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.algorithm.frame_step import HAPPENED, RING_FULL, STOPS, advance
 from mossar_stream.algorithm.pose_history import SPACING, history_size
-from mossar_stream.algorithm.row import records, region
-from mossar_stream.algorithm.window_step import DECIDE, FOLLOW, RANK
-from mossar_stream.engine.buffers import Desk
+from mossar_stream.algorithm.row import region
+from mossar_stream.algorithm.window_step import DECIDE, RANK
+from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.plan import Plan, move_row
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     KEY_FRAME_KINDS,
-    Event,
     KeyFrameEvent,
     KeyFrameKind,
+    MoveEvent,
     SegmentEvent,
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
-FIRST_ROOM = 64  # key frames there is room for at first
+CAPACITY = 64  # key frames there is room for at first
 
 
 class KeyFrame(msgspec.Struct, frozen=True):
@@ -40,7 +42,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
         time: s.
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
-        strength: At which it falls in Algorithm 3; it stands at every level up to this.
+        strength: At which Algorithm 3 removes it; it is kept at every level up to this.
     """
 
     frame: int
@@ -63,7 +65,7 @@ class Segment(msgspec.Struct, frozen=True):
 
 
 class Segmentation(msgspec.Struct, frozen=True):
-    """One level of the hierarchy: the key frames that stand, where they are, and the segments between."""
+    """One level of the hierarchy: the key frames that are kept, where they are, and the segments between."""
 
     key_frames: list[KeyFrame]
     segments: list[Segment]
@@ -75,17 +77,18 @@ class Result:
     Attributes:
         settings: The settings used.
         key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
-        hierarchy: The same key frames in the order in which they fall. Without its first k entries it is the
+        hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
+        moves: The moves that were recognised, if there were any to recognise.
     """
 
-    def __init__(self, plan: Plan, row: NDArray[np.uint8], curves: list[CurveState]) -> None:
-        self.settings = plan.given
+    def __init__(self, row: Row, curves: list[CurveState], moves: list[MoveEvent]) -> None:
+        self.settings = row.plan.given
         self.curves = curves
-        self._plan = plan
+        self.moves = moves
         self._row = row
-        keys = region(row, plan.shape, "keys")[: int(records(row)["window"]["undecided"])]
+        keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -103,9 +106,9 @@ class Result:
         """Return the segmentation at a level, or with a number of key frames. Nothing is computed again.
 
         Args:
-            level: A name or a strength: key frames at least as strong stand, and of the others as many as
+            level: A name or a strength: key frames at least as strong are kept, and of the others as many as
                 `max_key_frames` calls for.
-            count: Number of key frames that stand; all of them if there are fewer.
+            count: Number of key frames that are kept (α); all of them if there are fewer.
 
         Raises:
             ValueError: If not exactly one of the two is given, or `count` is negative.
@@ -114,20 +117,20 @@ class Result:
             raise ValueError("at() takes a level or a count")
         if count is not None and count < 0:
             raise ValueError(f"count must not be negative, not {count}")
-        row = self._row.copy()
-        plan = records(row)["plan"]
+        row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
+        plan = row.state["plan"]
         if level is None:
             plan["beta"], plan["alpha"] = math.inf, count
         else:
-            plan["beta"] = self._plan.strength(self.settings.replace(level=level).level)
+            plan["beta"] = row.plan.strength(self.settings.replace(level=level).level)
             plan["alpha"] = self.settings.max_key_frames or 0
-        events = _act(Desk(self._plan), row, DECIDE)
-        standing = [
+        events = engine.update(row, DECIDE)
+        kept = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
             for e in events
             if isinstance(e, KeyFrameEvent) and e.status == "final"
         ]
-        return Segmentation(standing, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
 
 
 def _segment(event: SegmentEvent) -> Segment:
@@ -150,6 +153,7 @@ def segment_recording(
     *,
     times: ArrayLike | None = None,
     curves: bool = False,
+    moves: Moves | None = None,
 ) -> Result:
     """Segment a whole recording (Algorithms 1, 2 and 3).
 
@@ -163,12 +167,13 @@ def segment_recording(
         settings: Defaults to `Settings()`. With `range=file` the range is that of the whole recording.
         times: (n,) seconds.
         curves: Whether to keep the velocity curve.
+        moves: That are recognised.
 
     Returns:
         The key frames and their hierarchy.
 
     Raises:
-        FrameError: If the shapes do not fit.
+        FrameError: If the shapes do not fit, or joints are missing that the moves need.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -193,23 +198,43 @@ def segment_recording(
     chosen = settings or Settings()
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
-    plan, row = _empty_take(skeleton, chosen, fps, moments)
-    return Result(*_run(plan, row, frames, moments, curves=curves))
+    row = _new_row(skeleton, chosen, fps, moments)
+    step = 1 if curves else max(1, len(moments))
+    states = []
+    for begin in range(0, len(moments), step):
+        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
+        if curves:
+            states.append(curve_state(row.memory[0], row.plan))
+    engine.update(row, RANK)
+    return Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
 
 
-def _empty_take(
+def _recognised(
+    moves: Moves, skeleton: Skeleton, frames: NDArray[np.float32], times: NDArray[np.float64]
+) -> list[MoveEvent]:
+    """Return the moves of a recording, each as it was said for good."""
+    recognition = Recognition(moves, skeleton, "p1")
+    events: list[MoveEvent] = []
+    begin = 0
+    while begin < len(times):
+        stop = recognition.follow(frames, times, begin)
+        events += recognition.news(0) if stop < len(times) else recognition.end()
+        begin = stop + 1
+    return [event for event in events if event.status == "final"]
+
+
+def _new_row(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
     times: NDArray[np.float64],
-) -> tuple[Plan, NDArray[np.uint8]]:
-    """Return a plan for a recording and a row for it."""
+) -> Row:
+    """Return a row for a recording."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
     history = min(history_size(seconds), history_size(len(times) * SPACING))
-    plan = Plan(skeleton, settings, fps, window=FIRST_ROOM, history=history, offline=True)
-    row = plan.new_rows(1)[0]
-    return plan, row
+    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, offline=True)
+    return pool_of_one(plan, "p1")
 
 
 def _whole_range(
@@ -224,56 +249,10 @@ def _whole_range(
     The smallest velocity is 0, that of the first frame, where the window is empty. The bounds are fixed, unless
     the range must be able to rise above the noise.
     """
-    plan, row = _empty_take(skeleton, settings.replace(range="running"), fps, times)
-    plan, row, _ = _run(plan, row, frames, times, curves=False)
-    state = records(row)
-    bounds = state["plan"]
+    row = _new_row(skeleton, settings.replace(range="running"), fps, times)
+    engine.push(row, frames, times)
+    state, bounds = row.state, row.state["plan"]
     largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
     if bounds["noise_margin"]:
         return settings.replace(range="running", range_floor=largest / float(bounds["moving_joints"]))
     return settings.replace(range="fixed", range_min=0.0, range_max=largest)
-
-
-def _run(
-    plan: Plan,
-    row: NDArray[np.uint8],
-    frames: NDArray[np.float32],
-    times: NDArray[np.float64],
-    *,
-    curves: bool,
-) -> tuple[Plan, NDArray[np.uint8], list[CurveState]]:
-    """Take all frames in and rank the key frames; return the row, the plan it has grown to, and the curve."""
-    done = 0
-    states = []
-    desk = Desk(plan)
-    while done < len(times):
-        until = done + 1 if curves else len(times)
-        used, stop = divmod(
-            advance(row.reshape(1, -1), 0, plan.params, frames[done:until], times[done:until]), STOPS
-        )
-        done += used
-        if stop == HAPPENED:
-            _act(desk, row, FOLLOW)
-            if records(row)["window"]["undecided"] == plan.shape.window:
-                plan, row = _grow(plan, row, plan.larger(window=2))
-                desk = Desk(plan)
-        elif stop == RING_FULL:
-            plan, row = _grow(plan, row, plan.larger(ring=2))
-            continue
-        if curves:
-            states.append(curve_state(row, plan))
-    _act(desk, row, RANK)
-    return plan, row, states
-
-
-def _grow(plan: Plan, row: NDArray[np.uint8], larger: Plan) -> tuple[Plan, NDArray[np.uint8]]:
-    """Return a larger plan and the same take in a row of it."""
-    new = larger.new_rows(1)[0]
-    move_row(row, plan, new, larger)
-    return larger, new
-
-
-def _act(desk: Desk, row: NDArray[np.uint8], reason: int) -> list[Event]:
-    """Let the compiled part do what is due and return its events."""
-    desk.act(row.reshape(1, -1), 0, reason)
-    return desk.empty({0: "p1"})

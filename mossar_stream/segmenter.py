@@ -1,37 +1,28 @@
 """Segmenter: frames of one performer in, events out."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.algorithm.frame_step import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 from mossar_stream.algorithm.noise import forget_noise
-from mossar_stream.algorithm.row import records
-from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL
-from mossar_stream.engine.buffers import Desk
+from mossar_stream.algorithm.window_step import LEVEL
+from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.engine import OUTBOX_FULL
-from mossar_stream.engine.plan import Plan, move_row
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
-from mossar_stream.events import Event, StreamEvent
+from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
-ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
-_ROWS = np.zeros(1, np.int64)
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
-
-
-class Seat(Protocol):
-    """A row of a pool."""
-
-    def vacate(self) -> None:
-        """Give the row back."""
 
 
 class Segmenter:
@@ -45,9 +36,11 @@ class Segmenter:
         settings: Defaults to `Settings()`.
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
+        moves: That are recognised, as they are now; events of type `MoveEvent` tell of them.
 
     Raises:
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
+        FrameError: If the skeleton lacks joints that the moves need.
 
     Example:
         >>> from mossar_stream import KeyFrameEvent
@@ -67,99 +60,61 @@ class Segmenter:
         settings: Settings | None = None,
         performer: str = "p1",
         fps: float | None = None,
+        moves: Moves | None = None,
     ) -> None:
         if fps is not None:
             constant_times(0, fps)
+        name = performer_name(performer)
+        recognition = Recognition(moves, skeleton, name) if moves is not None else None
         plan = Plan(skeleton, settings or Settings(), fps)
-        self._begin(plan, performer_name(performer))
-        self._adopt(plan, plan.new_rows(1), Desk(plan))
+        self._begin(pool_of_one(plan, name), plan.given.level, recognition)
 
-    def _begin(self, plan: Plan, performer: str) -> None:
-        self.performer = performer
-        self.seat: Seat | None = None
-        self._level: LevelName | float = plan.given.level
-        self.pending: list[Event] = []  # for the next push
-        self.joints = len(plan.skeleton)
+    def _begin(self, row: Row, level: LevelName | float, recognition: Recognition | None) -> None:
+        self.performer = row.name
+        self.joints = len(row.plan.skeleton)
+        self._row = row
+        self._level = level
+        self.recognition = recognition
         self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
-        self._end, self._cursor = np.zeros(1, np.int64), np.zeros(2, np.int64)
-
-    def _adopt(self, plan: Plan, memory: NDArray[np.uint8], desk: Desk) -> None:
-        """Take a plan, a row laid out by it, and a desk for it."""
-        self._plan = plan
-        self._desk = desk
-        self._params = plan.params
-        self._memory = memory
-        self._state = records(memory[0])
-        self._clock = self._state["clock"]
-        self._names = {int(self._clock["row"]): self.performer}
-        self._live = bool(self._clock["open"])
 
     @classmethod
-    def at_row(
-        cls,
-        plan: Plan,
-        memory: NDArray[np.uint8],
-        desk: Desk,
-        performer: str,
-        seat: "Seat | None" = None,
-    ) -> "Segmenter":
-        """Return a segmenter whose state is a row that there is already.
-
-        Args:
-            plan: Of the row.
-            memory: (1, row) bytes, prepared.
-            desk: May be shared with others, if they are used one after the other.
-            performer: Name that events carry.
-            seat: The row's place in a pool.
-        """
+    def of_row(cls, row: Row, recognition: Recognition | None = None) -> "Segmenter":
+        """Return a segmenter whose state is a row of a pool."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(plan, performer)  # noqa: SLF001 - its own class
-        segmenter._adopt(plan, memory, desk)  # noqa: SLF001
-        segmenter.seat = seat
+        segmenter._begin(row, row.plan.given.level, recognition)  # noqa: SLF001 - its own class
         return segmenter
+
+    @property
+    def row(self) -> Row:
+        """Where the state lies, for those who run the rows of a pool."""
+        return self._row
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        self._clock["take"] = counts["take"]
+        self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
-            self._state["counters"][name] = counts[name]
-
-    def opened(self) -> StreamEvent:
-        """Return the event that a take has started; for who runs the row of a pool."""
-        self._live = True
-        return self._stream_event("started")
-
-    def take_pending(self) -> list[Event]:
-        """Return the events that wait for the next push."""
-        events, self.pending = self.pending, []
-        return events
-
-    def vacate(self) -> None:
-        """Leave the row of the pool, if the state lies in one."""
-        if self.seat is not None:
-            self.seat.vacate()
-            self.seat = None
+            self._row.state["counters"][name] = counts[name]
 
     @property
     def skeleton(self) -> Skeleton:
         """The performer's joints."""
-        return self._plan.skeleton
+        return self._row.plan.skeleton
 
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self._plan.given.replace(level=self._level)
+        return self._row.plan.given.replace(level=self._level)
 
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self._clock["take"])
+        return int(self._row.clock["take"])
 
     @property
     def stats(self) -> dict[str, int]:
         """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
-        return {name: int(self._state["counters"][name]) for name in COUNTERS}
+        return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -169,7 +124,20 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self._memory[0], self._plan) if self._clock["open"] else None
+        return curve_state(self._row.memory[0], self._row.plan) if self._row.clock["open"] else None
+
+    @property
+    def moves(self) -> Moves | None:
+        """The moves that are recognised; None if none are.
+
+        Setting them takes effect with the next frame; what was added to a `Moves` before does not. A move that was
+        confirmed and not final yet is forgotten.
+        """
+        return self.recognition.moves if self.recognition is not None else None
+
+    @moves.setter
+    def moves(self, moves: Moves | None) -> None:
+        self.recognition = Recognition(moves, self.skeleton, self.performer) if moves is not None else None
 
     @property
     def level(self) -> LevelName | float:
@@ -182,9 +150,10 @@ class Segmenter:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._level = self._plan.given.replace(level=level).level
-        self._state["plan"]["beta"] = self._plan.strength(self._level)
-        self._act(LEVEL, self.pending)
+        self._level = self._row.plan.given.replace(level=level).level
+        row = self._row
+        row.state["plan"]["beta"] = row.plan.strength(self._level)
+        row.pending += engine.update(row, LEVEL)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -203,18 +172,15 @@ class Segmenter:
             SettingsError: If a value is illegal; nothing is changed then.
         """
         level = changes.pop("level", self._level)
-        level = self._plan.given.replace(level=level).level
-        plan = Plan(self.skeleton, self._plan.given.replace(**changes), self._plan.fps, self._plan.shape.ring)
+        level = self._row.plan.given.replace(level=level).level
+        row, before = self._row, self._row.plan
+        plan = Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring)
         events: list[Event] = []
-        if plan.continues(self._plan):
-            self._plan = plan
-            plan.prepare(self._memory[0], int(self._clock["row"]))
+        if plan.continues(before):
+            row.replan(plan)
         else:
             events = self.end_take("settings changed")
-            counts = self.counts
-            self.vacate()
-            self._adopt(plan, plan.new_rows(1), Desk(plan))
-            self.carry_on(counts)
+            row.restart(plan)
         self.level = level
         return events
 
@@ -240,7 +206,7 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        events = self.pending
+        row = self._row
         if (
             type(times) is float
             and type(positions) is np.ndarray
@@ -249,54 +215,45 @@ class Segmenter:
             and positions.flags.carray
             and confidence is None
             and first_frame is None
-            and self._live
+            and row.is_live
         ):
             # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
-            chunk, moments = positions[None], self._one_time
-            moments[0] = times
-            code = advance(self._memory, 0, self._params, chunk, moments)
-            if code == ONE_DONE and not events:
-                return []
-            self.pending = []
-            if code == ONE_HAPPENED:
-                self._act(FOLLOW, events)
-            if code >= STOPS:
-                return events
-        elif isinstance(positions, Frames):
+            self._one_time[0] = times
+            if self.recognition is None:
+                return engine.push_frame(row, positions[None], self._one_time)
+            return self._push_frame(self.recognition, positions[None])
+        if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
-        else:
-            chunk, moments = self._check(positions, times, confidence, first_frame)
-            if first_frame is not None:
-                self._clock["next_frame"] = first_frame
-            self.pending = []
-        self._run(chunk, moments, events, first_frame)
-        return events
+        chunk, moments = self._check(positions, times, confidence, first_frame)
+        if self.recognition is None:
+            return engine.push(row, chunk, moments, first_frame)
+        return self._push_and_recognise(self.recognition, chunk, moments, first_frame)
 
-    def _run(
+    def _push_frame(self, recognition: Recognition, position: NDArray[np.float32]) -> list[Event]:
+        """Take one frame of a take that goes on in."""
+        has_news = recognition.follow(position, self._one_time, 0) == 0
+        events = engine.push_frame(self._row, position, self._one_time)
+        return [*events, *recognition.news(self.take)] if has_news else events
+
+    def _push_and_recognise(
         self,
-        chunk: NDArray[np.float32],
-        moments: NDArray[np.float64],
-        events: list[Event],
+        recognition: Recognition,
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
         first_frame: int | None,
-    ) -> None:
-        """Take frames in, and do what the kernel asks for, until they are used up."""
-        self._end[0] = len(moments)
-        self._cursor[:] = 0
-        stop = OUTBOX_FULL
-        while stop != DONE:
-            stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
-            if not self._live and self._clock["open"]:
-                events.append(self.opened())
-            events += self._desk.empty(self._names)
-            if stop == TAKE_ENDS:
-                done = int(self._cursor[1])
-                later = moments[done] > self._clock["time"]
-                events += self.end_take("gap" if later else "clock stepped back")
-                if first_frame is not None:
-                    self._clock["next_frame"] = first_frame + done
-            elif stop == RING_FULL:
-                self._enlarge()
+    ) -> list[Event]:
+        """Take frames in; what is said of moves comes right after the events of the same frame."""
+        events: list[Event] = []
+        begin, count = 0, len(times)
+        while begin < count or not begin:
+            stop = recognition.follow(positions, times, begin)
+            end = min(stop + 1, count)
+            events += engine.push(self._row, positions[begin:end], times[begin:end], first_frame)
+            if stop < count:
+                events += recognition.news(self.take)
+            begin, first_frame = max(end, 1), None
+        return events
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -307,25 +264,23 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events = self.take_pending()
-        if self._clock["open"]:
-            ended = self._stream_event("ended", reason)
-            self._act(END, events)
-            events.append(ended)
-            self._live = False
-        return events
+        last = self.recognition.end() if self.recognition is not None else []
+        return [*last, *engine.end_take(self._row, reason)]
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
-        events.append(self._stream_event("reset", reason))
-        self._state["range"]["largest"] = 0.0
-        forget_noise(self._state["noise"])
+        events.append(engine.stream_event(self._row, "reset", reason))
+        self._row.state["range"]["largest"] = 0.0
+        forget_noise(self._row.state["noise"])
         return events
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        return pack_snapshot(self._plan, self.performer, self._level, self.pending, self._memory[0])
+        row = self._row
+        recognition = self.recognition
+        moves = None if recognition is None else (recognition.moves.to_json(), recognition.to_bytes())
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], moves)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -334,9 +289,11 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, row = unpack_snapshot(blob)
-        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer)
-        segmenter._level, segmenter.pending = level, pending  # noqa: SLF001 - its own class
+        plan, performer, level, pending, content, recognition = unpack_snapshot(blob)
+        row = pool_of_one(plan, performer, content)
+        row.pending = pending
+        segmenter = cls.__new__(cls)
+        segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -357,10 +314,11 @@ class Segmenter:
                 f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
             )
         if times is None:
-            if self._plan.fps is None:
+            fps = self._row.plan.fps
+            if fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
-            begin = int(self._clock["next_frame"]) if first_frame is None else first_frame
-            moments = constant_times(len(chunk), self._plan.fps, begin)
+            begin = int(self._row.clock["next_frame"]) if first_frame is None else first_frame
+            moments = constant_times(len(chunk), fps, begin)
         else:
             moments = np.atleast_1d(_as_array(times, FLOAT64))
         if moments.shape != chunk.shape[:1]:
@@ -373,22 +331,6 @@ class Segmenter:
                 )
             chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
         return chunk, moments
-
-    def _act(self, reason: int, events: list[Event]) -> None:
-        """Let the compiled part do what is due and append its events."""
-        self._desk.act(self._memory, 0, reason)
-        events += self._desk.empty(self._names)
-
-    def _stream_event(self, change: str, reason: str = "") -> StreamEvent:
-        return StreamEvent(performer=self.performer, event=change, take=self.take, reason=reason)  # type: ignore[arg-type]
-
-    def _enlarge(self) -> None:
-        """Double the velocity ring: the source is quicker than its nominal rate."""
-        plan = self._plan.larger(ring=2)
-        memory = plan.new_rows(1)
-        move_row(self._memory[0], self._plan, memory[0], plan)
-        self.vacate()
-        self._adopt(plan, memory, Desk(plan))
 
 
 def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:

@@ -55,8 +55,8 @@ from mossar_stream.memory.joint_pages import (
 from mossar_stream.memory.slots import start_slots
 from mossar_stream.similarity.protocol import add_pose
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL = range(4)
-STOPS = 4
+DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL = range(5)  # stop codes
+STOPS = 5
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
@@ -94,12 +94,14 @@ def advance(
 
     Returns:
         STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
-        TAKE_ENDS end the take before the next frame, RING_FULL make the velocity ring larger before the next
-        frame. One number, because a second one would cost as much as the frame.
+        TAKE_ENDS end the take before the next frame, RING_FULL or WINDOW_FULL make more room for displacements or for
+        key frames (offline) before it. One number, because a second one would cost as much as the frame.
     """
     row = memory[index]
     state = part(row, 0, ROW, (1,))[0]
     plan, clock = state.plan, state.clock
+    if plan.offline == 1 and clock.open == 1 and state.window.undecided >= plan.capacity:
+        return WINDOW_FULL
     a = _arrays_of(state, row, params)
     points = part(positions, 0, POINT, (len(times) * plan.joints,))
     for i in range(len(times)):

@@ -1,6 +1,7 @@
 """The paper's algorithms on whole arrays, line by line: the oracle that every faster path is tested against.
 
-Nothing here is quick or incremental; it is meant to be read beside the paper.
+Nothing here is quick or incremental; it is meant to be read with the paper. The algorithms themselves are printed in
+`splitter.py` (1 and 2) and `remerging.py` (3).
 """
 
 from collections.abc import Callable
@@ -47,7 +48,7 @@ class Splitting(msgspec.Struct, frozen=True):
 
 
 def envelope(V: NDArray[np.float64], sig_threshold: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return Ceiling and Floor for every frame (Algorithm 1; initial values of Algorithm 2, lines 4 and 5).
+    """Return Ceiling and Floor for every frame (Algorithm 1, from the values of Algorithm 2, lines 4 and 5).
 
     Args:
         V: (F,) normalised velocity.
@@ -59,9 +60,9 @@ def envelope(V: NDArray[np.float64], sig_threshold: float) -> tuple[NDArray[np.f
     ceiling, floor = np.empty(len(V)), np.empty(len(V))
     last_ceiling = last_floor = sig_threshold
     for t, value in enumerate(V):
-        if value > last_ceiling:
+        if value > last_ceiling:  # line 2
             last_ceiling, last_floor = value, max(value - sig_threshold, sig_threshold)
-        elif value < last_floor:
+        elif value < last_floor:  # line 5
             last_floor, last_ceiling = max(value, sig_threshold), min(value + sig_threshold, last_ceiling)
         ceiling[t], floor[t] = last_ceiling, last_floor
     return ceiling, floor
@@ -81,18 +82,18 @@ def generate_key_frames(V: NDArray[np.float64], sig_threshold: float) -> Splitti
     V = np.asarray(V, dtype=np.float64)
     ceiling, floor = envelope(V, sig_threshold)
     extrema = _extrema(V)
-    found: list[tuple[int, KeyFrameKind]] = []
+    found: list[tuple[int, KeyFrameKind]] = []  # line 2, List
     log: list[Decision] = []
-    c: int | None = None
-    for t in range(len(V)):
+    c: int | None = None  # line 3
+    for t in range(len(V)):  # line 7
         if t > 0 and (V[t] > sig_threshold) != (V[t - 1] > sig_threshold):
-            found.append((t, "onset" if V[t] > sig_threshold else "offset"))
+            found.append((t, "onset" if V[t] > sig_threshold else "offset"))  # lines 9 and 10
             c = None
             log.append(Decision(t, c, "end of process", "cross sigThre"))
-        elif V[t] > sig_threshold and extrema[t] < 0:
+        elif V[t] > sig_threshold and extrema[t] < 0:  # lines 11 and 12
             if V[t] != floor[t]:
                 log.append(Decision(t, c, "ignore the minimum", "insignificant"))
-            elif c is None or V[t] < V[c]:
+            elif c is None or V[t] < V[c]:  # lines 13 and 14
                 verb = "promote the minimum to" if c is None else "replace"
                 c = t
                 log.append(
@@ -100,13 +101,13 @@ def generate_key_frames(V: NDArray[np.float64], sig_threshold: float) -> Splitti
                 )
             else:
                 log.append(Decision(t, c, "ignore the minimum", "not lower than the candidate"))
-        elif V[t] > sig_threshold and extrema[t] > 0:
+        elif V[t] > sig_threshold and extrema[t] > 0:  # lines 11 and 16
             if c is None:
                 log.append(Decision(t, c, "ignore the maximum", "no candidate"))
             elif V[t] != ceiling[t]:
                 log.append(Decision(t, c, "ignore the maximum", "insignificant"))
             else:
-                found.append((c, "minimum"))
+                found.append((c, "minimum"))  # lines 17 to 19
                 c = None
                 log.append(Decision(t, c, "accept the candidate", "a significant maximum found"))
     found.sort()
@@ -131,11 +132,11 @@ def remerge(
     last: int,
     cost: Callable[[int, int, int], float],
 ) -> list[tuple[int, float]]:
-    """Return the order in which key frames fall, each with its strength (Algorithm 3).
+    """Return the order in which key frames are removed, each with its strength (Algorithm 3).
 
     The printed loop bounds are off by one: here the list is k1 … kK without the first and the last frame, and
-    the loop runs until it is empty. On ties the earliest key frame falls. A strength is the cost of the merge,
-    made monotone along the run.
+    the loop runs until it is empty, for any α and β to be applied afterwards. On ties the earliest key frame is
+    removed. A strength is the cost of the merge, made monotone along the run.
 
     Args:
         key_frames: Key frames of Algorithm 2, increasing.
@@ -143,13 +144,13 @@ def remerge(
         last: Frame after its last.
         cost: Given (a, k, b), how unlike the segments a … k and k … b are; the paper's -Similarity.
     """
-    standing = list(key_frames)
-    fallen: list[tuple[int, float]] = []
+    kept = list(key_frames)  # line 2, List
+    removed: list[tuple[int, float]] = []
     strength = 0.0
-    while standing:
-        bounds = [first, *standing, last]
-        costs = [cost(*bounds[i : i + 3]) for i in range(len(standing))]
-        x = int(np.argmin(costs))
+    while kept:  # line 3
+        bounds = [first, *kept, last]
+        costs = [cost(*bounds[i : i + 3]) for i in range(len(kept))]  # lines 8 and 9
+        x = int(np.argmin(costs))  # lines 10 to 12
         strength = max(strength, costs[x])
-        fallen.append((standing.pop(x), strength))
-    return fallen
+        removed.append((kept.pop(x), strength))  # line 17
+    return removed

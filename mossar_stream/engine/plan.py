@@ -154,9 +154,13 @@ class Plan:
             state["at"][name] = offset
         region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE].flat[: shape.joints] = 1.0
 
+    def new_memory(self, count: int) -> NDArray[np.uint8]:
+        """Return memory for so many rows, (count, row_bytes), not prepared."""
+        return new_memory(count, self.row_bytes)
+
     def new_rows(self, count: int) -> NDArray[np.uint8]:
         """Return prepared rows, (count, row_bytes)."""
-        rows = new_memory(count, self.row_bytes)
+        rows = self.new_memory(count)
         for index, row in enumerate(rows):
             self.prepare(row, index)
         return rows
@@ -184,9 +188,11 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
         after: Its plan.
     """
     was, now = records(old), records(new)
+    index = int(now["clock"]["row"])
     for name in was.dtype.names:
         if name not in ("plan", "at"):
             now[name] = was[name]
+    now["clock"]["row"] = index
     now["plan"]["alpha"], now["plan"]["beta"] = was["plan"]["alpha"], was["plan"]["beta"]
     velocity, slots = now["velocity"], now["slots"]
     tail = (int(velocity["head"]) - int(velocity["filled"])) % before.shape.ring

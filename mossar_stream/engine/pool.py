@@ -1,110 +1,145 @@
-"""Pages: rows of memory for performers who share skeleton, settings and rate, so that one call serves many."""
-
-from collections import defaultdict
-from collections.abc import Sequence
-from typing import NamedTuple
+"""Pool: rows of memory for performers who share skeleton, settings and rate, so that one call serves many."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS
-from mossar_stream.algorithm.row import ROW, ROW_BYTES, new_memory
-from mossar_stream.engine.buffers import Desk
-from mossar_stream.engine.engine import OUTBOX_FULL
-from mossar_stream.engine.plan import Plan
+from mossar_stream.algorithm.row import ROW, ROW_BYTES, records
+from mossar_stream.engine.buffers import Buffers
+from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import Event
-from mossar_stream.segmenter import Segmenter
 
-ROWS = 64  # of a page; memory is taken when a row is used first
-
-
-class Seat(NamedTuple):
-    """A row of a page."""
-
-    page: "Page"
-    row: int
-
-    def vacate(self) -> None:
-        """Give the row back."""
-        self.page.leave(self.row)
+ROWS = 64  # of a pool for many; memory is taken when a row is used first
 
 
-class Page:
+class Pool:
     """Rows of one plan.
 
     Args:
         plan: How the rows are laid out.
-        desk: Shared by all of them.
+        buffers: May be shared with other pools of the plan, if they are used one after the other.
+        memory: (n, row) bytes.
     """
 
-    def __init__(self, plan: Plan, desk: Desk) -> None:
-        self._plan = plan
-        self._desk = desk
-        self._memory = new_memory(ROWS, plan.row_bytes)
-        self._headers = self._memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]
-        self._free = list(range(ROWS))[::-1]
+    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8]) -> None:
+        self.plan = plan
+        self.buffers = buffers
+        self.memory = memory
+        self.is_open = memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["open"]
+        self.names: dict[int, str] = {}  # by row
+        self._free = list(range(len(memory)))[::-1]
         self._used: set[int] = set()
-        self._names: dict[int, str] = {}
 
     @property
     def is_full(self) -> bool:
         """Whether there is no row left."""
         return not self._free
 
-    def seat(self, performer: str) -> Segmenter:
-        """Return a segmenter that begins in a free row."""
-        row = self._free.pop()
-        memory = self._memory[row : row + 1]
-        if row in self._used:
-            memory[:] = 0
-        self._used.add(row)
-        self._plan.prepare(memory[0], row)
-        self._names[row] = performer
-        return Segmenter.at_row(self._plan, memory, self._desk, performer, Seat(self, row))
+    def allocate(self, name: str) -> "Row":
+        """Return a free row, prepared, for a performer of this name."""
+        index = self._free.pop()
+        if index in self._used:
+            self.memory[index] = 0
+        self._used.add(index)
+        self.plan.prepare(self.memory[index], index)
+        self.names[index] = name
+        return Row(self, index)
 
-    def leave(self, row: int) -> None:
+    def free(self, index: int) -> None:
         """Take back a row."""
-        del self._names[row]
-        self._free.append(row)
+        del self.names[index]
+        self._free.append(index)
 
-    def push(
-        self,
-        rows: NDArray[np.int64],
-        segmenters: Sequence[Segmenter],
-        begins: NDArray[np.int64],
-        ends: NDArray[np.int64],
-        positions: NDArray[np.float32],
-        times: NDArray[np.float64],
-    ) -> list[Event]:
-        """Take frames of performers of this page in and return the events they cause.
+    def take_events(self) -> list[Event]:
+        """Return what lies in the event buffer, and empty it."""
+        return self.buffers.take_events(self.names)
 
-        Args:
-            rows: (m,) their rows.
-            segmenters: The same performers' segmenters.
-            begins: (m,) where each one's frames begin.
-            ends: (m,) where they end.
-            positions: (n, J, 3) m.
-            times: (n,) s.
-        """
-        events: list[Event] = []
-        cursor, stop = np.zeros(2, np.int64), OUTBOX_FULL
-        while stop != DONE:
-            closed = np.flatnonzero(self._headers["open"][rows] == 0)
-            stop = self._desk.run(self._memory, rows, begins, ends, cursor, positions, times)
-            opened = closed[self._headers["open"][rows[closed]] == 1]
-            events += [segmenters[k].opened() for k in opened.tolist()]
-            events += self._desk.empty(self._names)
-            if stop in (TAKE_ENDS, RING_FULL):
-                # The performer's own segmenter knows what to do; the others go on after it.
-                k, used = cursor.tolist()
-                rest = slice(int(begins[k]) + used, int(ends[k]))
-                events += segmenters[k].push(positions[rest], times[rest])
-                cursor[:] = k + 1, 0
+
+class Row:
+    """A performer's row: in a pool, until it needs one with more room.
+
+    Args:
+        pool: The pool.
+        index: Which row of it.
+
+    Attributes:
+        plan: How the row is laid out and filled in.
+        name: The performer's.
+        memory: (1, row) bytes.
+        state: ROW, the row's records.
+        clock: CLOCK, one of them.
+        is_live: Whether the take that is open has been told of.
+        pending: Events for the next push.
+    """
+
+    def __init__(self, pool: Pool, index: int) -> None:
+        self.name = pool.names[index]
+        self.pending: list[Event] = []
+        self._enter(pool, index)
+
+    def _enter(self, pool: Pool, index: int) -> None:
+        self.pool, self.index, self.plan = pool, index, pool.plan
+        self.memory = pool.memory[index : index + 1]
+        self.params = pool.plan.params
+        self.state = records(self.memory[0])
+        self.clock = self.state["clock"]
+        self.is_live = bool(self.clock["open"])
+        self.indices = np.array([index])
+
+    def take_pending(self) -> list[Event]:
+        """Return the events that wait for the next push."""
+        events, self.pending = self.pending, []
         return events
 
+    def replan(self, plan: Plan) -> None:
+        """Go on with another plan for rows that are laid out the same."""
+        self.plan = plan
+        plan.prepare(self.memory[0], self.index)
 
-class Pages:
-    """Pages of one plan, as many as are needed.
+    def restart(self, plan: Plan) -> None:
+        """Begin in a row of another plan, but count takes and frames on."""
+        take, counters = int(self.clock["take"]), self.state["counters"].copy()
+        self._leave_for(plan)
+        self.clock["take"] = take
+        self.state["counters"] = counters
+
+    def grow(self, plan: Plan) -> None:
+        """Go on in a row with more room.
+
+        Args:
+            plan: The same, but larger.
+        """
+        old, before, is_live = self.memory[0].copy(), self.plan, self.is_live
+        self._leave_for(plan)
+        move_row(old, before, self.memory[0], plan)
+        self.is_live = is_live
+
+    def _leave_for(self, plan: Plan) -> None:
+        self.release()
+        other = pool_of_one(plan, self.name)
+        self._enter(other.pool, other.index)
+
+    def release(self) -> None:
+        """Give the row back."""
+        self.pool.free(self.index)
+
+
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None) -> Row:
+    """Return the row of a performer who has a pool for itself.
+
+    Args:
+        plan: How the row is laid out.
+        name: The performer's.
+        content: Bytes of such a row that there is already.
+    """
+    row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
+    if content is not None:
+        row.memory[0] = content
+        row.is_live = bool(row.clock["open"])
+    return row
+
+
+class Pools:
+    """Pools of one plan, as many as are needed.
 
     Args:
         plan: How the rows are laid out.
@@ -112,47 +147,13 @@ class Pages:
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._desk = Desk(plan)
-        self._pages: list[Page] = []
+        self._buffers = Buffers(plan)
+        self._pools: list[Pool] = []
 
-    def seat(self, performer: str) -> Segmenter:
-        """Return a segmenter that begins in a free row."""
-        if not self._pages or self._pages[-1].is_full:
-            self._pages = [page for page in self._pages if not page.is_full]
-            if not self._pages:
-                self._pages.append(Page(self._plan, self._desk))
-        return self._pages[-1].seat(performer)
-
-
-def push_block(
-    segmenters: Sequence[Segmenter],
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-) -> list[Event]:
-    """Take as many frames of each of many performers in, page by page, and return the events they cause.
-
-    Args:
-        segmenters: P segmenters.
-        positions: (P, n, J, 3) m.
-        times: (P, n) s.
-    """
-    count = positions.shape[1]
-    flat, moments = positions.reshape(-1, *positions.shape[2:]), times.reshape(-1)
-    events: list[Event] = []
-    seated: dict[Page, tuple[list[int], list[int]]] = defaultdict(lambda: ([], []))
-    for k, segmenter in enumerate(segmenters):
-        seat = segmenter.seat
-        if isinstance(seat, Seat):
-            members, places = seated[seat.page]
-            members.append(k)
-            places.append(seat.row)
-        else:
-            events += segmenter.push(positions[k], times[k])
-    for page, (members, places) in seated.items():
-        own = [segmenters[k] for k in members]
-        rows, begins = np.array(places), np.array(members) * count
-        for segmenter in own:
-            if segmenter.pending:
-                events += segmenter.take_pending()
-        events += page.push(rows, own, begins, begins + count, flat, moments)
-    return events
+    def allocate(self, name: str) -> Row:
+        """Return a free row, prepared, for a performer of this name."""
+        if not self._pools or self._pools[-1].is_full:
+            self._pools = [pool for pool in self._pools if not pool.is_full]
+            if not self._pools:
+                self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(ROWS)))
+        return self._pools[-1].allocate(name)

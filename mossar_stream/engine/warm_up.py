@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.window_step import new_scratch
-from mossar_stream.engine.engine import ACT, ADVANCE, run
 from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.run import ADVANCE, UPDATE, run
 from mossar_stream.jit.acceleration import is_accelerated
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.linked import publish
@@ -47,22 +47,11 @@ def warm_up(plan: Plan) -> None:
         return
     open_cache(accelerated=is_accelerated())
     memory = plan.new_rows(1)
-    room, outbox = _publish_window_step(plan, memory)
+    scratch, events = _publish_window_step(plan, memory)
     frames, times = _publish_frame_step(plan, memory)
     nobody = np.zeros(0, np.int64)
-    run(
-        memory,
-        nobody,
-        nobody,
-        nobody,
-        np.zeros(2, np.int64),
-        plan.params,
-        frames,
-        times,
-        room,
-        outbox,
-        plan.most_events,
-    )
+    batch = nobody, nobody, nobody, np.zeros(2, np.int64)
+    run(memory, plan.params, (scratch, events, plan.most_events), batch, frames, times)
     _ready.add(plan.given.similarity)
 
 
@@ -85,9 +74,9 @@ def _any_plan(settings: Settings) -> Plan:
 def _publish_window_step(
     plan: Plan, memory: NDArray[np.uint8]
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    room, outbox = new_scratch(plan.shape), new_event_buffer(plan.most_events)
-    publish(ACT, memory, 0, plan.params, room, outbox, 0)
-    return room, outbox
+    scratch, events = new_scratch(plan.shape), new_event_buffer(plan.most_events)
+    publish(UPDATE, memory, 0, plan.params, scratch, events, 0)
+    return scratch, events
 
 
 def _publish_frame_step(

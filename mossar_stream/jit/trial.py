@@ -49,7 +49,7 @@ def _stepped(record, by):
 def _try_all(memory, page, values):
     record: Any = _part(memory, 8, _RECORD, (1,))[0]
     found = _stepped(record, 3)
-    found += instructions.page_sum(page, 32) + instructions.page_product(page, 0, 32)
+    found += instructions.page_sum(page, 32) + instructions.page_product(page, 0, 32)  # type: ignore[call-arg]
     mantissa, exponent = instructions.variance_product(values, values, 0, 8, 0.5, 1.0)
     return (
         found + _mean_by_name(values),

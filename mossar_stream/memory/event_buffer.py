@@ -58,7 +58,7 @@ UNKNOWN_STRENGTH = np.float64(np.nan)
 class Point(NamedTuple):
     """A key frame as a message tells of it."""
 
-    kind: int  # ONSET, OFFSET or MINIMUM
+    kind: np.signedinteger  # ONSET, OFFSET or MINIMUM
     id: int  # Algorithm 2's frame
     frame: int  # where it is now
     time: float  # s

@@ -10,7 +10,7 @@ import numpy as np
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.moves.track import RING
 
-STARTS = 6  # of which the last ones are remembered
+STARTS = 4  # of which the last ones are remembered
 AVERAGED = 0.12  # s, of speed
 ONSET = 0.12  # of the range: faster is moving
 SIGNIFICANT = 0.06  # of the range: what a minimum must be lower than its surroundings
@@ -27,7 +27,11 @@ ACTIVITY = np.dtype(
         ("top", "f8"),  # m/s, largest speed since the last minimum
         ("low", "f8"),  # m/s, least speed since the last maximum
         ("low_pose", "i8"),  # when that was
-        ("starts", "i8", (STARTS,)),  # numbers of poses where moves may have begun, the latest first; -1 for none
+        (
+            "starts",
+            "i8",
+            (STARTS,),
+        ),  # numbers of poses where moves may have begun, the latest first; -1 for none
     ],
 )
 
@@ -58,7 +62,7 @@ def follow_activity(activity, speeds, times, first, pose):
     """
     seconds = times[pose % RING] - times[(pose - 1) % RING]
     speed = activity.speed = mean_speed(speeds, times, first, pose)
-    activity.range = max(activity.range * 0.5 ** (seconds / HALF_LIFE), max(speed, LEAST_RANGE))
+    activity.range = max(activity.range * 0.5 ** (seconds / HALF_LIFE), speed, LEAST_RANGE)
     moving = 1 if speed > ONSET * activity.range else 0
     if moving != activity.moving:
         activity.moving = moving

@@ -10,13 +10,15 @@ from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.limbs import limbs_of
-from mossar_stream.moves.measure import DIRECTIONS, POINTS, Description, describe
-from mossar_stream.moves.recogniser import EXAMPLE, ROWS, Bank
+from mossar_stream.moves.measure import DIRECTIONS, describe
+from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton
 
 
-def make_bank(shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton) -> Bank:
+def make_store(
+    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton
+) -> NDArray[np.uint8]:
     """Describe examples for a stream.
 
     Args:
@@ -25,45 +27,40 @@ def make_bank(shown: Skeleton, examples: Sequence[Example], names: Sequence[str]
         names: Of the moves, in the order in which they are numbered.
         streamed: Skeleton of the stream.
 
+    Returns:
+        A store, as `recogniser.open_store` opens it.
+
     Raises:
         FrameError: If the stream lacks joints that the examples need.
     """
     _, ours, theirs = shared_joints(shown, streamed)
-    room = make_description(len(ours))
-    records = np.zeros(len(examples), EXAMPLE)
-    rows = np.zeros((len(examples) * ROWS, room.box.size), np.float32)
+    numbers = padded(3 * len(ours))
+    store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
+    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers
+    write_joints(store, _joint_records(theirs, streamed))
     for t, example in enumerate(examples):
-        poses = example_poses(example, len(shown), ours, room.box.size)
-        describe_whole(poses, _path(poses), len(ours), room)
-        records[t] = (names.index(example.name), room.size[0], 0.0)
-        rows[t * ROWS : t * ROWS + DIRECTIONS] = room.directions
-        rows[t * ROWS + DIRECTIONS] = room.box
-        rows[t * ROWS + DIRECTIONS + 1] = room.shares
-    return Bank(_joint_records(theirs, streamed), records, rows, room)
+        poses = example_poses(example, len(shown), ours, numbers)
+        write_example(store, t, names.index(example.name), poses, _path(poses))
+    return store
 
 
 @entry_point
-def describe_whole(poses, path, joints, found):
-    """Describe all of an example; see `measure.describe`."""
-    describe(poses, path, 0, path.size - 1, joints, found)
+def write_joints(store, records):
+    """Write where the joints of the examples are in the stream."""
+    open_store(store).joints[:] = records
 
 
-def make_description(joints: int) -> Description:
-    """Return room for a description of so many joints."""
-    numbers = padded(3 * joints)
-
-    def lines(*shape: int) -> NDArray[np.float32]:
-        return np.zeros(shape, np.float32)
-
-    return Description(
-        lines(POINTS, numbers),
-        lines(DIRECTIONS, numbers),
-        lines(numbers),
-        lines(numbers),
-        lines(1),
-        lines(numbers),
-        lines(2, DIRECTIONS + 1),
-    )
+@entry_point
+def write_example(store, t, move, poses, path):
+    """Describe the whole of an example, number t; see `measure.describe`."""
+    bank = open_store(store)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.room)
+    bank.examples[t].move = move
+    bank.examples[t].size = bank.room.size[0]
+    at = t * ROWS
+    bank.rows[at : at + DIRECTIONS] = bank.room.directions
+    bank.rows[at + DIRECTIONS] = bank.room.box
+    bank.rows[at + DIRECTIONS + 1] = bank.room.shares
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:

@@ -47,7 +47,12 @@ def check_name(name: str) -> str:
     Raises:
         MovesError: If it is empty, too long, or has what cannot be printed.
     """
-    if not isinstance(name, str) or not 1 <= len(name) <= MAX_NAME or not name.isprintable() or name != name.strip():
+    if (
+        not isinstance(name, str)
+        or not 1 <= len(name) <= MAX_NAME
+        or not name.isprintable()
+        or name != name.strip()
+    ):
         raise MovesError(f"a move's name has 1 to {MAX_NAME} printable characters, not {str(name)[:80]!r}")
     return name
 
@@ -99,7 +104,9 @@ def _extent(shown: NDArray[np.float64], fps: float, root: int) -> tuple[int, int
     speed = _speed(shown, fps, root)
     peak = int(np.argmax(speed))
     if speed[peak] < LEAST_SPEED:
-        raise MovesError(f"nothing moves in the example (at most {speed[peak]:.3f} m/s, mean over the joints)")
+        raise MovesError(
+            f"nothing moves in the example (at most {speed[peak]:.3f} m/s, mean over the joints)"
+        )
     moving = np.flatnonzero(speed > ONSET * speed[peak])
     breaks = np.flatnonzero(np.diff(moving) > PAUSE * fps)
     at = int(np.searchsorted(moving, peak))
@@ -118,7 +125,9 @@ def _speed(shown: NDArray[np.float64], fps: float, root: int) -> NDArray[np.floa
     """Return (n,) m/s, mean over the joints, centred on each frame."""
     centre = shown[:, root] if root >= 0 else shown.mean(axis=1)
     placed = np.concatenate([centre[:, None], shown - centre[:, None]], axis=1)
-    steps = np.linalg.norm(np.diff(smoothed(placed, SMOOTHED, fps), axis=0), axis=2).sum(axis=1) / shown.shape[1]
+    steps = (
+        np.linalg.norm(np.diff(smoothed(placed, SMOOTHED, fps), axis=0), axis=2).sum(axis=1) / shown.shape[1]
+    )
     return smoothed(np.append(steps, steps[-1]) * fps, AVERAGED, fps)
 
 

@@ -3,12 +3,12 @@
 import os
 from pathlib import Path
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import Example, check_name, make_example
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
-from mossar_stream.moves.recogniser import Bank
 from mossar_stream.skeleton import Skeleton
 
 
@@ -74,7 +74,9 @@ class Moves:
         """
         check_name(name)
         if name not in self.names:
-            raise MovesError(f"there is no move called {name!r}; there are {', '.join(self.names[:40]) or 'none'}")
+            raise MovesError(
+                f"there is no move called {name!r}; there are {', '.join(self.names[:40]) or 'none'}"
+            )
         self._examples = [example for example in self._examples if example.name != name]
 
     def remove_example(self, place: int) -> None:
@@ -87,15 +89,15 @@ class Moves:
             raise MovesError(f"there is no example {place}; there are {len(self._examples)}")
         del self._examples[place]
 
-    def bank(self, streamed: Skeleton) -> Bank:
+    def store(self, streamed: Skeleton) -> NDArray[np.uint8]:
         """Return the examples, described for a stream.
 
         Raises:
             FrameError: If the stream lacks joints that the examples need.
         """
-        from mossar_stream.moves.bank import make_bank  # noqa: PLC0415 - not before something is recognised
+        from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
 
-        return make_bank(self.skeleton, self._examples, self.names, streamed)
+        return make_store(self.skeleton, self._examples, self.names, streamed)
 
     def to_json(self) -> bytes:
         """Return the moves as JSON text."""

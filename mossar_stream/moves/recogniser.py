@@ -15,25 +15,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.views import part
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
 from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.measure import (
     DIRECTIONS,
     LEAST,
     NEVER,
+    POINTS,
     Description,
     correction,
     describe,
     first_half,
     warped,
 )
-from mossar_stream.moves.track import RAW, RING, TRACK, add_pose, is_due
+from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s
 AGREED = 2  # looks in a row that must name the same move
 MOST = -0.78  # natural logarithm of a move's largest cost
 LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
-LEAD_COUNTED = 0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
+LEAD_COUNTED = (
+    0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
+)
 FALLEN = 0.7  # of the peak of speed: looks begin below it
 LOUD = 0.15  # m/s, mean over the joints: slower is rest
 QUIET = 0.67  # s after the last loud pose for which looks go on
@@ -52,7 +56,10 @@ DECISION = np.dtype(
         ("next_look", "f8"),  # s, when stretches are compared next
         ("loud", "f8"),  # s, when speed was last above `LOUD`
         ("peak", "f8"),  # m/s, largest speed since the last onset or decision
-        ("from_pose", "i8"),  # a new move begins at this pose or later: what was before belongs to the last one
+        (
+            "from_pose",
+            "i8",
+        ),  # a new move begins at this pose or later: what was before belongs to the last one
         ("leader", "i8"),  # move that was best at the last look, -1 for none
         ("agreed", "i8"),  # how many looks in a row it was
     ],
@@ -60,7 +67,8 @@ DECISION = np.dtype(
 FOUND = np.dtype(
     [
         ("move", "i8"),  # -1 for none
-        ("number", "i8"),  # counts the moves of a take
+        ("number", "i8"),  # counts the performer's moves
+        ("take", "i8"),  # in which it was confirmed
         ("limb", "i8"),  # that led, -1 for none
         ("cost", "f8"),  # see measure.py
         ("first", "i8"),  # number of the pose where it begins
@@ -92,12 +100,26 @@ ROWS = DIRECTIONS + 2  # of an example in `Bank.rows`: directions, box, shares
 
 
 class Bank(NamedTuple):
-    """The examples of all moves, described for the joints of one stream, and room to work in."""
+    """The examples of all moves, described for the joints of one stream, and room to work in; views of a store."""
 
     joints: NDArray[np.void]  # (K,) JOINT
     examples: NDArray[np.void]  # (T,) EXAMPLE
     rows: NDArray[np.float32]  # (T·ROWS, D)
     room: Description
+
+
+# A store is one array of bytes, because every array that is handed to a kernel takes its time: this record, then the
+# arrays of `Bank` and of `Description` in their order.
+STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
+STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
+ROOM_ROWS = POINTS + DIRECTIONS + 3  # of numbers: points, directions, shares, box, low; then size and warping
+
+
+def store_bytes(joints: int, examples: int) -> int:
+    """Return the bytes that examples take, described for so many joints."""
+    rows = examples * ROWS + ROOM_ROWS
+    floats = rows * padded(3 * joints) + 2 * (DIRECTIONS + 1) + 1
+    return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + 4 * floats
 
 
 def memory_bytes(joints: int) -> int:
@@ -108,7 +130,9 @@ def memory_bytes(joints: int) -> int:
 def new_memory(joints: int) -> NDArray[np.uint8]:
     """Return the memory of a performer who has not been seen."""
     memory = np.zeros(memory_bytes(joints), np.uint8)
-    state_of(memory)["found"]["move"] = -1
+    state = state_of(memory)
+    for which in ("found", "before"):
+        state[which]["move"] = -1
     return memory
 
 
@@ -118,13 +142,39 @@ def state_of(memory: NDArray[np.uint8]) -> np.void:
     return found
 
 
+@inline_kernel(returns_views=True)
+def open_store(store):
+    """Return the bank that a store holds."""
+    head = part(store, 0, STORE, (1,))[0]
+    joints, examples, numbers = head.joints, head.examples, head.numbers
+    at_examples = STORE_BYTES + joints * JOINT_BYTES
+    at_rows = at_examples + examples * EXAMPLE_BYTES
+    at_room = at_rows + 4 * examples * ROWS * numbers
+    line = 4 * numbers
+    after = at_room + ROOM_ROWS * line
+    return Bank(
+        part(store, STORE_BYTES, JOINT, (joints,)),
+        part(store, at_examples, EXAMPLE, (examples,)),
+        part(store, at_rows, np.float32, (examples * ROWS, numbers)),
+        Description(
+            part(store, at_room, np.float32, (POINTS, numbers)),
+            part(store, at_room + POINTS * line, np.float32, (DIRECTIONS, numbers)),
+            part(store, after - 3 * line, np.float32, (numbers,)),
+            part(store, after - 2 * line, np.float32, (numbers,)),
+            part(store, after, np.float32, (1,)),
+            part(store, after - line, np.float32, (numbers,)),
+            part(store, after + 4, np.float32, (2, DIRECTIONS + 1)),
+        ),
+    )
+
+
 @entry_point
-def recognise(memory, bank, positions, times, begin):
+def recognise(memory, store, positions, times, begin):
     """Take frames in until there is news of a move.
 
     Args:
         memory: (memory_bytes,) uint8 of the performer.
-        bank: The examples.
+        store: (store_bytes,) uint8, the examples.
         positions: (n, J, 3) float32 metres; NaN where a joint is missing.
         times: (n,) float64 s.
         begin: First frame to take in.
@@ -132,8 +182,9 @@ def recognise(memory, bank, positions, times, begin):
     Returns:
         Number of the frame that brought news, which stand in `state.happened`; n if none did.
     """
-    state = memory[:STATE_BYTES].view(STATE)[0]
-    poses = memory[STATE_BYTES:].view(np.float32).reshape((RING + RAW, bank.room.box.size))
+    bank = open_store(store)
+    state = part(memory, 0, STATE, (1,))[0]
+    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.room.box.size))
     for i in range(begin, times.size):
         if is_due(state.track, times[i]):
             _follow(state, poses, bank, positions[i], times[i])
@@ -159,9 +210,9 @@ def _follow(state, poses, bank, positions, time):
     follow_activity(state.activity, state.track.speed, state.track.times, state.track.first, pose)
     if _is_look_due(state.decision, state.activity, was_moving, time):
         _look(state, poses, bank, pose)
-    if state.found.move >= 0 and state.happened == 0:
-        if state.activity.moving == 0 or time - state.found.time > SETTLED:
-            _settle(state, FINAL)
+    rests = state.activity.moving == 0 or time - state.found.time > SETTLED
+    if rests and state.found.move >= 0 and state.happened == 0:
+        _settle(state, FINAL)
 
 
 @inline_kernel
@@ -201,6 +252,7 @@ def _settle(state, how):
 def _copy(to, found):
     to.move = found.move
     to.number = found.number
+    to.take = found.take
     to.limb = found.limb
     to.cost = found.cost
     to.first = found.first

@@ -37,7 +37,7 @@ def segmenter(core, request):
     positions, times = core.moving_people(1, frames=200, losses=False)
     own = Segmenter(core.skeleton(4), Settings(range_floor=0.01, window=0.05, **request.param), fps=60.0)
     own.push(positions, times)
-    assert own._state["window"]["undecided"] > 3
+    assert own.row.state["window"]["undecided"] > 3
     return own
 
 
@@ -53,7 +53,7 @@ def forged(blob, **changes):
 
 def with_row(segmenter, change):
     """Return a snapshot whose row was changed, with the right checksum."""
-    row = segmenter._memory[0].copy()
+    row = segmenter.row.memory[0].copy()
     change(row)
     return forged(segmenter.snapshot(), row=row.tobytes())
 
@@ -179,10 +179,10 @@ def test_an_index_that_points_nowhere_is_refused(segmenter, name):
 
 @pytest.mark.parametrize("name", ["order", "unused"])
 def test_a_slot_used_twice_or_out_of_range_is_refused(segmenter, name):
-    for value in (-1, 10**9, int(segmenter._state["open_segment"]["settled"])):
+    for value in (-1, 10**9, int(segmenter.row.state["open_segment"]["settled"])):
 
         def change(row, value=value):
-            region(row, segmenter._plan.shape, name)[0] = value
+            region(row, segmenter.row.plan.shape, name)[0] = value
 
         with pytest.raises(SnapshotError, match="contradicts itself"):
             Segmenter.restore(with_row(segmenter, change))
@@ -193,7 +193,7 @@ def test_a_slot_used_twice_or_out_of_range_is_refused(segmenter, name):
 )
 def test_a_key_frame_that_cannot_be_is_refused(segmenter, field, value):
     def change(row):
-        region(row, segmenter._plan.shape, "keys")[field][1] = value
+        region(row, segmenter.row.plan.shape, "keys")[field][1] = value
 
     with pytest.raises(SnapshotError, match="contradicts itself"):
         Segmenter.restore(with_row(segmenter, change))
@@ -205,7 +205,7 @@ def test_a_key_frame_that_cannot_be_is_refused(segmenter, field, value):
     st.integers(0, 2),
 )
 def test_whatever_is_accepted_can_be_worked_on(core, segmenter, hits, where):
-    sizes = [ROW.itemsize, segmenter._plan.shape.offsets()[0]["memo"], len(segmenter._memory[0])]
+    sizes = [ROW.itemsize, segmenter.row.plan.shape.offsets()[0]["memo"], len(segmenter.row.memory[0])]
 
     def change(row):
         for place, value in hits:

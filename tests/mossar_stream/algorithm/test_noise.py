@@ -69,8 +69,8 @@ def test_the_fixed_range_and_the_papers_preset_know_no_noise(core):
     ):
         segmenter = Segmenter(core.skeleton(4), settings, fps=60.0)
         segmenter.push(np.random.default_rng(0).normal(0, 0.05, (120, 4, 3)))
-        assert segmenter._state["noise"]["estimate"] == 0
-        assert segmenter._state["noise"]["floor"] == 0
+        assert segmenter.row.state["noise"]["estimate"] == 0
+        assert segmenter.row.state["noise"]["floor"] == 0
 
 
 def test_white_noise_is_told_from_motion(core):
@@ -81,7 +81,7 @@ def test_white_noise_is_told_from_motion(core):
     for positions in (still, moving):
         segmenter = Segmenter(core.skeleton(4), Settings(), fps=60.0)
         segmenter.push(positions)
-        found.append(segmenter._state["noise"]["estimate"].item())
+        found.append(segmenter.row.state["noise"]["estimate"].item())
     path = np.linalg.norm(np.diff(still[:, 1:] - still[:, :1], axis=0), axis=2).sum(axis=1).mean() * 60
     assert found[0] == pytest.approx(path, rel=0.3)
     assert found[1] == 0
@@ -90,9 +90,9 @@ def test_white_noise_is_told_from_motion(core):
 def test_a_reset_forgets_the_noise(core):
     segmenter = Segmenter(core.skeleton(4), Settings(), fps=60.0)
     segmenter.push(np.random.default_rng(0).normal(0, 0.05, (120, 4, 3)))
-    assert segmenter._state["noise"]["estimate"] > 0
+    assert segmenter.row.state["noise"]["estimate"] > 0
     segmenter.reset()
-    assert segmenter._state["noise"]["estimate"] == 0
+    assert segmenter.row.state["noise"]["estimate"] == 0
 
 
 @pytest.mark.parametrize("loss", [0.3, 0.5])
@@ -105,4 +105,4 @@ def test_where_frames_are_lost_noise_is_still_told_from_motion(core, loss):
     for positions, is_noise in ((moving, False), (rng.normal(0, 0.03, moving.shape), True)):
         segmenter = Segmenter(core.skeleton(4), Settings())
         segmenter.push(positions[kept], times[kept])
-        assert (segmenter._state["noise"]["estimate"] > 0) == is_noise
+        assert (segmenter.row.state["noise"]["estimate"] > 0) == is_noise

@@ -212,7 +212,10 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
     for seed in range(6):
         positions, times = core.moving_people(seed, frames=900, losses=False)
         segmenter = Segmenter(core.skeleton(4), settings)
-        key, h = region(segmenter._memory[0], segmenter._plan.shape, "keys"), segmenter._state["window"]
+        key, h = (
+            region(segmenter.row.memory[0], segmenter.row.plan.shape, "keys"),
+            segmenter.row.state["window"],
+        )
         for t in range(900):
             ranked = h["ranked"] == 1 and h["undecided"] > 0
             identity, strength, stood = key["frame"][0], key["strength"][0], key["kept"][0]

@@ -6,8 +6,9 @@ import pytest
 from mossar_stream import Segmenter, Settings
 from mossar_stream.algorithm.row import CACHE_LINE, new_memory
 from mossar_stream.algorithm.window_step import new_scratch
-from mossar_stream.engine.buffers import Desk
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Pool
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.views import part
 
@@ -49,19 +50,20 @@ def guarded(size):
     ids=str,
 )
 @pytest.mark.parametrize("joints", [1, 8, 33])
-def test_nothing_is_written_outside_the_row_and_the_room(core, joints, chosen):
+def test_nothing_is_written_outside_the_row_and_the_scratch(core, joints, chosen):
     plan = Plan(core.skeleton(joints), Settings(range_floor=0.01, window=0.05, **chosen), 60.0)
-    desk = Desk(plan)
+    buffers = Buffers(plan)
     row, row_ends = guarded(plan.row_bytes)
-    room, room_ends = guarded(-(-len(new_scratch(plan.shape)) // CACHE_LINE) * CACHE_LINE)
-    beyond = room[len(new_scratch(plan.shape)) :]
+    size = len(new_scratch(plan.shape))
+    scratch, scratch_ends = guarded(-(-size // CACHE_LINE) * CACHE_LINE)
+    beyond = scratch[size:]
     beyond[:] = UNTOUCHED
-    desk.room = room[: len(new_scratch(plan.shape))]
-    plan.prepare(row, 0)
-    segmenter = Segmenter.at_row(plan, row.reshape(1, -1), desk, "p1")
+    buffers.scratch = scratch[:size]
+    buffers.for_run = buffers.scratch, *buffers.for_run[1:]
+    segmenter = Segmenter.of_row(Pool(plan, buffers, row.reshape(1, -1)).allocate("p1"))
     positions, times = core.moving_people(joints, frames=600, joints=joints)
     events = segmenter.push(positions, times) + segmenter.end_take()
     decided = [e for e in events if e.__struct_config__.tag == "key_frame" and e.decided]
     assert len(decided) > (5 if joints > 1 else -1)  # the centre alone does not move
-    for untouched in (*row_ends, *room_ends, beyond):
+    for untouched in (*row_ends, *scratch_ends, beyond):
         assert (untouched == UNTOUCHED).all()

@@ -10,9 +10,9 @@ import numpy as np
 
 from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
 from mossar_stream.algorithm.frame_step import HAPPENED, STOPS, advance
-from mossar_stream.algorithm.window_step import FOLLOW
-from mossar_stream.engine.buffers import Desk
+from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import pool_of_one
 from mossar_stream.settings import Settings
 from mossar_tools.bench.measurement import Measurement, Took, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
@@ -27,28 +27,28 @@ class _Drive:
     """The stream's loop by hand, with a stopwatch at each part."""
 
     def __init__(self, motion: Motion) -> None:
-        self._plan = Plan(motion.skeleton, Settings(), motion.fps)
-        self._desk = Desk(self._plan)
-        self._memory = self._plan.new_rows(1)
+        self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
         self.acting = 0.0  # s, remerge
         self.telling = 0.0  # s, making event records
         self.acts = 0
         self.events = 0
 
     def run(self, chunks: list[Chunk]) -> None:
+        row = self._row
         for positions, times in chunks:
             done = 0
             while done < len(times):
-                code = advance(self._memory, 0, self._plan.params, positions[done:], times[done:])
+                code = advance(row.memory, 0, row.params, positions[done:], times[done:])
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
                     self._act()
 
     def _act(self) -> None:
         began = _ticks()
-        self._desk.act(self._memory, 0, FOLLOW)
+        buffers = self._row.pool.buffers
+        update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
         acted = _ticks()
-        self.events += len(self._desk.empty({0: "p1"}))
+        self.events += len(self._row.pool.take_events())
         self.telling += _ticks() - acted
         self.acting += acted - began
         self.acts += 1
