@@ -36,6 +36,9 @@ class JsonLinesSource:
         address: `-`.
         options: The user's fps and unit.
         stream: Read instead of standard input.
+
+    Raises:
+        MossarError: If there is no standard input.
     """
 
     live = False
@@ -44,6 +47,8 @@ class JsonLinesSource:
         self, address: Address, options: ReadOptions | None = None, stream: IO[bytes] | None = None
     ) -> None:
         self.name = "standard input" if stream is None else address.url
+        if stream is None and sys.stdin is None:
+            raise MossarError("standard input is closed; there is nothing to read")
         self.decoder = LineDecoder(options)
         self.counters = self.decoder.counters
         self._stream = stream
@@ -110,20 +115,27 @@ class JsonLinesSink:
     """Events, one JSON object per line; implements `Sink`.
 
     Args:
-        address: `-` for standard output, else a path; what is there is replaced.
+        address: `-` for standard output, else a path.
         stream: Written instead.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(
-        self, address: Address, stream: IO[bytes] | None = None, position: int | None = None
+        self,
+        address: Address,
+        stream: IO[bytes] | None = None,
+        *,
+        force: bool = False,
+        position: int | None = None,
     ) -> None:
         self.name = "standard output" if address.scheme == "-" else address.url
         self.dropped = 0
-        self._output = _Output(address, stream, position=position)
+        self._output = _Output(address, stream, replace=force, position=position)
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the events name their performer."""
@@ -140,6 +152,10 @@ class JsonLinesSink:
         """Return the bytes in the file; None if it is none."""
         return self._output.position()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._output.sync()
+
     def close(self) -> None:
         """Write what is left. May be called twice."""
         self._output.close()
@@ -154,6 +170,7 @@ class JsonLinesFrameSink:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(self, address: Address, *, force: bool = False) -> None:
@@ -192,12 +209,14 @@ class _Output:
         address: Address,
         stream: IO[bytes] | None = None,
         *,
-        replace: bool = True,
+        replace: bool = False,
         position: int | None = None,
     ) -> None:
         self._stream: IO[bytes] | OutputFile
         if stream is None and address.scheme != "-":
             self._stream = OutputFile(address.path, replace=replace, position=position)
+        elif stream is None and sys.stdout is None:
+            raise OutputError("standard output is closed; --to says where else events may go")
         else:
             self._stream = stream or sys.stdout.buffer
         self._closed = False
@@ -220,6 +239,10 @@ class _Output:
 
     def position(self) -> int | None:
         return self._stream.tell() if isinstance(self._stream, OutputFile) else None
+
+    def sync(self) -> None:
+        if isinstance(self._stream, OutputFile):
+            self._stream.sync()
 
     def close(self) -> None:
         self._closed = True

@@ -46,8 +46,8 @@ def segment_row(
 ) -> Sequence[object]:
     """Return the cells of a segment, in the order of `COLUMNS`; times in s on the source's clock."""
     return (
-        recording,
-        performer,
+        _text(recording),
+        _text(performer),
         take,
         f"{part.start_time:.4f}",
         f"{part.end_time:.4f}",
@@ -58,8 +58,13 @@ def segment_row(
         ending.kind,
         _number(ending.strength),
         _number(part.similarity),
-        " ".join(part.active_joints),
+        _text(" ".join(part.active_joints)),
     )
+
+
+def _text(name: str) -> str:
+    """Return a name as a cell that no spreadsheet takes for a formula: names come from files and networks."""
+    return f"'{name}" if name[:1] in {"=", "+", "-", "@", "\t", "\r"} else name
 
 
 def _number(value: float | None) -> str:
@@ -70,21 +75,21 @@ class SegmentCsvSink:
     """Writes final segments; implements `Sink`. The strength is that of the key frame at the segment's end.
 
     Args:
-        address: Path of the file; what is there is replaced.
+        address: Path of the file.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
     """
 
-    def __init__(self, address: Address, position: int | None = None) -> None:
+    def __init__(self, address: Address, *, force: bool = False, position: int | None = None) -> None:
         self.name = address.url
         self.dropped = 0
-        self._file = OutputFile(address.path, replace=True, position=position)
+        self._file = OutputFile(address.path, replace=force, position=position)
         self._endings: dict[str, Ending] = {}  # by id of the key frame
         self._recordings: dict[str, str] = {}  # by performer
-        if position is None:
-            self._write([COLUMNS])
+        self._closed = False
 
     def announce(self, meta: Meta) -> None:
         """Remember the recording of a performer."""
@@ -106,8 +111,15 @@ class SegmentCsvSink:
         """Return the bytes in the file."""
         return self._file.tell()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._file.sync()
+
     def close(self) -> None:
         """Close the file. May be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._write([])
         self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
@@ -124,7 +136,8 @@ class SegmentCsvSink:
         self._endings[key] = ending
 
     def _write(self, rows: Sequence[Sequence[object]]) -> None:
+        head = [COLUMNS] if self._file.tell() == 0 else []  # late: a file with nothing in it may be replaced
         text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
+        csv.writer(text, lineterminator="\n").writerows([*head, *rows])
         self._file.write(text.getvalue().encode())
         self._file.flush()

@@ -103,12 +103,15 @@ def open_source(
     return SelectedSource(source, wanted.options) if picky and address.scheme != "file" else source
 
 
-def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int | None = None) -> Sink:
+def open_sink(
+    url: str, *, settings: dict[str, Any] | None = None, force: bool = False, position: int | None = None
+) -> Sink:
     """Open a sink of events.
 
     Args:
         url: See the table; a path ends in `.jsonl` (events) or `.csv` (segments), `-` is standard output.
         settings: Of the segmentation, told to receivers in metas.
+        force: Whether to replace a file that is there.
         position: Byte at which to go on with a file, instead of replacing it.
 
     Raises:
@@ -117,7 +120,7 @@ def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int
     address, scheme = _scheme(url, "sink")
     if scheme.sink is None:
         raise address.error(f"{address.scheme}: takes no events")
-    return scheme.sink(address, OpenOptions(settings=settings, position=position))
+    return scheme.sink(address, OpenOptions(settings=settings, force=force, position=position))
 
 
 def open_frame_sink(url: str, *, force: bool = False, position: int | None = None) -> FrameSink:
@@ -184,9 +187,9 @@ def _file_sink(address: Address, wanted: OpenOptions) -> Sink:
 
     match PurePath(address.path).suffix.lower():
         case ".jsonl" | ".ndjson":
-            return JsonLinesSink(address, position=wanted.position)
+            return JsonLinesSink(address, force=wanted.force, position=wanted.position)
         case ".csv":
-            return SegmentCsvSink(address, wanted.position)
+            return SegmentCsvSink(address, force=wanted.force, position=wanted.position)
         case ".msk":
             raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
         case suffix:

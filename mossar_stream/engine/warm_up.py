@@ -26,7 +26,7 @@ def precompile(settings: Settings | None = None) -> None:
     process is started only if something must be compiled, and has ended when this returns.
 
     Args:
-        settings: Defaults to `Settings()`; only the similarity measure matters.
+        settings: Defaults to `Settings()`; only the similarity measure matters here.
 
     Raises:
         MossarError: If there is nowhere to write compiled kernels to.
@@ -34,9 +34,10 @@ def precompile(settings: Settings | None = None) -> None:
     Example:
         >>> precompile(Settings(similarity="likelihood"))
     """
-    plan = _any_plan(settings or Settings())
-    if plan.given.similarity not in _ready:
-        with second_process(__name__, plan.given.similarity):
+    similarity = (settings or Settings()).similarity
+    if similarity not in _ready:
+        plan = _any_plan(similarity)
+        with second_process(__name__, similarity):
             _publish_window_step(plan, plan.new_rows(1))
         warm_up(plan)
 
@@ -63,12 +64,12 @@ def compile_part(folder: str, similarity: SimilarityName) -> None:
         similarity: Measure to compile for.
     """
     if folder == str(open_cache(accelerated=is_accelerated()).folder):
-        plan = _any_plan(Settings(similarity=similarity))
+        plan = _any_plan(similarity)
         _publish_frame_step(plan, plan.new_rows(1))
 
 
-def _any_plan(settings: Settings) -> Plan:
-    return Plan(Skeleton(("a", "b"), (-1, 0)), settings, None)
+def _any_plan(similarity: SimilarityName) -> Plan:
+    return Plan(Skeleton(("a", "b"), (-1, 0)), Settings(similarity=similarity), None)
 
 
 def _publish_window_step(

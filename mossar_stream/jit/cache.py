@@ -71,7 +71,8 @@ def cached(dispatcher: Any, *, accelerated: bool) -> Any:
     """Let what numba compiles for an entry point be kept as soon as the cache is open; return the entry point."""
 
     def give_cache() -> None:
-        with _numba_cache_in(_open[accelerated].folder):
+        # numba raises a RuntimeError for a function that stands in no file.
+        with contextlib.suppress(RuntimeError), _numba_cache_in(_open[accelerated].folder):
             if accelerated:
                 from mossar_stream.jit.sturdy_cache import SturdyCache  # noqa: PLC0415 - private parts
 

@@ -17,9 +17,17 @@ from mossar_stream.jit.cache import Cache, open_cache
 from mossar_stream.jit.listening import on_first_compile
 
 LONGEST = 120.0  # s; a process that takes longer is given up
-_PROGRAM = (
-    "import sys; sys.path[:] = sys.argv[3:]; import {module}; {module}.compile_part(sys.argv[1], sys.argv[2])"
-)
+_PROGRAM = """
+import os, sys, _thread
+def end_with_parent():
+    os.read(0, 1)
+    os._exit(1)
+_thread.start_new_thread(end_with_parent, ())
+sys.path[:] = sys.argv[3:]
+import {module}
+{module}.compile_part(sys.argv[1], sys.argv[2])
+os._exit(0)
+"""
 
 
 @contextlib.contextmanager
@@ -49,7 +57,7 @@ def second_process(module: str, argument: str) -> Iterator[None]:
     finally:
         for other in others:
             other.kill()
-            other.wait()
+            other.communicate()
 
 
 def is_possible(cache: Cache) -> bool:
@@ -63,10 +71,10 @@ def is_possible(cache: Cache) -> bool:
 
 
 def _interpreter(module: str, cache: Cache, argument: str) -> subprocess.Popen[bytes]:
-    """Start an interpreter that finds the same modules and says nothing."""
+    """Start an interpreter that finds the same modules, says nothing, and ends when this process does."""
     return subprocess.Popen(  # noqa: S603 - our own interpreter
         [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(cache.folder), argument, *sys.path],
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,  # which closes however this process ends
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),

@@ -14,7 +14,7 @@ from mossar_stream.jit.linked_calls import callable_by_name, make_known
 from mossar_stream.jit.options import entry_options, inner_options
 from mossar_stream.jit.sturdy_cache import SturdyCache
 
-_part: Any = instructions.part
+_own: Any = instructions  # as kernels call it
 _INNER = inner_options(accelerated=True)
 _INLINE = inner_options(accelerated=True, inline=True)
 _ENTRY = entry_options(accelerated=True, makes_arrays=True)
@@ -47,15 +47,15 @@ def _stepped(record, by):
 
 @numba.njit(**_FRAME)
 def _try_all(memory, page, values):
-    record: Any = _part(memory, 8, _RECORD, (1,))[0]
+    record: Any = _own.part(memory, 8, _RECORD, (1,))[0]
     found = _stepped(record, 3)
-    found += instructions.page_sum(page, 32) + instructions.page_product(page, 0, 32)  # type: ignore[call-arg]
-    mantissa, exponent = instructions.variance_product(values, values, 0, 8, 0.5, 1.0)
+    found += _own.page_sum(page, 32) + _own.page_product(page, 0, 32)
+    mantissa, exponent = _own.variance_product(values, values, 0, 8, 0.5, 1.0)
     return (
         found + _mean_by_name(values),
-        instructions.page_within(page, 32, 1.0),
+        _own.page_within(page, 32, 1.0),
         mantissa * 2.0**exponent,
-        instructions.lowest_bit(record.count << 4),
+        _own.lowest_bit(record.count << 4),
     )
 
 

@@ -21,13 +21,12 @@ def part_twin(memory: NDArray[Any], begin: int, kind: Any, shape: tuple[int, ...
     return found
 
 
-def _item_size(kind: Any) -> int:
-    size: int = np.dtype(kind).itemsize
-    return size
+def _item_size(kind):  # without types, which numba would compare with those of the function below
+    return np.dtype(kind).itemsize
 
 
 @overload(_item_size)
-def _item_size_of_type(kind: Any) -> Any:
+def _item_size_of_type(kind):
     size = kind.dtype.size if isinstance(kind.dtype, types.Record) else kind.dtype.bitwidth // 8
     return lambda kind: size  # noqa: ARG005 - numba compares the parameters
 

@@ -294,7 +294,7 @@ def strength(params, left, right, both):
 @kernel
 def merge_cost(params, left, right, both):
     """Return the same where `both` is the summary of both already."""
-    if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
+    if not (left[DURATION] > SHORTEST and right[DURATION] > SHORTEST):
         return 0.0
     cost = both[TERM] - left[TERM] - right[TERM]
     if params.short > 0.0:

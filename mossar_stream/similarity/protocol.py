@@ -32,6 +32,7 @@ from mossar_stream.jit.decorators import kernel_by_type
 from mossar_stream.settings import ResolvedSettings, SimilarityName
 from mossar_stream.similarity import likelihood
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
+from mossar_stream.similarity.summary import DURATION, SHORTEST
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
     "likelihood": (likelihood, likelihood.LIKELIHOOD),
@@ -55,7 +56,19 @@ def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
 
 
 def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
-    """Tell whether summaries from outside can be worked on."""
+    """Tell whether summaries from outside can be worked on.
+
+    Durations must be numbers of seconds, up to what is lost by rounding when poses are taken out: kernels compare
+    costs to find the smallest one, and one that is NaN would never be found.
+
+    Args:
+        settings: Which measure.
+        params: Of `make_params`.
+        slots: (n, slot).
+    """
+    durations = slots[:, DURATION]
+    if not (np.isfinite(durations) & (durations > -SHORTEST)).all():
+        return False
     return MEASURES[settings.similarity][0].are_sound(params, slots)  # type: ignore[no-any-return]
 
 

@@ -11,13 +11,14 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 import mossar_stream
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.signals import raising
+from mossar_tools.signals import interruptibly, leave, raising
 
 if TYPE_CHECKING:
     from mossar_tools.options import Options
@@ -36,6 +37,9 @@ COMMANDS: Final[dict[str, str]] = {
     "schema": "the JSON Schema of the events",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
+
+# Commands that load the compiler, which takes a while, and seconds on the first run.
+_WITH_KERNELS: Final = ("demo", "run", "segment", "view", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
@@ -70,12 +74,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     return guarded(lambda terminal: _run(arguments, terminal))
 
 
+def _open_closed_streams() -> None:
+    """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+
+
 def guarded(program: Callable[[Console], int]) -> int:
     """Run a program and return its exit status: errors become one line, signals the status that is usual for them.
 
     Args:
         program: Gets the console and returns its status.
     """
+    _open_closed_streams()
     terminal = console()
     terminal.set_up("info", as_json=False, status=True)
     try:
@@ -88,10 +100,10 @@ def guarded(program: Callable[[Console], int]) -> int:
         return DONE
     except KeyboardInterrupt:
         terminal.clear()
-        return INTERRUPTED
+        return leave(INTERRUPTED)
     except Terminated:
         terminal.clear()
-        return TERMINATED
+        return leave(TERMINATED)
     except MossarError as error:
         from mossar_adapters.files.output import OutputError
 
@@ -145,6 +157,8 @@ def run_command(prog: str, command: Command, arguments: Sequence[str], terminal:
         return DONE
     level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
     terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    if prog.rpartition(" ")[2] in _WITH_KERNELS:
+        interruptibly(lambda: mossar_stream.Segmenter)
     return command.run(options, terminal)
 
 

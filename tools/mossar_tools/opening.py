@@ -56,16 +56,17 @@ def sink_of(
 
     Args:
         url: As on the command line.
-        options: Tells whether a recording may be replaced.
+        options: Tells whether a file may be replaced.
         settings: Told to receivers.
         positions: Bytes written by a former run, by the names of sinks that go on.
 
     Raises:
         MossarError: If it cannot be opened.
     """
+    position = positions.get(parse_url(url).url)
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force, position=positions.get(url))
-    return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
+        return open_frame_sink(url, force=options.force, position=position)
+    return open_sink(url, settings=msgspec.to_builtins(settings), force=options.force, position=position)
 
 
 def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:

@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +18,7 @@ from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
 from mossar_tools.opening import check_apart, sink_of, source_of
 from mossar_tools.options import Options
-from mossar_tools.signals import stopping
+from mossar_tools.signals import interruptibly, stopping
 
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
@@ -101,16 +100,25 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
 
 
 def warm_up(settings: Settings) -> None:
-    """Compile, or load, the kernels before frames come; say so if it takes long."""
-    with saying_if_cold():
-        mossar_stream.precompile(settings)
+    """Compile, or load, the kernels before frames come; say so if it takes long.
+
+    Raises:
+        ValueError: If a stream cannot have these settings.
+    """
+    from mossar_stream import Segmenter, Skeleton
+
+    with saying_if_cold(settings):
+        Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
 
 
-def saying_if_cold() -> AbstractContextManager[None]:
-    """Return a block in which it is said that kernels are being compiled, if they are."""
-    return mossar_stream.on_first_compile(
+@contextlib.contextmanager
+def saying_if_cold(settings: Settings | None = None) -> Iterator[None]:
+    """Compile, or load, the kernels before the block runs; say so if they, or others in the block, are compiled."""
+    with mossar_stream.on_first_compile(
         lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
-    )
+    ):
+        interruptibly(lambda: mossar_stream.precompile(settings))
+        yield
 
 
 def _snapshot(options: Options) -> Snapshot | None:

@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from mossar_adapters.pipeline import Pipeline
+from mossar_adapters.pipeline.outcome import in_words
 from mossar_stream.errors import MossarError, SettingsError
 
 PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
@@ -75,7 +76,7 @@ class Control:
         def carry() -> None:
             try:
                 results.append(carry_out(self._pipeline, request))
-            except (MossarError, ValueError, TypeError) as error:
+            except Exception as error:  # noqa: BLE001 - no request may end the run
                 results.append(error)
             done.set()
 
@@ -83,7 +84,7 @@ class Control:
         if not done.wait(PATIENCE):
             raise SettingsError("the pipeline is busy or has ended")
         if isinstance(results[0], Exception):
-            raise results[0]
+            raise SettingsError(in_words(results[0]))
         return results[0]
 
 
@@ -103,7 +104,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         )
     performers = sorted(pool.names) if performer is None else [performer]
     if request.set is not None:
-        pipeline.send(pool.set(request.set, performer))
+        pipeline.set(request.set, performer)
         return request.set
     if request.get == "settings":
         return pool.settings if performer is None else pool[performer].settings
@@ -121,5 +122,5 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
 def _applied(pipeline: Pipeline, request: Request) -> None:
     try:
         carry_out(pipeline, request)
-    except (MossarError, ValueError, TypeError) as error:
-        _log.warning("control: %s", error)
+    except Exception as error:  # noqa: BLE001 - no request may end the run
+        _log.warning("control: %s", in_words(error))

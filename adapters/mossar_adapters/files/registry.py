@@ -12,12 +12,14 @@ from typing import Any
 
 import msgspec
 
+from mossar_adapters.address import readable
 from mossar_adapters.files import sniff
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.kinematics import JointMotion
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
+from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames
 
@@ -153,7 +155,12 @@ def open_recording(
         with _clear_errors(path):
             yield from recording.chunks()
 
-    return msgspec.structs.replace(recording, chunks=chunks)
+    return msgspec.structs.replace(
+        recording,
+        path=readable(recording.path),
+        skeleton=printable_names(recording.skeleton),
+        chunks=chunks,
+    )
 
 
 def open_motion(

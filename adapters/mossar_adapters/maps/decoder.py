@@ -11,11 +11,11 @@ from mossar_adapters.maps.frame_maps import (
     meta_of_map,
     positions_of_map,
 )
+from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.receiving.sequence import Sequences
 from mossar_adapters.source import Meta
-from mossar_stream.frames import performer_name
 
 
 class MapDecoder:
@@ -43,7 +43,7 @@ class MapDecoder:
         Raises:
             FrameError: If it cannot be used.
         """
-        name = performer_name(found.performer)
+        name = distinct_name(found.performer)
         if self._names is not None:
             name = self._names.name("", name)
         if isinstance(found, MetaMap):

@@ -13,9 +13,11 @@ from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 import mossar_stream
+from mossar_adapters.joint_sets import printable_names
+from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream.frames import Frames
 from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 
 VERSION = 1
@@ -60,8 +62,8 @@ def meta_of_map(found: MetaMap) -> Meta:
         raise FrameError(f"a rate of {fps} Hz is impossible")
     if found.unit != "m":
         raise FrameError(f"frames are in metres, not in {found.unit[:20]!r}")
-    skeleton = Skeleton(found.names, found.parents, found.root)
-    return Meta(performer_name(found.performer), skeleton, fps)
+    skeleton = printable_names(Skeleton(found.names, found.parents, found.root))
+    return Meta(distinct_name(found.performer), skeleton, fps)
 
 
 def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:

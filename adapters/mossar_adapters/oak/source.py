@@ -141,7 +141,7 @@ class OakSource:
         self._others = "p" if self._performer == "p1" else f"{self._performer}_"
         self._confidence = confidence
         self._connect = connect
-        self._people = Identities()
+        self._identities = Identities()
         self._latest: int | None = None  # number of the latest picture
         self._fps: float | None = None
         self._doing = "the camera was not opened yet"  # empty while pictures come
@@ -294,7 +294,7 @@ class OakSource:
         self.counters.received += 1
         poses = [pose for pose in map(self._usable, picture.people) if pose is not None]
         places = [_place(pose) for pose in poses]
-        for pose, person in zip(poses, self._people.follow(places, picture.time), strict=True):
+        for pose, person in zip(poses, self._identities.follow(places, picture.time), strict=True):
             if person is None:
                 self.counters.ignored += 1
             else:

@@ -18,13 +18,15 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
 
-MAX_PERFORMERS = 256  # known at a time; the one unheard for longest is forgotten
+MAX_PERFORMERS = 256  # known at a time
+SILENT = 2.0  # s, after which the one unheard for longest may be forgotten
 FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
 
 
 class _Line(msgspec.Struct):
     """One performer's frames that wait to be taken."""
 
+    heard: float  # when it was heard last, s
     meta: Meta | None = None
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
@@ -44,6 +46,7 @@ class Batch:
         self.fps = fps
         self._lines: OrderedDict[str, _Line] = OrderedDict()
         self._ready: list[Meta | Frames | Left] = []
+        self._now = float("-inf")  # the latest arrival, s
 
     def put(self, item: Meta | Pose | Left) -> None:
         """Take one thing that a decoder found.
@@ -51,7 +54,8 @@ class Batch:
         A meta that says the same as before, and the leaving of somebody unknown, change nothing.
 
         Raises:
-            FrameError: If a pose does not fit the performer's skeleton, or its time is none.
+            FrameError: If a pose does not fit the performer's skeleton, its time is none, or the performer is new
+                and there is no room for it.
         """
         if isinstance(item, Pose):
             self._add(item)
@@ -83,6 +87,7 @@ class Batch:
 
     def _add(self, pose: Pose) -> None:
         check_time(pose.time)
+        self._now = max(self._now, pose.arrival)
         line = self._line(pose.performer)
         meta = line.meta
         if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
@@ -110,12 +115,23 @@ class Batch:
     def _line(self, performer: str) -> _Line:
         line = self._lines.get(performer)
         if line is None:
-            line = self._lines[performer] = _Line()
-            if len(self._lines) > MAX_PERFORMERS:
-                self._finish(*self._lines.popitem(last=False))
+            self._make_room(performer)
+            line = self._lines[performer] = _Line(self._now)
         else:
             self._lines.move_to_end(performer)
+            line.heard = self._now
         return line
+
+    def _make_room(self, performer: str) -> None:
+        """Forget who has been silent; a flood of names must not take the place of those who move."""
+        if len(self._lines) < MAX_PERFORMERS:
+            return
+        silent, line = next(iter(self._lines.items()))
+        if self._now - line.heard < SILENT:
+            raise FrameError(
+                f"{MAX_PERFORMERS} performers are known and all of them move; {performer} is refused"
+            )
+        self._finish(silent, self._lines.pop(silent))
 
     def _finish(self, performer: str, line: _Line) -> None:
         if not line.times:

@@ -8,7 +8,7 @@ one is heard again after the second.
 
 from collections import OrderedDict
 
-from mossar_stream.frames import performer_name
+from mossar_adapters.receiving.names import distinct_name
 
 MAX_SENDERS = 64
 _MAX_NAMES = 4096
@@ -70,7 +70,7 @@ class Senders:
             parts = [f"p{person}" if person.isdecimal() else person, suffix]
         else:
             parts = [suffix or "p1"]
-        return performer_name("_".join(part for part in parts if part))
+        return distinct_name("_".join(part for part in parts if part))
 
 
 class _Host:

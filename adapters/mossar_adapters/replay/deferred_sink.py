@@ -56,6 +56,12 @@ class DeferredSink:
         position = getattr(self._sink, "position", None)
         return int(position()) if callable(position) else None
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        sync = getattr(self._sink, "sync", None)
+        if callable(sync):
+            sync()
+
     def close(self) -> None:
         """Write what is left. May be called twice."""
         if self._sink is not None:
@@ -70,7 +76,7 @@ def _check(path: Path, *, force: bool) -> None:
     """
     try:
         there = path.exists()
-        if there and not force:
+        if there and not force and not (path.is_file() and path.stat().st_size == 0):
             raise FileError(path, "there is a file already; --force replaces it")
         if path.is_dir():
             raise UnwritableError(path, "cannot be written: it is a folder")

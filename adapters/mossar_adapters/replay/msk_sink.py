@@ -34,6 +34,10 @@ class MskFrameSink:
         """Return the bytes in the file."""
         return self._writer.position()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._writer.sync()
+
     def close(self) -> None:
         """Write what is left. May be called twice."""
         self._writer.close()

@@ -149,6 +149,7 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
             and ((last >= first) & (last < first + p["bins"]) & (abs(last) <= farthest)).all()
             and ((counts >= 0) & (counts <= most) & (counts == np.rint(counts))).all()
             and (clocks == np.rint(clocks)).all()
+            and (p["bins"] > 1 or not clocks.any())  # with a single bin no clock runs
         )
     if not sound:
         return False
@@ -300,7 +301,7 @@ def _close(params, summary):
 
 @linked("mossar.strength", float64(_PARAMS, _SUMMARY, _SUMMARY))
 def _strength(params, left, right):
-    if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
+    if not (left[DURATION] > SHORTEST and right[DURATION] > SHORTEST):
         return 0.0
     alike = _kernel(params, left, right)
     if params.form == SUM:

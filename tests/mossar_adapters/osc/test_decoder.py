@@ -188,3 +188,19 @@ def test_who_is_not_allowed_is_not_read():
     assert osc.receive(at(0.0, *frame, host="192.168.0.7")) == []
     assert len(osc.receive(at(0.0, *frame, host="10.1.2.3"))) == 2
     assert (osc.counters.received, osc.counters.ignored) == (2, 1)
+
+
+def test_a_flood_of_ids_does_not_take_the_place_of_who_moves():
+    osc, strangers = decoder(), 0
+    frames = 0
+    for frame in range(60):
+        for datagram in osceleton(frame):
+            flood = [
+                at(datagram.arrival, "/joint", "sifff", "head", 1000 + strangers + k, 0, 0, 0)
+                for k in range(20)
+            ]
+            strangers += len(flood)
+            found = osc.receive(datagram, *flood)
+            frames += sum(len(item) for item in found if isinstance(item, Frames) and item.performer == "p1")
+            assert not any(isinstance(item, Meta) and item.performer == "p1" for item in found) or frames <= 2
+    assert frames == 60

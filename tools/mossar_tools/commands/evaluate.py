@@ -65,7 +65,7 @@ def run(options: Options, console: Console) -> int:
 
     groups = groups_of(takes)
     methods = all_methods(settings)
-    with saying_if_cold():
+    with saying_if_cold(settings):
         rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
     report = as_json(groups, rows)
     outputs.write_json(report, console)

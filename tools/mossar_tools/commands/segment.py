@@ -47,7 +47,7 @@ def run(options: Options, console: Console) -> int:
 
     whole = read_whole(options)
     console.status(f"segmenting {len(whole.times)} frames ...")
-    with saying_if_cold():
+    with saying_if_cold(settings):
         result = segment_recording(
             whole.positions,
             whole.fps,

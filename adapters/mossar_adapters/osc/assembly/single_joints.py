@@ -18,12 +18,14 @@ from mossar_adapters.files.units import Scale, height
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, Row
 from mossar_adapters.osc.profiles.profile import Context, Message
+from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Left
+from mossar_stream.errors import FrameError
 from mossar_stream.frames import performer_name
 from mossar_stream.skeleton import MAX_NAME, Skeleton
 
-MAX_PERFORMERS = 64  # per profile; the one unheard for longest makes room
+MAX_PERFORMERS = 64  # per profile; one that has been silent makes room
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 
 NO_POSES: Sequence[Pose] = ()
@@ -56,7 +58,7 @@ class SingleJoints:
             xyzc: Position and confidence (NaN where the protocol has none).
 
         Raises:
-            FrameError: If the performer has too many joints; nothing is changed then.
+            FrameError: If the performer has too many joints, or is new and there is no room; nothing is changed then.
         """
         return self._performer(message, person).put(_clean(joint), xyzc, message.arrival)
 
@@ -71,7 +73,10 @@ class SingleJoints:
         found = self._performers.get(name)
         if found is None:
             if len(self._performers) == MAX_PERFORMERS:
-                del self._performers[min(self._performers, key=lambda key: self._performers[key].last)]
+                silent = min(self._performers, key=lambda key: self._performers[key].last)
+                if message.arrival - self._performers[silent].last < SILENT:
+                    raise FrameError(f"{MAX_PERFORMERS} performers are known and all of them move")
+                del self._performers[silent]
             found = self._performers[name] = _Performer(name, self._scaling, self._parents)
         return found
 

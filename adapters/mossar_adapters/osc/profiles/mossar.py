@@ -7,14 +7,14 @@ joint.
 
 import numpy as np
 
-from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.osc.messages import numbers, whole_number, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.sequence import Sequences
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import performer_name
 from mossar_stream.skeleton import MAX_JOINTS, Skeleton
 
 META, FRAME = "/mossar/meta", "/mossar/frame"
@@ -54,7 +54,7 @@ class Mossar:
         if len(words) < 2:
             raise FrameError("a meta has a performer and the names of the joints")
         parents, root = with_known_parents(words[1:])
-        skeleton = Skeleton(tuple(words[1:]), parents, root if stated is None else stated)
+        skeleton = printable_names(Skeleton(tuple(words[1:]), parents, root if stated is None else stated))
         return Meta(self._name(message, words[0]), skeleton, self._context.options.fps)
 
     def _pose(self, message: Message) -> Pose:
@@ -71,4 +71,4 @@ class Mossar:
     def _name(self, message: Message, person: str) -> str:
         if message.sender or "performer" in self._context.address.options:
             return self._context.senders.name(message.sender, person)
-        return performer_name(person)
+        return distinct_name(person)

@@ -18,6 +18,7 @@ from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
 from mossar_adapters.osc.assembly.vmc_pose import BUILT_IN, VmcPose
 from mossar_adapters.osc.messages import numbers, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
 from mossar_stream.errors import FrameError
 
@@ -82,7 +83,10 @@ class Vmc:
         found = self._avatars.get(name)
         if found is None:
             if len(self._avatars) == MAX_AVATARS:
-                del self._avatars[min(self._avatars, key=lambda key: self._avatars[key].frames.last)]
+                silent = min(self._avatars, key=lambda key: self._avatars[key].frames.last)
+                if message.arrival - self._avatars[silent].frames.last < SILENT:
+                    raise FrameError(f"{MAX_AVATARS} avatars are known and all of them move")
+                del self._avatars[silent]
             found = self._avatars[name] = _Avatar(name, self._context, self._rest)
         return found
 
