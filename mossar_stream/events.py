@@ -36,6 +36,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
 )
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
+MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
 
 

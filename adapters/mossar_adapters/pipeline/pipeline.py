@@ -32,6 +32,7 @@ from mossar_adapters.source import Left, Meta, Source
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
+from mossar_stream.moves.moves import Moves
 from mossar_stream.settings import Settings
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
@@ -61,6 +62,7 @@ class Pipeline:
         emit: Which events go out, see `Emission`.
         seconds: Stop after so much time of the stream, for each performer.
         upkeep: What is done between frames; by default stalls and silence are noticed.
+        moves: That are recognised of all performers.
         resume: Snapshot of a run that was cut short, to go on with.
         tick: Called about every 0.05 s from the thread that segments.
 
@@ -79,6 +81,7 @@ class Pipeline:
         emit: Sequence[str] = (),
         seconds: float | None = None,
         upkeep: Upkeep | None = None,
+        moves: Moves | None = None,
         resume: Snapshot | None = None,
         tick: Callable[[], None] = lambda: None,
     ) -> None:
@@ -87,7 +90,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings, MAX_PERFORMERS)
+        self.pool = Pool(self.settings, MAX_PERFORMERS, moves)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.stream_time = StreamTime(seconds)
