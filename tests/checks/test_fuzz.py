@@ -65,3 +65,12 @@ def test_every_target_is_fed_and_none_fails():
     rows = [line.split() for line in done.stdout.splitlines()[1:-1]]
     assert len(rows) > 35
     assert all(int(row[-6]) > 0 for row in rows)
+
+
+def test_without_hypothesis_one_line_says_what_to_install(tmp_path):
+    (tmp_path / "hypothesis.py").write_text("raise ModuleNotFoundError(name='hypothesis')")
+    places = [tmp_path, ROOT, ROOT / "adapters", ROOT / "tools"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, places))}
+    command = [sys.executable, "-m", "checks.fuzz", "--inputs", "1"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "fuzzing needs hypothesis: pip install -e . --group dev\n")

@@ -8,7 +8,7 @@ from mossar_stream.recording import KeyFrame, segment_recording
 from mossar_stream.skeleton import Skeleton
 from mossar_tools.bars import bar
 from mossar_tools.dendrogram import merges
-from mossar_tools.plot import spread
+from mossar_tools.poses import spread
 from mossar_tools.stick_figures import head_of, project, sides, view_of
 
 

@@ -1,7 +1,9 @@
 import csv
 import itertools
 import json
+import os
 import struct
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,8 @@ from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_stream.recording import segment_recording
 from mossar_stream.settings import Settings
+from mossar_tools.batch import segment_all
+from mossar_tools.options import Options
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"
 needs_data = pytest.mark.skipif(not DATA.exists(), reason=f"no labelled recordings at {DATA}")
@@ -139,3 +143,72 @@ def test_flat_poses_are_refused_unless_they_are_allowed(mossar, tmp_path):
     assert "--allow-2d" in err
     status, out, _ = mossar("segment", path, "--json", "--allow-2d", "--fps", "50")
     assert (status, json.loads(out)["fps"]) == (0, 50.0)
+
+
+def test_the_built_in_performer_takes_joints_root_and_performer(mossar):
+    joints = ("--joints", "Hips,LeftHand,RightHand", "--root", "Hips")
+    report = json.loads(
+        mossar("segment", "demo:?seconds=5&performers=2", *joints, "--performer", "p2", "--json")[1]
+    )
+    assert {name for part in report["segments"] for name in part["active_joints"]} <= {
+        "Hips",
+        "LeftHand",
+        "RightHand",
+    }
+    other = json.loads(mossar("segment", "demo:?seconds=5", *joints, "--json")[1])
+    assert other["key_frames"] != report["key_frames"]
+    for wrong, said in (
+        (("--joints", "x"), "no joint called 'x'"),
+        (("--performer", "zzz"), "no performer called 'zzz'"),
+    ):
+        status, _, err = mossar("segment", "demo:", *wrong)
+        assert status == 2
+        assert said in err
+
+
+def test_several_recordings_become_one_table_and_a_bad_one_stops_nothing(
+    mossar, swing, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    for number in range(6):
+        Path(f"take{number}.npz").write_bytes(swing.read_bytes())
+    Path("take3.npz").write_bytes(b"no recording")
+    status, out, err = mossar("segment", "take*.npz", "--csv", "all.csv", "--json", "all.jsonl")
+    assert (status, out) == (2, "")
+    assert "take3.npz: " in err
+    assert "1 of 6 recordings could not be segmented" in err
+    rows = list(csv.DictReader(Path("all.csv").read_text().splitlines()))
+    names = [f"take{number}.npz" for number in (0, 1, 2, 4, 5)]
+    assert list(dict.fromkeys(row["recording"] for row in rows)) == names
+    reports = [json.loads(line) for line in Path("all.jsonl").read_text().splitlines()]
+    assert [report["recording"] for report in reports] == names
+    single = json.loads(mossar("segment", "take0.npz", "--json")[1])
+    assert reports[0] == single
+    assert len(rows) == 5 * len(single["segments"])
+    status, out, _ = mossar("segment", "take0.npz", "take1.npz")
+    assert (status, len(out.splitlines())) == (0, 2)
+
+
+def test_a_process_that_dies_costs_its_recording_only(swing, tmp_path, monkeypatch):
+    if os.cpu_count() == 1:
+        pytest.skip("one core: there are no processes to die")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    (tmp_path / "sitecustomize.py").write_text(DIES)
+    files = [str(tmp_path / f"{name}.npz") for name in ("a", "b", "deadly", "c", "d", "e")]
+    for name in files:
+        Path(name).write_bytes(swing.read_bytes())
+    done = list(segment_all(files, Options()))
+    assert [Path(own.name).stem for own in done] == ["a", "b", "deadly", "c", "d", "e"]
+    assert [bool(own.error) for own in done] == [False, False, True, False, False, False]
+    assert "died" in done[2].error
+
+
+DIES = """
+import os, zipfile
+before = zipfile.ZipFile.__init__
+def deadly(self, file, *arguments, **options):
+    if "deadly" in str(getattr(file, "name", file)):
+        os._exit(9)
+    before(self, file, *arguments, **options)
+zipfile.ZipFile.__init__ = deadly
+"""

@@ -35,7 +35,9 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine; --peers adds other libraries; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
+    "settings": "the value of each setting, its unit, and what moving it does",
     "schema": "the JSON Schema of the events",
+    "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
 
@@ -79,7 +81,7 @@ def _open_closed_streams() -> None:
     """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - for good
 
 
 def guarded(program: Callable[[Console], int]) -> int:

@@ -34,8 +34,19 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
         raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
     speed = options.speed or (1.0 if scheme == "demo" else "max")
     source = open_source(url, options=options.reading(), speed=speed, listener=listener, loop=options.loop)
+    _check_performer(source, options.performer)
     _tell(source.name, getattr(source, "notes", ()))
     return source
+
+
+def _check_performer(source: Source, wanted: str | None) -> None:
+    """Refuse a performer of whom a source knows that they will never come."""
+    performers: tuple[str, ...] | None = getattr(source, "performers", None)
+    if wanted is not None and performers is not None and wanted not in performers:
+        source.close()
+        raise UsageError(
+            f"{source.name}: no performer called {wanted[:40]!r}; there are {', '.join(performers[:40])}"
+        )
 
 
 def recording_of(url: str, options: Options) -> Recording:

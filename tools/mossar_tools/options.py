@@ -16,8 +16,9 @@ from mossar_stream.settings import Settings
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import names, place, port, positive, setting, speed
+from mossar_tools.values import inches, names, place, port, positive, seconds, setting, speed
 
+WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
 STANDARD_OUTPUT = "-"
 
@@ -64,6 +65,9 @@ class Options(msgspec.Struct, frozen=True):
     json: str | None = None
     csv: str | None = None
     plot: str | None = None
+    plot_from: float | None = None
+    plot_to: float | None = None
+    width: float = WIDTH
     dark: bool = False
     keep: int | None = None
     check: str | None = None
@@ -181,6 +185,24 @@ def add_plot(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
     group.add_argument("--force", action="store_true", help="replace files that are there")
+
+
+def add_part(group: argparse._ArgumentGroup) -> None:
+    """Add which part of a recording a picture shows, and how wide."""
+    group.add_argument(
+        "--from",
+        dest="plot_from",
+        metavar="S",
+        type=seconds,
+        help="begin the picture here, s of the recording",
+    )
+    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="end the picture here")
+    group.add_argument(
+        "--width",
+        metavar="INCHES",
+        type=inches,
+        help=f"of the picture (default: {WIDTH:g}); a wide one shows more",
+    )
 
 
 def add_stream(parser: argparse.ArgumentParser) -> None:

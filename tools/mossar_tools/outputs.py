@@ -1,16 +1,20 @@
 """Outputs: where results go, as JSON, as a table or as a picture; the same for every command."""
 
+import contextlib
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import msgspec
 
+from mossar_adapters.files.output import OutputError
 from mossar_tools.console import Console
 from mossar_tools.errors import UsageError
 from mossar_tools.options import STANDARD_OUTPUT, Options
+
+Rows = Sequence[Mapping[str, Any]]
 
 
 class Outputs(NamedTuple):
@@ -63,12 +67,23 @@ class Outputs(NamedTuple):
 
     def write_json(self, value: Mapping[str, Any], console: Console) -> None:
         """Write one JSON object, if that is wanted."""
-        if self.json is not None:
-            _write(self.json, msgspec.json.encode(value).decode() + "\n", console)
+        with self.json_lines(console) as write:
+            write(value)
 
-    def write_csv(
-        self, rows: Sequence[Mapping[str, Any]], console: Console, columns: Sequence[str] | None = None
-    ) -> None:
+    @contextlib.contextmanager
+    def json_lines(self, console: Console) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+        """Yield what writes one JSON object a line, each as soon as it is there; nothing if that is not wanted."""
+        with _lines(self.json, console) as write:
+            yield lambda value: write(msgspec.json.encode(value).decode() + "\n")
+
+    @contextlib.contextmanager
+    def csv_rows(self, columns: Sequence[str], console: Console) -> Iterator[Callable[[Rows], None]]:
+        """Yield what writes rows of a table, each as soon as they are there; nothing if that is not wanted."""
+        with _lines(self.csv, console) as write:
+            write(_csv_text(columns, [dict(zip(columns, columns, strict=True))]))
+            yield lambda rows: write(_csv_text(columns, rows))
+
+    def write_csv(self, rows: Rows, console: Console, columns: Sequence[str] | None = None) -> None:
         """Write a table, if that is wanted.
 
         Args:
@@ -76,13 +91,9 @@ class Outputs(NamedTuple):
             console: Where standard output is.
             columns: Its heading; that of the first row if it is None.
         """
-        if self.csv is None:
-            return
-        text = io.StringIO()
-        table = csv.DictWriter(text, columns or (list(rows[0]) if rows else []), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-        _write(self.csv, text.getvalue(), console)
+        columns = columns or (list(rows[0]) if rows else [])
+        with self.csv_rows(columns, console) as write:
+            write(rows)
 
 
 def _check(path: Path, *, force: bool) -> None:
@@ -94,12 +105,38 @@ def _check(path: Path, *, force: bool) -> None:
         raise UsageError(f"{path}: there is a file already; --force replaces it")
 
 
-def _write(place: str, text: str, console: Console) -> None:
-    if place == STANDARD_OUTPUT:
-        console.line(text.rstrip("\n"))
-        return
+def _csv_text(columns: Sequence[str], rows: Rows) -> str:
+    text = io.StringIO()
+    csv.DictWriter(text, columns, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+@contextlib.contextmanager
+def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None]]:
+    """Yield what writes whole lines to a place, to nowhere if it is None."""
+    if place is None:
+        yield lambda _: None
+    elif place == STANDARD_OUTPUT:
+        yield lambda text: console.line(text.rstrip("\n")) if text else None
+    else:
+        with _telling(place):
+            file = Path(place).open("w", encoding="utf-8", newline="")  # noqa: SIM115 - closed below
+
+        def write(text: str) -> None:
+            with _telling(place):
+                file.write(text)
+
+        try:
+            yield write
+        finally:
+            with _telling(place):
+                file.close()
+        console.say(f"written: {place}")
+
+
+@contextlib.contextmanager
+def _telling(place: str) -> Iterator[None]:
     try:
-        Path(place).write_text(text, encoding="utf-8")
+        yield
     except OSError as error:
-        raise UsageError(f"{place}: cannot be written: {error.strerror or error}") from None
-    console.say(f"written: {place}")
+        raise OutputError(f"{place}: cannot be written: {error.strerror or error}") from None

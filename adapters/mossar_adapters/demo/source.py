@@ -118,6 +118,11 @@ class DemoSource:
             raise SettingsError(f"demo: {error}") from None
 
     @property
+    def performers(self) -> tuple[str, ...]:
+        """Names of all performers there will ever be."""
+        return tuple(self._names)
+
+    @property
     def cuts(self) -> dict[str, tuple[Cut, ...]]:
         """The true cuts in the frames yielded so far, per performer; the last `KNOWN_CUTS` of each."""
         return dict(self._cuts)

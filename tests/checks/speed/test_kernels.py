@@ -14,7 +14,7 @@ from checks.speed.splitting import SETTINGS, run_splitting
 from mossar_stream.recording import segment_recording
 from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_tools.bench.motion import performer
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 ROOT = Path(__file__).parents[3]
 
@@ -31,7 +31,7 @@ def test_splitting_alone_finds_the_key_frames_of_the_core():
 
 def test_the_pairs_that_are_summed_are_those_of_the_path_kernel():
     long = performer(20.0)
-    whole = Whole("x", long.skeleton, long.fps, long.positions, long.times)
+    whole = LoadedRecording("x", long.skeleton, long.fps, long.positions, long.times)
     left, right = segments_of(whole)[0]
     graphs = [path_reference.segment_graph(*part, 10, 1) for part in (left, right)]
     expected = path_reference.kernel(*graphs, "normalised")

@@ -11,7 +11,7 @@ from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
 from mossar_tools.bench.push import waits
 from mossar_tools.bench.start import copied, first_import
 from mossar_tools.bench.work import prepare
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +83,8 @@ def test_a_crowd_moves_through_all_its_ways(motion):
 
 def test_recordings_nearest_to_31_joints_are_measured(motion):
     skeleton, positions = with_joints(motion.skeleton, motion.positions[:50], 20)
-    few = Whole("few", skeleton, 30.0, positions, np.arange(50) / 30)
-    right = Whole("right", motion.skeleton, 120.0, motion.positions[:60], motion.times[:60])
+    few = LoadedRecording("few", skeleton, 30.0, positions, np.arange(50) / 30)
+    right = LoadedRecording("right", motion.skeleton, 120.0, motion.positions[:60], motion.times[:60])
     work = prepare([few, right, few], quick=True, tell=str)
     assert [whole.name for whole in work.recordings] == ["right"]
     assert len(work.motions) == 2

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from checks.fuzz.guard import memory, set_limits
 from checks.fuzz.target import ROUND, Tally, Target, run_round
-from checks.fuzz.targets import all_targets
 
 _PIECES = 200  # turns in which the targets get their inputs, so that a run cut short has fed all of them
 
@@ -18,7 +17,7 @@ def main() -> int:
     """Feed the targets, print a line for each, and return 1 if something failed."""
     given = _arguments()
     faulthandler.enable()
-    targets = _chosen(all_targets(given.samples), given.target)
+    targets = _chosen(_targets(given.samples), given.target)
     tallies = {target.name: Tally() for target in targets}
     set_limits()
     before = memory()
@@ -47,6 +46,14 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--samples", metavar="DIR", type=Path, help="recordings to be damaged, too")
     parser.add_argument("--keep", metavar="DIR", type=Path, help="write inputs that made something fail here")
     return parser.parse_args()
+
+
+def _targets(samples: Path | None) -> list[Target]:
+    try:
+        from checks.fuzz.targets import all_targets
+    except ModuleNotFoundError as error:
+        sys.exit(f"fuzzing needs {error.name}: pip install -e . --group dev")
+    return all_targets(samples)
 
 
 def _chosen(targets: Sequence[Target], names: Sequence[str] | None) -> list[Target]:

@@ -18,7 +18,7 @@ from mossar_stream.similarity.path_kernel.kernel import AT_REST
 from mossar_stream.similarity.path_kernel.reference import SegmentGraph, segment_graph
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.work import Work
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 EDGES = tuple(range(5, 50, 5))  # N
 PAIRS = 40  # neighbours looked at, at most
@@ -113,7 +113,7 @@ def _cosine(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 _Segment = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
-def segments_of(whole: Whole) -> list[tuple[_Segment, _Segment]]:
+def segments_of(whole: LoadedRecording) -> list[tuple[_Segment, _Segment]]:
     """Return neighbouring segments of a recording, after splitting as in the paper."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, Settings.build("paper"), times=whole.times

@@ -17,7 +17,7 @@ from mossar_tools.values import names
 if TYPE_CHECKING:
     from mossar_tools.bench.measurement import Measurement
     from mossar_tools.evaluation.takes import Take
-    from mossar_tools.whole import Whole
+    from mossar_tools.loaded_recording import LoadedRecording
 
 DEMO_SEEDS = 4  # performances of each kind, for the peers
 
@@ -155,9 +155,9 @@ def _takes(options: Options) -> "list[Take]":
     return found
 
 
-def _recordings(options: Options) -> "list[Whole]":
+def _recordings(options: Options) -> "list[LoadedRecording]":
     """Return the recordings of all files and labelled folders."""
-    from mossar_tools.whole import Whole, read_whole
+    from mossar_tools.loaded_recording import LoadedRecording, load_recording
 
     wholes = []
     for source in options.sources:
@@ -165,7 +165,7 @@ def _recordings(options: Options) -> "list[Whole]":
             from mossar_tools.evaluation.takes import load_folder
 
             takes = load_folder(Path(source))
-            wholes += [Whole(t.name, t.skeleton, t.fps, t.positions, t.times) for t in takes]
+            wholes += [LoadedRecording(t.name, t.skeleton, t.fps, t.positions, t.times) for t in takes]
         else:
-            wholes.append(read_whole(msgspec.structs.replace(options, file=source)))
+            wholes.append(load_recording(msgspec.structs.replace(options, file=source)))
     return wholes

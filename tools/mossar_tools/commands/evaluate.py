@@ -1,7 +1,8 @@
 """`mossar evaluate`: accuracy against labelled recordings."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ Cuts are frames from 0, as [earliest, middle, latest] or one number; level is po
 Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
 of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
-  mossar evaluate demo:?noise=0.02&fps=30 --seeds 5
+  mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
@@ -65,8 +66,9 @@ def run(options: Options, console: Console) -> int:
 
     groups = groups_of(takes)
     methods = all_methods(settings)
+    told = _progress(console, len(methods) * len(takes))
     with saying_if_cold(settings):
-        rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
+        rows = {name: trial(own, methods, told) for name, own in groups.items()}
     report = as_json(groups, rows)
     outputs.write_json(report, console)
     outputs.write_csv(_flat(report), console)
@@ -84,6 +86,12 @@ def run(options: Options, console: Console) -> int:
         left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.dark))
         console.say(f"drawn: {outputs.picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
     return DONE
+
+
+def _progress(console: Console, steps: int) -> Callable[[str], None]:
+    """Return what is told of each step before it is done, and shows a bar."""
+    done = itertools.count()
+    return lambda text: console.progress(next(done) / steps, text)
 
 
 def _flat(report: Mapping[str, Any]) -> list[dict[str, Any]]:

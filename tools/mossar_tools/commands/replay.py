@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Send a recording out as a live stream: frames, each at its own time. VMC receives rotations, too, if the
 recording has them."""
-EXAMPLES = """  mossar replay walk.bvh --to osc://127.0.0.1:39539?profile=vmc
+EXAMPLES = """  mossar replay walk.bvh --to 'osc://127.0.0.1:39539?profile=vmc'
   mossar replay take.msk --to zmq+bind://127.0.0.1:5556 --speed 2
-  mossar replay 86_01.amc --to osc://127.0.0.1:7110?profile=osceleton --loop
-  mossar replay demo:?seconds=10 --to - > frames.jsonl
+  mossar replay 86_01.amc --to 'osc://127.0.0.1:7110?profile=osceleton' --loop
+  mossar replay 'demo:?seconds=10' --to - > frames.jsonl
 """
 
 

@@ -16,7 +16,7 @@ from mossar_stream.frames import Frames
 from mossar_stream.presets import bundle_name
 from mossar_stream.settings import LevelName, Settings
 from mossar_tools.console import LOGGER
-from mossar_tools.dashboard.glimpse import Glimpse
+from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import bundle_changes, needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
@@ -144,6 +144,17 @@ class LiveShow:
             found = [track.glimpse(level, self._facts(name)) for name, track in sorted(self._tracks.items())]
             self._shown = [glimpse for glimpse in found if glimpse is not None]
         return self._shown
+
+    def marks(self) -> list[tuple[str, Mark]]:
+        """Return the key frames that are remembered, with their performers."""
+        with self._lock:
+            level = self.strength
+            return [
+                (name, mark)
+                for name, track in sorted(self._tracks.items())
+                for mark in track.marks(level)
+                if not mark.tentative
+            ]
 
     @property
     def strength(self) -> float:

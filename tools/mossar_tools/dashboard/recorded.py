@@ -1,6 +1,9 @@
 """Recorded: the show of a whole recording, segmented offline, with a playhead."""
 
+import io
+import re
 import threading
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -12,11 +15,14 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
+from mossar_tools.dashboard.overview import Outline
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
+from mossar_tools.figures import check_picture
+from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options
-from mossar_tools.whole import Whole, read_whole
+from mossar_tools.palette import Palette
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
@@ -40,7 +46,7 @@ class _Found(msgspec.Struct, frozen=True):
 class _Part:
     """One performer: frames, what was found in them, and the level of it that is shown."""
 
-    def __init__(self, performer: str, whole: Whole, settings: Settings) -> None:
+    def __init__(self, performer: str, whole: LoadedRecording, settings: Settings) -> None:
         self.performer = performer
         self.whole = whole
         self.stance = Stance(whole.skeleton)
@@ -50,6 +56,7 @@ class _Part:
 
     def choose(self, chosen: Segmentation) -> None:
         """Show a level."""
+        self.chosen = chosen
         fallen = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
         marks = [_mark(key, standing=True) for key in chosen.key_frames]
         marks += [_mark(key, standing=False) for key in fallen]
@@ -68,10 +75,13 @@ class RecordedShow:
 
     recorded = True
 
-    def __init__(self, parts: list[tuple[str, Whole]], settings: Settings, speed: float = 1.0) -> None:
+    def __init__(
+        self, parts: list[tuple[str, LoadedRecording]], settings: Settings, speed: float = 1.0
+    ) -> None:
         self.settings = settings
         self.level: LevelName | float = settings.level
         self.count: int | None = None  # key frames asked for, None while the level decides
+        self.version = 0  # another one whenever what is shown of the whole recording has changed
         self._parts = [_Part(name, whole, settings) for name, whole in parts]
         times = [whole.times for _, whole in parts if len(whole.times)]
         ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
@@ -147,6 +157,56 @@ class RecordedShow:
         """Go back to the beginning."""
         self.player.seek(self.player.start)
 
+    def visit(self, time: float) -> None:
+        """Go to a key frame and stop there."""
+        self.player.paused = True
+        self.player.seek(time)
+
+    def marks(self) -> list[tuple[str, Mark]]:
+        """Return all key frames with their performers."""
+        with self._lock:
+            return [(part.performer, mark) for part in self._parts for mark in part.marks]
+
+    def picture(self, palette: Palette) -> bytes:
+        """Return the whole recording of the first performer as it is shown, as a PNG.
+
+        Raises:
+            MossarError: If matplotlib is missing.
+        """
+        check_picture("whole.png")
+        from mossar_tools.excerpt import excerpt
+        from mossar_tools.plot import draw_excerpt
+
+        with self._lock:
+            part, found, chosen = self._parts[0], self._parts[0].found, self._parts[0].chosen
+            word = "level" if self.count is not None or not isinstance(self.level, str) else self.level
+            level = (self.strength, f"{word}\n{self.strength:.2f}")
+        columns = found.columns[:, :4]
+        target = io.BytesIO()
+        shown = excerpt(
+            part.whole, found.result, chosen, columns=columns, threshold=found.threshold, level=level
+        )
+        draw_excerpt(target, part.whole, shown, palette)
+        return target.getvalue()
+
+    @property
+    def name(self) -> str:
+        """The recording's name, as part of file names."""
+        return re.sub(r"[^\w.-]+", "-", Path(self._parts[0].whole.name).stem).strip("-") or "recording"
+
+    def outlines(self) -> list[Outline]:
+        """Return what there is to see of the whole recording, one performer each."""
+        with self._lock:
+            return [
+                Outline(
+                    part.found.columns[:, 0],
+                    part.found.columns[:, 1],
+                    part.chosen.key_frames,
+                    part.chosen.segments,
+                )
+                for part in self._parts
+            ]
+
     def glimpses(self) -> list[Glimpse]:
         """Return what there is to see at the playhead, one performer each."""
         place = self.player.place
@@ -155,6 +215,7 @@ class RecordedShow:
 
     def _choose(self, found: list[_Found] | None = None) -> None:
         """Show the level, of something newly found if it is given."""
+        self.version += 1
         for part, new in zip(self._parts, found or (), strict=False):
             part.found = new
         for part in self._parts:
@@ -211,7 +272,7 @@ class RecordedShow:
         return Body(part.stance.place(positions[at]), motion.shares())
 
 
-def _segmented(whole: Whole, settings: Settings) -> _Found:
+def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
@@ -241,7 +302,7 @@ def _mark(key: KeyFrame, *, standing: bool) -> Mark:
     )
 
 
-def read_parts(options: Options) -> list[tuple[str, Whole]]:
+def read_parts(options: Options) -> list[tuple[str, LoadedRecording]]:
     """Return name and frames of each performer of the recording that `options.file` names.
 
     Raises:
@@ -249,6 +310,6 @@ def read_parts(options: Options) -> list[tuple[str, Whole]]:
     """
     recording = open_recording(options.file, options.reading())
     if len(recording.performers) < 2 or options.performer is not None:
-        return [(options.performer or recording.performers[0], read_whole(options))]
+        return [(options.performer or recording.performers[0], load_recording(options))]
     names = recording.performers[:MOST_PERFORMERS]
-    return [(name, read_whole(msgspec.structs.replace(options, performer=name))) for name in names]
+    return [(name, load_recording(msgspec.structs.replace(options, performer=name))) for name in names]
