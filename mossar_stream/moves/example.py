@@ -47,12 +47,7 @@ def check_name(name: str) -> str:
     Raises:
         MovesError: If it is empty, too long, or has what cannot be printed.
     """
-    if (
-        not isinstance(name, str)
-        or not 1 <= len(name) <= MAX_NAME
-        or not name.isprintable()
-        or name != name.strip()
-    ):
+    if not 1 <= len(name) <= MAX_NAME or not name.isprintable() or name != name.strip():
         raise MovesError(f"a move's name has 1 to {MAX_NAME} printable characters, not {str(name)[:80]!r}")
     return name
 
@@ -140,11 +135,13 @@ def smoothed(values: NDArray[np.float64], seconds: float, fps: float) -> NDArray
     places = np.arange(len(values))
     begin, end = np.maximum(places - reach, 0), np.minimum(places + reach + 1, len(values))
     counts = (end - begin).reshape(-1, *[1] * (values.ndim - 1))
-    return (sums[end] - sums[begin]) / counts
+    averaged: NDArray[np.float64] = (sums[end] - sums[begin]) / counts
+    return averaged
 
 
 def _resampled(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     places = np.linspace(0, len(values) - 1, count)
     below = np.minimum(places.astype(np.int64), len(values) - 2)
     share = (places - below).reshape(-1, 1, 1)
-    return values[below] * (1 - share) + values[below + 1] * share
+    resampled: NDArray[np.float64] = values[below] * (1 - share) + values[below + 1] * share
+    return resampled

@@ -94,9 +94,10 @@ def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[
         raise FrameError(f"the moves need joints that the stream does not have: {', '.join(missing[:20])}")
     centre = CENTRE if CENTRE in ours and CENTRE in theirs else ""
     names = [centre, *(name for name in names if name != centre)]
-    return names, *(
-        [_place(places, skeleton, name) for name in names]
-        for places, skeleton in ((ours, shown), (theirs, streamed))
+    return (
+        names,
+        [_place(ours, shown, name) for name in names],
+        [_place(theirs, streamed, name) for name in names],
     )
 
 

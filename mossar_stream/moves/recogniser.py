@@ -169,7 +169,13 @@ def open_store(store):
 
 
 @entry_point
-def recognise(memory, store, positions, times, begin):
+def recognise(
+    memory: NDArray[np.uint8],
+    store: NDArray[np.uint8],
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    begin: int,
+) -> int:
     """Take frames in until there is news of a move.
 
     Args:
