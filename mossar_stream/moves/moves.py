@@ -66,6 +66,15 @@ class Moves:
         skeleton = self.skeleton
         self._examples.append(make_example(name, positions, fps, len(skeleton), skeleton.root))
 
+    @staticmethod
+    def check_name(name: str) -> str:
+        """Return a name that a move may have.
+
+        Raises:
+            MovesError: If it is empty, too long, or has what cannot be printed.
+        """
+        return check_name(name)
+
     def remove(self, name: str) -> None:
         """Forget all examples of a move.
 

@@ -19,7 +19,7 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import open_recording
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 from mossar_tools.dashboard.recorded import RecordedShow

@@ -14,13 +14,18 @@ from mossar_adapters.demo import SKELETON, DemoSource, performance
 from mossar_adapters.files import open_recording
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.recording import KeyFrame, Segment, segment_recording
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import LEVEL_NAMES, Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import (
+    LEVEL_NAMES,
+    Frames,
+    KeyFrame,
+    KeyFrameEvent,
+    Segment,
+    Segmenter,
+    Settings,
+    SettingsError,
+    Skeleton,
+    segment_recording,
+)
 from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.chart import chart
 from mossar_tools.dashboard.exports import key_frames_csv

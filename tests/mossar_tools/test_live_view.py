@@ -6,7 +6,7 @@ import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.live_view import LiveView
 

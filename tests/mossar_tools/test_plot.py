@@ -7,8 +7,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from mossar_stream.recording import KeyFrame, Segmentation, segment_recording
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import KeyFrame, Segmentation, Skeleton, segment_recording
 from mossar_tools.excerpt import excerpt
 from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options

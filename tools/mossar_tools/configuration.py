@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from mossar_adapters.toml_file import read_toml
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 
 _NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file

@@ -6,8 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.presets import bundle_name, level_strength
-from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation
+from mossar_stream import KeyFrame, Result, Segment, Segmentation
 from mossar_tools.errors import UsageError
 from mossar_tools.loaded_recording import LoadedRecording
 
@@ -108,7 +107,7 @@ def _level(result: Result, chosen: Segmentation, kept: int | None) -> tuple[floa
     """Return the strength from which key frames stand, and what to call it."""
     settings = result.settings
     if kept is None:
-        strength = level_strength(settings.level, settings.resolved(), bundle_name(settings))
+        strength = settings.strength(settings.level)
         word = "level" if strength == settings.level else settings.level
         return strength, f"{word}\n{strength:.2f}"
     fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 from mossar_tools.palette import Palette
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
-from mossar_stream.events import Event, KeyFrameEvent, MoveEvent, StreamEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict

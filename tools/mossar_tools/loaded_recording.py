@@ -10,8 +10,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Cut, DemoSource
 from mossar_adapters.files.selection import selected
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
 from mossar_tools.opening import recording_of

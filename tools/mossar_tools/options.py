@@ -12,7 +12,7 @@ from typing import Any, Literal
 import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
@@ -117,14 +117,26 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     """
     given = vars(parser.parse_args(arguments))
     path = given.pop("config", None)
-    settings = dict(given.pop("set", ()))
+    own = dict(given.pop("set", ()))
     configured = read_configuration(Path(path), parser) if path else {}
-    settings = {**configured.pop("set", {}), **settings}
+    settings = {**configured.pop("set", {}), **own}
     given = {name: value for name, value in given.items() if value not in ([], None)}
     merged = {**configured, **given, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
-    return msgspec.convert(merged, Options)
+    options = msgspec.convert(merged, Options)
+    if path:
+        _check_settings(path, options, msgspec.convert({**given, "set": dict(own)}, Options))
+    return options
+
+
+def _check_settings(path: str, options: Options, without: Options) -> None:
+    """Refuse settings that are wrong because of a configuration file by the file's name."""
+    try:
+        options.settings()
+    except SettingsError as error:
+        without.settings()  # wrong without the file, too
+        raise UsageError(f"{path}: {error}") from None
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ import textwrap
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from mossar_stream.recording import Result, Segmentation
+from mossar_stream import Result, Segmentation
 from mossar_tools.excerpt import Excerpt, excerpt
 from mossar_tools.figures import FONT, save, style
 from mossar_tools.loaded_recording import LoadedRecording

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from mossar_stream.recording import KeyFrame
+from mossar_stream import KeyFrame
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.palette import Palette

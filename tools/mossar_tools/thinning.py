@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.recording import KeyFrame
+from mossar_stream import KeyFrame
 
 Floats = NDArray[np.float64]
 

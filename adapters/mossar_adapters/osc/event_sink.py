@@ -12,7 +12,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StreamEvent
+from mossar_stream import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StreamEvent
 
 _MAX_PERFORMERS = 1024
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import (
+from mossar_stream import (
     KEY_FRAME_STATUSES,
     MOVE_STATUSES,
     SEGMENT_STATUSES,
@@ -11,6 +10,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     MoveEvent,
     SegmentEvent,
+    SettingsError,
     StreamEvent,
 )
 

@@ -29,11 +29,7 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import Event
-from mossar_stream.frames import Frames
-from mossar_stream.moves.moves import Moves
-from mossar_stream.settings import Settings
+from mossar_stream import Event, Frames, Moves, Settings, SettingsError
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
@@ -90,7 +86,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings, MAX_PERFORMERS, moves)
+        self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.stream_time = StreamTime(seconds)

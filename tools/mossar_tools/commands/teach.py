@@ -68,9 +68,9 @@ def run(options: Options, console: Console) -> int:
         return _teach_labels(options, console)
     if options.name is None:
         raise UsageError("--name says what the move is called")
-    from mossar_stream.moves.example import check_name
+    from mossar_stream import Moves
 
-    check_name(options.name)
+    Moves.check_name(options.name)
     if options.begin is not None or options.until is not None:
         begin = options.begin if options.begin is not None else -np.inf
         until = options.until if options.until is not None else np.inf

@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from viser import ClientHandle, Icon, ViserServer
 
-from mossar_stream.settings import LEVEL_NAMES, Smoothing
+from mossar_stream import LEVEL_NAMES, Smoothing
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.exports import key_frames_csv

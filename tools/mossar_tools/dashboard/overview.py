@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.recording import KeyFrame, Segment
+from mossar_stream import KeyFrame, Segment
 from mossar_tools.dashboard.chart import clock, seeking
 from mossar_tools.dashboard.style import OVERVIEW
 from mossar_tools.thinning import extremes, runs, strongest_apart

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
-from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import KeyFrame, LevelName, Result, Segmentation, Settings, segment_recording
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion

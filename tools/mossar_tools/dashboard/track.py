@@ -6,10 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import CurveState, Frames, KeyFrameEvent, Skeleton
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
