@@ -33,9 +33,7 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
-    parser.add_argument(
-        "sources", metavar="SOURCE", nargs="?", type=lambda url: (url,), help="a stream or a recording"
-    )
+    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a stream or a recording")
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
@@ -62,8 +60,8 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.list or options.remove is not None:
         return _look_after(options, console)
-    if not options.sources:
-        raise UsageError("what to learn from? A stream or a recording (see mossar teach --help)")
+    if len(options.sources) != 1:
+        raise UsageError("what to learn from? One stream or recording (see mossar teach --help)")
     if options.labels is not None:
         return _teach_labels(options, console)
     if options.name is None:
