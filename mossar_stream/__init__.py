@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         StreamEvent,
         to_json,
     )
-    from mossar_stream.frames import Frames, constant_times, performer_name
+    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from mossar_stream.segmenter import Segmenter
     from mossar_stream.settings import (
         LEVEL_NAMES,
+        SETTING_CHOICES,
+        SETTING_LIMITS,
         Center,
         Features,
         KernelForm,
@@ -56,13 +58,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "engine.curve_state": ("CurveState",),
     "engine.warm_up": ("precompile",),
-    "errors": (
-        "FrameError",
-        "MossarError",
-        "MovesError",
-        "SettingsError",
-        "SnapshotError",
-    ),
+    "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
@@ -83,24 +79,16 @@ _NAMES = {
         "StreamEvent",
         "to_json",
     ),
-    "frames": (
-        "Frames",
-        "constant_times",
-        "performer_name",
-    ),
+    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "moves.moves": ("Moves",),
     "performers": ("Performers",),
-    "recording": (
-        "KeyFrame",
-        "Result",
-        "Segment",
-        "Segmentation",
-        "segment_recording",
-    ),
+    "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
     "settings": (
         "LEVEL_NAMES",
+        "SETTING_CHOICES",
+        "SETTING_LIMITS",
         "Center",
         "Features",
         "KernelForm",
@@ -114,11 +102,7 @@ _NAMES = {
         "VarianceFloor",
     ),
     "similarity.comparison": ("Comparison",),
-    "skeleton": (
-        "MAX_JOINTS",
-        "MAX_NAME",
-        "Skeleton",
-    ),
+    "skeleton": ("MAX_JOINTS", "MAX_NAME", "Skeleton"),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
@@ -127,9 +111,12 @@ __all__ = [
     "LEVEL_NAMES",
     "MAX_JOINTS",
     "MAX_NAME",
+    "MAX_PERFORMER_NAME",
     "MOVE_STATUSES",
     "SEGMENT_STATES",
     "SEGMENT_STATUSES",
+    "SETTING_CHOICES",
+    "SETTING_LIMITS",
     "Center",
     "Comparison",
     "CurveState",

@@ -12,6 +12,7 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
+from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
@@ -19,11 +20,10 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
-LARGEST_PERSON = 25.0  # m; who seems larger is not given in metres
+LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 

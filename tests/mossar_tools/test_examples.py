@@ -116,7 +116,7 @@ def test_a_game_reacts_to_moves_that_were_shown(example, process, mossar, tmp_pa
         *("run", str(take), "--moves", str(moves), "--unit", "m", "--speed", "1", "--emit", "move,stream"),
         *("--to", f"zmq+bind://127.0.0.1:{port}?encoding=json"),
     )
-    out, err = run.communicate(timeout=120)
+    _, err = run.communicate(timeout=120)
     assert run.returncode == 0, err
     assert output(game).splitlines() == [
         f"punch with the hand: the dragon has {left} left" for left in (2, 1)

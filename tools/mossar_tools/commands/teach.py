@@ -16,8 +16,8 @@ from mossar_tools.values import positive
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
+    from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Moves, Skeleton
-    from mossar_tools.loaded_recording import LoadedRecording
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
 taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names."""

@@ -4,6 +4,7 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -28,6 +29,7 @@ from mossar_stream.events import (
 from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.recording import notebook
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -70,13 +72,25 @@ class Segmentation(msgspec.Struct, frozen=True):
     key_frames: list[KeyFrame]
     segments: list[Segment]
 
+    def to_dataframe(self) -> Any:
+        """Return the segments as a pandas DataFrame.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.segments, Segment.__struct_fields__)
+
+    def _repr_html_(self) -> str:
+        return notebook.segments_html(self)
+
 
 class Result:
     """What `segment_recording` found.
 
     Attributes:
         settings: The settings used.
-        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
+        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence those that a
+            stream would tell of.
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
@@ -89,13 +103,44 @@ class Result:
         self.moves = moves
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
+        # Evidence works with more candidates than people are told of: those that stand for nothing stay inside.
+        keys = keys[(keys["told"] == 1) | (keys["strength"] >= row.state["plan"]["beta"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
-                ["frame", "time", "kind", "velocity", "strength"]
+                ["at_frame", "at_time", "kind", "velocity", "strength"]
             ].tolist()
         ]
         self.hierarchy = [self.key_frames[i] for i in np.argsort(keys["place"], kind="stable")]
+
+    def __repr__(self) -> str:
+        return notebook.summary(self)
+
+    def _repr_html_(self) -> str:
+        return notebook.html(self)
+
+    def to_dataframe(self) -> Any:
+        """Return all key frames, with their strengths, as a pandas DataFrame; `at(level).to_dataframe()` has segments.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.key_frames, KeyFrame.__struct_fields__)
+
+    def plot(self, level: LevelName | float | None = None, *, axes: Any = None) -> Any:
+        """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
+
+        Args:
+            level: Which segments; those of the settings if None.
+            axes: Of matplotlib; a new figure's if None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ImportError: If matplotlib is not installed.
+        """
+        return notebook.plot(self, self.at(self.settings.level if level is None else level), axes)
 
     @property
     def segments(self) -> list[Segment]:
@@ -199,14 +244,22 @@ def segment_recording(
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
-    step = 1 if curves else max(1, len(moments))
-    states = []
-    for begin in range(0, len(moments), step):
-        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
-        if curves:
-            states.append(curve_state(row.memory[0], row.plan))
+    states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
     return Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
+
+
+def _push_all(
+    row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], *, curves: bool
+) -> list[CurveState]:
+    """Take all frames in; return the curve, frame by frame, if it is wanted."""
+    step = 1 if curves else max(1, len(times))
+    states = []
+    for begin in range(0, len(times), step):
+        engine.push(row, frames[begin : begin + step], times[begin : begin + step])
+        if curves:
+            states.append(curve_state(row.memory[0], row.plan))
+    return states
 
 
 def _recognised(
