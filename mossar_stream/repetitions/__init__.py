@@ -1,0 +1,1 @@
+"""Repetitions of a movement: how many, how often, and where in the cycle."""
