@@ -7,9 +7,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
     from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
     from mossar_stream.frames import Frames
+    from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.performers import Performers
     from mossar_stream.recording import segment_recording
     from mossar_stream.segmenter import Segmenter
@@ -31,6 +33,8 @@ _HOMES = {
     "SnapshotError": "errors",
     "StatsEvent": "events",
     "StreamEvent": "events",
+    "on_first_compile": "jit.listening",
+    "precompile": "engine.warm_up",
     "segment_recording": "recording",
 }
 __all__ = [
@@ -48,6 +52,8 @@ __all__ = [
     "SnapshotError",
     "StatsEvent",
     "StreamEvent",
+    "on_first_compile",
+    "precompile",
     "segment_recording",
 ]
 __version__ = "0.1.0"

@@ -69,7 +69,7 @@ class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_fram
 
 
 class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment", kw_only=True, gc=False):
-    """News about one segment between two standing key frames, or between one and an end of the take.
+    """News about one segment between two kept key frames, or between one and an end of the take.
 
     Args:
         id: `performer/take/start-end` in Algorithm 2's frames.

@@ -7,17 +7,18 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mossar_stream.block import Plan
+from mossar_stream.engine import engine
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.pages import Pages, push_block
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
-MOST_PAGES = 8  # kinds of performers that share pages
+MOST_KINDS = 8  # of performers that share pools: skeletons and rates
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
 
@@ -51,7 +52,7 @@ class Performers:
         self._settings = settings or Settings()
         self._level = self._settings.level
         self._most = most
-        self._pages: dict[tuple[Skeleton, float | None], Pages] = {}
+        self._pools: dict[tuple[Skeleton, float | None], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
         self._absent: dict[str, Absent] = {}  # in the order in which they left
 
@@ -94,7 +95,7 @@ class Performers:
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        segmenter = self._pages_for(skeleton, fps).seat(name)
+        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name))
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
@@ -115,16 +116,16 @@ class Performers:
             del self._absent[next(iter(self._absent))]
         return events
 
-    def _pages_for(self, skeleton: Skeleton, fps: float | None) -> Pages:
-        """Return where performers with this skeleton and rate sit."""
+    def _pools_for(self, skeleton: Skeleton, fps: float | None) -> Pools:
+        """Return where the rows of performers with this skeleton and rate lie."""
         key = skeleton, fps
-        if key not in self._pages:
-            while len(self._pages) >= MOST_PAGES:  # who sits in them stays there
-                del self._pages[next(iter(self._pages))]
+        if key not in self._pools:
+            while len(self._pools) >= MOST_KINDS:  # who has a row in them keeps it
+                del self._pools[next(iter(self._pools))]
             if fps is not None:
                 constant_times(0, fps)
-            self._pages[key] = Pages(Plan(skeleton, self._settings, fps))
-        return self._pages[key]
+            self._pools[key] = Pools(Plan(skeleton, self._settings, fps))
+        return self._pools[key]
 
     def push(self, frames: Frames) -> list[Event]:
         """Take frames of one performer in and return the events they cause.
@@ -179,7 +180,7 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        return push_block(segmenters, frames, moments)
+        return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -196,7 +197,7 @@ class Performers:
             return self._segmenters[performer].change(**changes)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         self._settings = self._settings.replace(**changes)
-        self._pages.clear()
+        self._pools.clear()
         self._level = level
         changes["level"] = level
         return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
@@ -222,7 +223,7 @@ class Performers:
         """End a performer's take and forget the performer."""
         segmenter = self._segmenters.pop(performer)
         events = segmenter.end_take(reason)
-        segmenter.vacate()
+        segmenter.row.release()
         return events
 
     def snapshot(self) -> dict[str, bytes]:

@@ -9,27 +9,26 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import DECIDE, FOLLOW, RANK
-from mossar_stream.block import Plan, move_row
-from mossar_stream.desk import Desk
+from mossar_stream.algorithm.pose_history import SPACING, history_size
+from mossar_stream.algorithm.row import region
+from mossar_stream.algorithm.window_step import DECIDE, RANK
+from mossar_stream.engine import engine
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     KEY_FRAME_KINDS,
-    Event,
     KeyFrameEvent,
     KeyFrameKind,
     SegmentEvent,
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.layout import header, region
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import HAPPENED, RING_FULL, STOPS, advance
-from mossar_stream.trail import SPACING, trail_size
 
-FIRST_ROOM = 64  # key frames there is room for at first
+CAPACITY = 64  # key frames there is room for at first
 
 
 class KeyFrame(msgspec.Struct, frozen=True):
@@ -40,7 +39,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
         time: s.
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
-        strength: At which it falls in Algorithm 3; it stands at every level up to this.
+        strength: At which Algorithm 3 removes it; it is kept at every level up to this.
     """
 
     frame: int
@@ -63,7 +62,7 @@ class Segment(msgspec.Struct, frozen=True):
 
 
 class Segmentation(msgspec.Struct, frozen=True):
-    """One level of the hierarchy: the key frames that stand, where they are, and the segments between."""
+    """One level of the hierarchy: the key frames that are kept, where they are, and the segments between."""
 
     key_frames: list[KeyFrame]
     segments: list[Segment]
@@ -75,17 +74,16 @@ class Result:
     Attributes:
         settings: The settings used.
         key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
-        hierarchy: The same key frames in the order in which they fall. Without its first k entries it is the
+        hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
     """
 
-    def __init__(self, plan: Plan, row: NDArray[np.uint8], curves: list[CurveState]) -> None:
-        self.settings = plan.given
+    def __init__(self, row: Row, curves: list[CurveState]) -> None:
+        self.settings = row.plan.given
         self.curves = curves
-        self._plan = plan
         self._row = row
-        keys = region(row, plan.shape, "keys")[: int(header(row)["undecided"])]
+        keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -103,9 +101,9 @@ class Result:
         """Return the segmentation at a level, or with a number of key frames. Nothing is computed again.
 
         Args:
-            level: A name or a strength: key frames at least as strong stand, and of the others as many as
+            level: A name or a strength: key frames at least as strong are kept, and of the others as many as
                 `max_key_frames` calls for.
-            count: Number of key frames that stand; all of them if there are fewer.
+            count: Number of key frames that are kept (α); all of them if there are fewer.
 
         Raises:
             ValueError: If not exactly one of the two is given, or `count` is negative.
@@ -114,19 +112,20 @@ class Result:
             raise ValueError("at() takes a level or a count")
         if count is not None and count < 0:
             raise ValueError(f"count must not be negative, not {count}")
-        row = self._row.copy()
+        row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
+        plan = row.state["plan"]
         if level is None:
-            header(row)["level"], header(row)["keep"] = math.inf, count
+            plan["beta"], plan["alpha"] = math.inf, count
         else:
-            header(row)["level"] = self._plan.strength(self.settings.replace(level=level).level)
-            header(row)["keep"] = self.settings.max_key_frames or 0
-        events = _act(Desk(self._plan), row, DECIDE)
-        standing = [
+            plan["beta"] = row.plan.strength(self.settings.replace(level=level).level)
+            plan["alpha"] = self.settings.max_key_frames or 0
+        events = engine.update(row, DECIDE)
+        kept = [
             KeyFrame(e.frame, e.time, e.kind, e.velocity, e.strength if e.strength is not None else math.inf)
             for e in events
             if isinstance(e, KeyFrameEvent) and e.status == "final"
         ]
-        return Segmentation(standing, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
 
 
 def _segment(event: SegmentEvent) -> Segment:
@@ -172,7 +171,7 @@ def segment_recording(
 
     Example:
         >>> take = np.zeros((90, 2, 3), np.float32)
-        >>> take[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> take[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
         >>> take[60:, 1, 0] = 1
         >>> result = segment_recording(take, fps=30, skeleton=Skeleton(("hip", "hand"), (-1, 0)))
         >>> len(result.key_frames), len(result.at(count=1).segments)
@@ -192,24 +191,29 @@ def segment_recording(
     chosen = settings or Settings()
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
-    plan, row = _empty_take(skeleton, chosen, fps, moments)
-    return Result(*_run(plan, row, frames, moments, curves=curves))
+    row = _new_row(skeleton, chosen, fps, moments)
+    step = 1 if curves else max(1, len(moments))
+    states = []
+    for begin in range(0, len(moments), step):
+        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
+        if curves:
+            states.append(curve_state(row.memory[0], row.plan))
+    engine.update(row, RANK)
+    return Result(row, states)
 
 
-def _empty_take(
+def _new_row(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
     times: NDArray[np.float64],
-) -> tuple[Plan, NDArray[np.uint8]]:
-    """Return a plan for a recording and a row for it."""
+) -> Row:
+    """Return a row for a recording."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
-    trail = min(trail_size(seconds), trail_size(len(times) * SPACING))
-    plan = Plan(skeleton, settings, fps, window=FIRST_ROOM, trail=trail, offline=True)
-    row = plan.new_rows(1)[0]
-    header(row)["max_pause"] = math.inf
-    return plan, row
+    history = min(history_size(seconds), history_size(len(times) * SPACING))
+    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, offline=True)
+    return pool_of_one(plan, "p1")
 
 
 def _whole_range(
@@ -224,55 +228,10 @@ def _whole_range(
     The smallest velocity is 0, that of the first frame, where the window is empty. The bounds are fixed, unless
     the range must be able to rise above the noise.
     """
-    plan, row = _empty_take(skeleton, settings.replace(range="running"), fps, times)
-    plan, row, _ = _run(plan, row, frames, times, curves=False)
-    h = header(row)
-    largest = max(float(h["largest"]), float(h["range_floor"]), np.finfo(float).tiny)
-    if h["noise_margin"]:
-        return settings.replace(range="running", range_floor=largest / float(h["moving_joints"]))
+    row = _new_row(skeleton, settings.replace(range="running"), fps, times)
+    engine.push(row, frames, times)
+    state, bounds = row.state, row.state["plan"]
+    largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
+    if bounds["noise_margin"]:
+        return settings.replace(range="running", range_floor=largest / float(bounds["moving_joints"]))
     return settings.replace(range="fixed", range_min=0.0, range_max=largest)
-
-
-def _run(
-    plan: Plan,
-    row: NDArray[np.uint8],
-    frames: NDArray[np.float32],
-    times: NDArray[np.float64],
-    *,
-    curves: bool,
-) -> tuple[Plan, NDArray[np.uint8], list[CurveState]]:
-    """Take all frames in and rank the key frames; return the row, the plan it has grown to, and the curve."""
-    done = 0
-    states = []
-    desk = Desk(plan)
-    while done < len(times):
-        until = done + 1 if curves else len(times)
-        used, stop = divmod(
-            advance(row.reshape(1, -1), 0, plan.params, frames[done:until], times[done:until]), STOPS
-        )
-        done += used
-        if stop == HAPPENED:
-            _act(desk, row, FOLLOW)
-            if header(row)["undecided"] == plan.shape.window:
-                plan, row = _grow(plan, row, plan.larger(window=2))
-                desk = Desk(plan)
-        elif stop == RING_FULL:
-            plan, row = _grow(plan, row, plan.larger(ring=2))
-            continue
-        if curves:
-            states.append(curve_state(row, plan))
-    _act(desk, row, RANK)
-    return plan, row, states
-
-
-def _grow(plan: Plan, row: NDArray[np.uint8], larger: Plan) -> tuple[Plan, NDArray[np.uint8]]:
-    """Return a larger plan and the same take in a row of it."""
-    new = larger.new_rows(1)[0]
-    move_row(row, plan, new, larger)
-    return larger, new
-
-
-def _act(desk: Desk, row: NDArray[np.uint8], reason: int) -> list[Event]:
-    """Let the compiled part do what is due and return its events."""
-    desk.act(row.reshape(1, -1), 0, reason)
-    return desk.empty({0: "p1"})

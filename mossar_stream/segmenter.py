@@ -1,43 +1,33 @@
 """Segmenter: frames of one performer in, events out."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.act import END, FOLLOW, LEVEL
-from mossar_stream.block import Plan, move_row
-from mossar_stream.desk import Desk
+from mossar_stream.algorithm.noise import forget_noise
+from mossar_stream.algorithm.window_step import LEVEL
+from mossar_stream.engine import engine
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
-from mossar_stream.events import Event, StreamEvent
+from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.layout import header
-from mossar_stream.run import OUTBOX_FULL
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
-from mossar_stream.state import CurveState, curve_state
-from mossar_stream.stream import DONE, HAPPENED, RING_FULL, STOPS, TAKE_ENDS, advance
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
-ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
-_ROWS = np.zeros(1, np.int64)
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
-
-
-class Seat(Protocol):
-    """A row of a pool."""
-
-    def vacate(self) -> None:
-        """Give the row back."""
 
 
 class Segmenter:
     """Online Mossar for one performer.
 
     Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per
-    installation; a second Python process helps meanwhile), never while frames come in. All state has a fixed size.
+    installation; `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
     Args:
         skeleton: The performer's joints.
@@ -53,7 +43,7 @@ class Segmenter:
         >>> skeleton = Skeleton(("hip", "hand"), (-1, 0))
         >>> segmenter = Segmenter(skeleton, Settings(window=0.1), fps=30)
         >>> frames = np.zeros((90, 2, 3), np.float32)
-        >>> frames[30:60, 1, 0] = np.linspace(0, 1, 30)
+        >>> frames[30:60, 1, 0] = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))
         >>> frames[60:, 1, 0] = 1
         >>> events = segmenter.push(frames)
         >>> [e.kind for e in events if isinstance(e, KeyFrameEvent) and e.status == "confirmed"]
@@ -70,93 +60,53 @@ class Segmenter:
         if fps is not None:
             constant_times(0, fps)
         plan = Plan(skeleton, settings or Settings(), fps)
-        self._begin(plan, performer_name(performer))
-        self._adopt(plan, plan.new_rows(1), Desk(plan))
+        self._begin(pool_of_one(plan, performer_name(performer)), plan.given.level)
 
-    def _begin(self, plan: Plan, performer: str) -> None:
-        self.performer = performer
-        self.seat: Seat | None = None
-        self._level: LevelName | float = plan.given.level
-        self.pending: list[Event] = []  # for the next push
-        self.joints = len(plan.skeleton)
+    def _begin(self, row: Row, level: LevelName | float) -> None:
+        self.performer = row.name
+        self.joints = len(row.plan.skeleton)
+        self._row = row
+        self._level = level
         self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
-        self._end, self._cursor = np.zeros(1, np.int64), np.zeros(2, np.int64)
-
-    def _adopt(self, plan: Plan, memory: NDArray[np.uint8], desk: Desk) -> None:
-        """Take a plan, a row laid out by it, and a desk for it."""
-        self._plan = plan
-        self._desk = desk
-        self._params = plan.params
-        self._memory = memory
-        self._header = header(memory[0])
-        self._names = {int(self._header["row"]): self.performer}
-        self._live = bool(self._header["open"])
 
     @classmethod
-    def at_row(
-        cls,
-        plan: Plan,
-        memory: NDArray[np.uint8],
-        desk: Desk,
-        performer: str,
-        seat: "Seat | None" = None,
-    ) -> "Segmenter":
-        """Return a segmenter whose state is a row that there is already.
-
-        Args:
-            plan: Of the row.
-            memory: (1, row) bytes, prepared.
-            desk: May be shared with others, if they are used one after the other.
-            performer: Name that events carry.
-            seat: The row's place in a pool.
-        """
+    def of_row(cls, row: Row) -> "Segmenter":
+        """Return a segmenter whose state is a row of a pool."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(plan, performer)  # noqa: SLF001 - its own class
-        segmenter._adopt(plan, memory, desk)  # noqa: SLF001
-        segmenter.seat = seat
+        segmenter._begin(row, row.plan.given.level)  # noqa: SLF001 - its own class
         return segmenter
+
+    @property
+    def row(self) -> Row:
+        """Where the state lies, for those who run the rows of a pool."""
+        return self._row
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        for name in ("take", *COUNTERS):
-            self._header[name] = counts[name]
-
-    def opened(self) -> StreamEvent:
-        """Return the event that a take has started; for who runs the row of a pool."""
-        self._live = True
-        return self._stream_event("started")
-
-    def take_pending(self) -> list[Event]:
-        """Return the events that wait for the next push."""
-        events, self.pending = self.pending, []
-        return events
-
-    def vacate(self) -> None:
-        """Leave the row of the pool, if the state lies in one."""
-        if self.seat is not None:
-            self.seat.vacate()
-            self.seat = None
+        self._row.clock["take"] = counts["take"]
+        for name in COUNTERS:
+            self._row.state["counters"][name] = counts[name]
 
     @property
     def skeleton(self) -> Skeleton:
         """The performer's joints."""
-        return self._plan.skeleton
+        return self._row.plan.skeleton
 
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self._plan.given.replace(level=self._level)
+        return self._row.plan.given.replace(level=self._level)
 
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self._header["take"])
+        return int(self._row.clock["take"])
 
     @property
     def stats(self) -> dict[str, int]:
         """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
-        return {name: int(self._header[name]) for name in COUNTERS}
+        return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -166,7 +116,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self._memory[0], self._plan) if self._header["open"] else None
+        return curve_state(self._row.memory[0], self._row.plan) if self._row.clock["open"] else None
 
     @property
     def level(self) -> LevelName | float:
@@ -179,9 +129,10 @@ class Segmenter:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._level = self._plan.given.replace(level=level).level
-        self._header["level"] = self._plan.strength(self._level)
-        self._act(LEVEL, self.pending)
+        self._level = self._row.plan.given.replace(level=level).level
+        row = self._row
+        row.state["plan"]["beta"] = row.plan.strength(self._level)
+        row.pending += engine.update(row, LEVEL)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -200,18 +151,15 @@ class Segmenter:
             SettingsError: If a value is illegal; nothing is changed then.
         """
         level = changes.pop("level", self._level)
-        level = self._plan.given.replace(level=level).level
-        plan = Plan(self.skeleton, self._plan.given.replace(**changes), self._plan.fps, self._plan.shape.ring)
+        level = self._row.plan.given.replace(level=level).level
+        row, before = self._row, self._row.plan
+        plan = Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring)
         events: list[Event] = []
-        if plan.continues(self._plan):
-            self._plan = plan
-            plan.prepare(self._memory[0], int(self._header["row"]))
+        if plan.continues(before):
+            row.replan(plan)
         else:
             events = self.end_take("settings changed")
-            counts = self.counts
-            self.vacate()
-            self._adopt(plan, plan.new_rows(1), Desk(plan))
-            self.carry_on(counts)
+            row.restart(plan)
         self.level = level
         return events
 
@@ -237,7 +185,7 @@ class Segmenter:
             FrameError: If the shapes do not fit the skeleton.
             ValueError: If there are neither times nor a nominal rate.
         """
-        events = self.pending
+        row = self._row
         if (
             type(times) is float
             and type(positions) is np.ndarray
@@ -246,54 +194,16 @@ class Segmenter:
             and positions.flags.carray
             and confidence is None
             and first_frame is None
-            and self._live
+            and row.is_live
         ):
             # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
-            chunk, moments = positions[None], self._one_time
-            moments[0] = times
-            code = advance(self._memory, 0, self._params, chunk, moments)
-            if code == ONE_DONE and not events:
-                return []
-            self.pending = []
-            if code == ONE_HAPPENED:
-                self._act(FOLLOW, events)
-            if code >= STOPS:
-                return events
-        elif isinstance(positions, Frames):
+            self._one_time[0] = times
+            return engine.push_frame(row, positions[None], self._one_time)
+        if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
-        else:
-            chunk, moments = self._check(positions, times, confidence, first_frame)
-            if first_frame is not None:
-                self._header["next_frame"] = first_frame
-            self.pending = []
-        self._run(chunk, moments, events, first_frame)
-        return events
-
-    def _run(
-        self,
-        chunk: NDArray[np.float32],
-        moments: NDArray[np.float64],
-        events: list[Event],
-        first_frame: int | None,
-    ) -> None:
-        """Take frames in, and do what the kernel asks for, until they are used up."""
-        self._end[0] = len(moments)
-        self._cursor[:] = 0
-        stop = OUTBOX_FULL
-        while stop != DONE:
-            stop = self._desk.run(self._memory, _ROWS, _ROWS, self._end, self._cursor, chunk, moments)
-            if not self._live and self._header["open"]:
-                events.append(self.opened())
-            events += self._desk.empty(self._names)
-            if stop == TAKE_ENDS:
-                done = int(self._cursor[1])
-                later = moments[done] > self._header["time"]
-                events += self.end_take("gap" if later else "clock stepped back")
-                if first_frame is not None:
-                    self._header["next_frame"] = first_frame + done
-            elif stop == RING_FULL:
-                self._enlarge()
+        chunk, moments = self._check(positions, times, confidence, first_frame)
+        return engine.push(row, chunk, moments, first_frame)
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -304,25 +214,20 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events = self.take_pending()
-        if self._header["open"]:
-            ended = self._stream_event("ended", reason)
-            self._act(END, events)
-            events.append(ended)
-            self._live = False
-        return events
+        return engine.end_take(self._row, reason)
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
-        events.append(self._stream_event("reset", reason))
-        for name in ("largest", "noise", "noise_known", "noise_heard", "noise_floor"):
-            self._header[name] = 0.0
+        events.append(engine.stream_event(self._row, "reset", reason))
+        self._row.state["range"]["largest"] = 0.0
+        forget_noise(self._row.state["noise"])
         return events
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        return pack_snapshot(self._plan, self.performer, self._level, self.pending, self._memory[0])
+        row = self._row
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0])
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -331,9 +236,11 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, row = unpack_snapshot(blob)
-        segmenter = cls.at_row(plan, row.reshape(1, -1), Desk(plan), performer)
-        segmenter._level, segmenter.pending = level, pending  # noqa: SLF001 - its own class
+        plan, performer, level, pending, content = unpack_snapshot(blob)
+        row = pool_of_one(plan, performer, content)
+        row.pending = pending
+        segmenter = cls.__new__(cls)
+        segmenter._begin(row, level)  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(
@@ -354,10 +261,11 @@ class Segmenter:
                 f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
             )
         if times is None:
-            if self._plan.fps is None:
+            fps = self._row.plan.fps
+            if fps is None:
                 raise ValueError("push needs times, or the segmenter fps")
-            begin = int(self._header["next_frame"]) if first_frame is None else first_frame
-            moments = constant_times(len(chunk), self._plan.fps, begin)
+            begin = int(self._row.clock["next_frame"]) if first_frame is None else first_frame
+            moments = constant_times(len(chunk), fps, begin)
         else:
             moments = np.atleast_1d(_as_array(times, FLOAT64))
         if moments.shape != chunk.shape[:1]:
@@ -370,22 +278,6 @@ class Segmenter:
                 )
             chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
         return chunk, moments
-
-    def _act(self, reason: int, events: list[Event]) -> None:
-        """Let the compiled part do what is due and append its events."""
-        self._desk.act(self._memory, 0, reason)
-        events += self._desk.empty(self._names)
-
-    def _stream_event(self, change: str, reason: str = "") -> StreamEvent:
-        return StreamEvent(performer=self.performer, event=change, take=self.take, reason=reason)  # type: ignore[arg-type]
-
-    def _enlarge(self) -> None:
-        """Double the velocity ring: the source is quicker than its nominal rate."""
-        plan = self._plan.larger(ring=2)
-        memory = plan.new_rows(1)
-        move_row(self._memory[0], self._plan, memory[0], plan)
-        self.vacate()
-        self._adopt(plan, memory, Desk(plan))
 
 
 def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:

@@ -11,17 +11,17 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.block import Plan
+from mossar_stream.algorithm.row import records
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
-from mossar_stream.layout import header
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.soundness import is_sound
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 2  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 3  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -95,7 +95,7 @@ def unpack_snapshot(
             f"the snapshot's state has {len(row)} bytes; its settings call for {plan.row_bytes}"
         )
     plan.prepare(row, 0)
-    header(row)["level"] = level
+    records(row)["plan"]["beta"] = level
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     return plan, performer_name(content.performer), content.level, content.pending, row

@@ -1,9 +1,23 @@
-"""What tests of every package share: disks that are full or read-only."""
+"""What tests of every package share: disks that are full or read-only, and on which path kernels are compiled."""
 
 import shutil
 import subprocess
+import sys
 
 import pytest
+
+from mossar_stream.jit.acceleration import force_plain_path
+
+if (
+    "--plain-path" in sys.argv
+):  # before options are known: other conftest files import kernels as they are loaded
+    force_plain_path()
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--plain-path", action="store_true", help="compile kernels without numba's private parts"
+    )
 
 
 def mounted(folder, *options):

@@ -113,9 +113,10 @@ def parse_url(url: str) -> Address:
         return Address(url, "-")
     scheme = _SCHEME.match(url)
     if scheme is None:
-        return Address(url, "file", path=url)
+        return Address(readable(url), "file", path=url)
     if scheme[1].lower() == "file":
-        return Address(url, "file", path=_file_path(url))
+        return Address(readable(url), "file", path=_file_path(url))
+    url = readable(url)
     try:
         parts = urlsplit(url)
         host, port = parts.hostname or "", parts.port
@@ -125,6 +126,18 @@ def parse_url(url: str) -> Address:
     if parts.username is not None or parts.fragment:
         raise address.error("there is no user name and no # in it")
     return address
+
+
+def readable(name: str) -> str:
+    r"""Return a file name or URL as it may stand in messages, events and snapshots.
+
+    File names of Linux are bytes: what is no UTF-8, or moves the cursor of a terminal, is replaced.
+
+    Example:
+        >>> ascii(readable("walk\udcff\x1b[2J.bvh"))
+        "'walk\\ufffd\\ufffd[2J.bvh'"
+    """
+    return "".join(c if c.isprintable() else "\ufffd" for c in name)
 
 
 def numeric_host(host: str) -> bool:

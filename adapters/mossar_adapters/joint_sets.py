@@ -7,7 +7,7 @@ Sets without a joint at the middle of the hips have the centroid as their centre
 import re
 from collections.abc import Mapping, Sequence
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream.skeleton import MAX_NAME, Skeleton
 
 
 def _skeleton(table: str, root: str | None) -> Skeleton:
@@ -174,3 +174,27 @@ def _centre(plain: Sequence[str]) -> int:
         if centre in plain:
             return plain.index(centre)
     return -1
+
+
+def printable_names(skeleton: Skeleton) -> Skeleton:
+    r"""Return a skeleton without names that do something to a terminal: what is not printable becomes `_`.
+
+    Names come from files and from the network, and are shown to people.
+
+    Example:
+        >>> printable_names(Skeleton(("hip", "\x1b[2Jhand", "_[2Jhand"))).names
+        ('hip', '_[2Jhand_', '_[2Jhand')
+    """
+    if all(name.isprintable() for name in skeleton.names):
+        return skeleton
+    taken = {name for name in skeleton.names if name.isprintable()}
+    names = []
+    for name in skeleton.names:
+        clean = name
+        if not name.isprintable():
+            clean = "".join(c if c.isprintable() else "_" for c in name)[: MAX_NAME - 8]
+            while clean in taken:
+                clean += "_"
+            taken.add(clean)
+        names.append(clean)
+    return Skeleton(tuple(names), skeleton.parents, skeleton.root)

@@ -10,20 +10,18 @@ from collections.abc import Iterator, Sequence
 from typing import IO
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError, OutputFile
-from mossar_adapters.frame_codec import from_json, to_json
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
-from mossar_adapters.live import Counters, OutputClosedError
-from mossar_adapters.map_intake import MapIntake
+from mossar_adapters.live import OutputClosedError
+from mossar_adapters.maps.codec import to_json
+from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.lines import LineDecoder
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError, MossarError
+from mossar_stream.errors import MossarError
 from mossar_stream.events import Event
 from mossar_stream.events import to_json as event_to_json
 from mossar_stream.frames import Frames
 
-MAX_LINE = 1 << 20  # bytes
 _READ = 1 << 16  # bytes
 _WAITING = 8  # reads ahead; the writer waits beyond that
 _POLL = 0.1  # s
@@ -38,6 +36,9 @@ class JsonLinesSource:
         address: `-`.
         options: The user's fps and unit.
         stream: Read instead of standard input.
+
+    Raises:
+        MossarError: If there is no standard input.
     """
 
     live = False
@@ -45,15 +46,13 @@ class JsonLinesSource:
     def __init__(
         self, address: Address, options: ReadOptions | None = None, stream: IO[bytes] | None = None
     ) -> None:
-        options = options or ReadOptions()
         self.name = "standard input" if stream is None else address.url
-        self.counters = Counters()
-        self._batch = Batch(options.fps)
-        self._intake = MapIntake(self._batch, self.counters, options)
+        if stream is None and sys.stdin is None:
+            raise MossarError("standard input is closed; there is nothing to read")
+        self.decoder = LineDecoder(options)
+        self.counters = self.decoder.counters
         self._stream = stream
         self._parts: queue.Queue[bytes] = queue.Queue(_WAITING)
-        self._usable = 0  # frames
-        self._problem = ""  # what was wrong with the first malformed line
         self._started = time.monotonic()
         self._closed = False
 
@@ -64,30 +63,24 @@ class JsonLinesSource:
             MossarError: At the end, if no line held a usable frame.
         """
         threading.Thread(target=self._read, name="standard input", daemon=True).start()
-        rest, data = b"", b"."
+        data = b"."
         while data and not self._closed:
             try:
                 data = self._parts.get(timeout=_POLL)
             except queue.Empty:
                 yield None
                 continue
-            # What follows the last line's end is a line only when the input ends.
-            *lines, rest = [*(rest + data).split(b"\n"), *([] if data else [b""])]
-            for line in lines:
-                self._take(line)
-            if len(rest) > MAX_LINE:
-                self._refuse(f"longer than {MAX_LINE} bytes")
-                rest = b""
-            yield from self._batch.take()
-        if not self._usable and not self._closed:
-            raise MossarError(f"{self.name}: there is no frame in it{self._problem}")
+            now = time.monotonic() - self._started
+            yield from self.decoder.receive(data, now) if data else self.decoder.end(now)
+        if not self.decoder.usable and not self._closed:
+            raise MossarError(f"{self.name}: there is no frame in it{self.decoder.problem}")
 
     def explain(self) -> str:
         """Return one line that says what came."""
         counters = self.counters
         text = f"{self.name}: {counters.received} lines came"
         if counters.malformed:
-            return f"{text}, {counters.malformed} malformed{self._problem}"
+            return f"{text}, {counters.malformed} malformed{self.decoder.problem}"
         return f'{text}, none of them a frame such as {{"type":"frame","t":0.0,"xyz":[[0,1,0],[0,2,0]]}}'
 
     def close(self) -> None:
@@ -117,45 +110,32 @@ class JsonLinesSource:
         except io.UnsupportedOperation:  # a stream in memory
             return stream.read(_READ)
 
-    def _take(self, line: bytes) -> None:
-        if not line or line.isspace():
-            return
-        self.counters.received += 1
-        try:
-            found = from_json(line)
-            if found is None:
-                self.counters.ignored += 1
-                return
-            if isinstance(found, MetaMap) and self._batch.fps is None:
-                self._batch.fps = found.fps or None  # UNSET is false
-            self._intake.take(found, time.monotonic() - self._started)
-            self._usable += isinstance(found, FrameMap)
-        except FrameError as error:
-            self._refuse(str(error))
-
-    def _refuse(self, why: str) -> None:
-        self.counters.reject(why)
-        self._problem = self._problem or f" (line {self.counters.received}: {why})"
-
 
 class JsonLinesSink:
     """Events, one JSON object per line; implements `Sink`.
 
     Args:
-        address: `-` for standard output, else a path; what is there is replaced.
+        address: `-` for standard output, else a path.
         stream: Written instead.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(
-        self, address: Address, stream: IO[bytes] | None = None, position: int | None = None
+        self,
+        address: Address,
+        stream: IO[bytes] | None = None,
+        *,
+        force: bool = False,
+        position: int | None = None,
     ) -> None:
         self.name = "standard output" if address.scheme == "-" else address.url
         self.dropped = 0
-        self._output = _Output(address, stream, position=position)
+        self._output = _Output(address, stream, replace=force, position=position)
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the events name their performer."""
@@ -172,6 +152,10 @@ class JsonLinesSink:
         """Return the bytes in the file; None if it is none."""
         return self._output.position()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._output.sync()
+
     def close(self) -> None:
         """Write what is left. May be called twice."""
         self._output.close()
@@ -186,6 +170,7 @@ class JsonLinesFrameSink:
 
     Raises:
         FileError: If there is a file and `force` is not given, or the path cannot be written.
+        OutputError: If there is no standard output.
     """
 
     def __init__(self, address: Address, *, force: bool = False) -> None:
@@ -224,12 +209,14 @@ class _Output:
         address: Address,
         stream: IO[bytes] | None = None,
         *,
-        replace: bool = True,
+        replace: bool = False,
         position: int | None = None,
     ) -> None:
         self._stream: IO[bytes] | OutputFile
         if stream is None and address.scheme != "-":
             self._stream = OutputFile(address.path, replace=replace, position=position)
+        elif stream is None and sys.stdout is None:
+            raise OutputError("standard output is closed; --to says where else events may go")
         else:
             self._stream = stream or sys.stdout.buffer
         self._closed = False
@@ -252,6 +239,10 @@ class _Output:
 
     def position(self) -> int | None:
         return self._stream.tell() if isinstance(self._stream, OutputFile) else None
+
+    def sync(self) -> None:
+        if isinstance(self._stream, OutputFile):
+            self._stream.sync()
 
     def close(self) -> None:
         self._closed = True

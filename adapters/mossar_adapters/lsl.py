@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import FARTHEST
 from mossar_adapters.extras import needed
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.units import Scale, given, guessed, height, metres_of
 from mossar_adapters.files.xdf import channel_headings, unnamed_columns
-from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.live import Counters
+from mossar_adapters.receiving.batch import FARTHEST
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, to_json
@@ -79,7 +79,7 @@ class LslSource:
         try:
             description = inlet.info(timeout=10.0)
             columns, unit = _columns(self.name, description)
-            skeleton = Skeleton(columns.joints, *with_known_parents(columns.joints))
+            skeleton = printable_names(Skeleton(columns.joints, *with_known_parents(columns.joints)))
             nominal = float(description.nominal_srate())
             fps = self._options.fps or (nominal if plausible_rate(nominal) else None)
             announced = False

@@ -1,10 +1,12 @@
 """What Prometheus may ask a running pipeline for, over HTTP."""
 
 import errno
+import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from mossar_adapters.extras import needed
+from mossar_adapters.metrics_server import MetricsServer
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.counting import counters_of
 from mossar_stream.errors import MossarError
@@ -35,16 +37,18 @@ class Metrics:
 
     def __init__(self, pipeline: Pipeline, port: int, host: str = "127.0.0.1") -> None:
         needed("prometheus_client", "metrics", "--metrics")
-        from prometheus_client import CollectorRegistry, ProcessCollector, start_http_server
+        from prometheus_client import CollectorRegistry, ProcessCollector, make_wsgi_app
 
         self._pipeline = pipeline
         registry = CollectorRegistry()
         registry.register(self)
         ProcessCollector(registry=registry)
         try:
-            self._server, self._thread = start_http_server(port, host, registry)
+            self._server = MetricsServer(host, port, make_wsgi_app(registry))
         except OSError as error:
             raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
+        self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
+        self._thread.start()
         self.url = f"http://{host}:{self._server.server_port}/metrics"
 
     def collect(self) -> "Iterator[Metric]":

@@ -1,46 +1,107 @@
-"""Segments as a table that spreadsheets and ELAN open: one row for each segment that is final."""
+"""Segments as a table that spreadsheets and ELAN open: one row for each segment; the same for streams and whole files."""
 
 import csv
 import io
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent
+from mossar_stream.recording import Segment
 
-COLUMNS = ("start", "end", "duration", "state", "strength", "performer", "take")
-_KEPT = 10_000  # strengths of key frames whose segment is still open
+COLUMNS = (
+    "recording",
+    "performer",
+    "take",
+    "start",
+    "end",
+    "duration",
+    "start_frame",
+    "end_frame",
+    "state",
+    "kind",
+    "strength",
+    "similarity",
+    "active_joints",
+)
+_KEPT = 10_000  # key frames kept whose segment is still open
+
+
+class Ending(NamedTuple):
+    """The key frame at a segment's end; empty at the end of a take.
+
+    Args:
+        kind: `onset`, `offset` or `minimum`.
+        strength: None until it is known.
+    """
+
+    kind: str = ""
+    strength: float | None = None
+
+
+def segment_row(
+    recording: str, performer: str, take: int, part: SegmentEvent | Segment, ending: Ending
+) -> Sequence[object]:
+    """Return the cells of a segment, in the order of `COLUMNS`; times in s on the source's clock."""
+    return (
+        _text(recording),
+        _text(performer),
+        take,
+        f"{part.start_time:.4f}",
+        f"{part.end_time:.4f}",
+        f"{part.end_time - part.start_time:.4f}",
+        part.start_frame,
+        part.end_frame,
+        part.state,
+        ending.kind,
+        _number(ending.strength),
+        _number(part.similarity),
+        _text(" ".join(part.active_joints)),
+    )
+
+
+def _text(name: str) -> str:
+    """Return a name as a cell that no spreadsheet takes for a formula: names come from files and networks."""
+    return f"'{name}" if name[:1] in {"=", "+", "-", "@", "\t", "\r"} else name
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f}"
 
 
 class SegmentCsvSink:
     """Writes final segments; implements `Sink`. The strength is that of the key frame at the segment's end.
 
     Args:
-        address: Path of the file; what is there is replaced.
+        address: Path of the file.
+        force: Whether to replace a file that is there.
         position: Go on at this byte of a file that is there.
 
     Raises:
-        FileError: If the path cannot be written.
+        FileError: If there is a file and `force` is not given, or the path cannot be written.
     """
 
-    def __init__(self, address: Address, position: int | None = None) -> None:
+    def __init__(self, address: Address, *, force: bool = False, position: int | None = None) -> None:
         self.name = address.url
         self.dropped = 0
-        self._file = OutputFile(address.path, replace=True, position=position)
-        self._strengths: dict[str, float] = {}  # by id of the key frame
-        if position is None:
-            self._write([COLUMNS])
+        self._file = OutputFile(address.path, replace=force, position=position)
+        self._endings: dict[str, Ending] = {}  # by id of the key frame
+        self._recordings: dict[str, str] = {}  # by performer
+        self._closed = False
 
     def announce(self, meta: Meta) -> None:
-        """Do nothing: the rows name their performer."""
+        """Remember the recording of a performer."""
+        if meta.recording:
+            self._recordings[meta.performer] = meta.recording
 
     def send(self, events: Sequence[Event]) -> None:
         """Write the segments among the events that are final."""
         rows: list[Sequence[object]] = []
         for event in events:
             if isinstance(event, KeyFrameEvent) and event.strength is not None:
-                self._remember(event.id, event.strength)
+                self._remember(event.id, Ending(event.kind, event.strength))
             elif isinstance(event, SegmentEvent) and event.status == "final":
                 rows.append(self._row(event))
         if rows:
@@ -50,31 +111,33 @@ class SegmentCsvSink:
         """Return the bytes in the file."""
         return self._file.tell()
 
+    def sync(self) -> None:
+        """Have everything written to the disk, before a snapshot counts on it."""
+        self._file.sync()
+
     def close(self) -> None:
         """Close the file. May be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._write([])
         self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
-        ending = f"{event.performer}/{event.take}/{event.id.rpartition('-')[2]}"
-        strength = self._strengths.pop(ending, None)
-        return (
-            f"{event.start_time:.4f}",
-            f"{event.end_time:.4f}",
-            f"{event.end_time - event.start_time:.4f}",
-            event.state,
-            "" if strength is None else f"{strength:.4f}",
-            event.performer,
-            event.take,
+        key = f"{event.performer}/{event.take}/{event.id.rpartition('-')[2]}"
+        ending = self._endings.pop(key, Ending())
+        return segment_row(
+            self._recordings.get(event.performer, ""), event.performer, event.take, event, ending
         )
 
-    def _remember(self, key: str, strength: float) -> None:
-        if len(self._strengths) == _KEPT and key not in self._strengths:
-            del self._strengths[next(iter(self._strengths))]
-        self._strengths[key] = strength
+    def _remember(self, key: str, ending: Ending) -> None:
+        if len(self._endings) == _KEPT and key not in self._endings:
+            del self._endings[next(iter(self._endings))]
+        self._endings[key] = ending
 
     def _write(self, rows: Sequence[Sequence[object]]) -> None:
+        head = [COLUMNS] if self._file.tell() == 0 else []  # late: a file with nothing in it may be replaced
         text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
+        csv.writer(text, lineterminator="\n").writerows([*head, *rows])
         self._file.write(text.getvalue().encode())
         self._file.flush()

@@ -17,12 +17,14 @@ class Meta(msgspec.Struct, frozen=True):
         skeleton: Joints in the order of the frames that follow.
         fps: Nominal rate in Hz if the source knows it.
         unit: What one unit of the original was taken for, if it had to be guessed; for the user to read.
+        recording: Path or URL of the recording; empty for live sources.
     """
 
     performer: str
     skeleton: Skeleton
     fps: float | None = None
     unit: str = "m"
+    recording: str = ""
 
 
 class Left(msgspec.Struct, frozen=True):

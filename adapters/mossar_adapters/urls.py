@@ -13,7 +13,7 @@ from mossar_adapters.address import Address, parse_url
 from mossar_adapters.extras import installed
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Listener
-from mossar_adapters.live_selection import SelectedSource
+from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream.errors import SettingsError
@@ -21,7 +21,7 @@ from mossar_stream.errors import SettingsError
 Speed = float | Literal["max"]
 
 
-class Wish(msgspec.Struct, frozen=True):
+class OpenOptions(msgspec.Struct, frozen=True):
     """What the program says beyond the URL.
 
     Args:
@@ -60,9 +60,9 @@ class Scheme(msgspec.Struct, frozen=True):
     names: tuple[str, ...]
     form: str
     description: str
-    source: Callable[[Address, Wish], Source] | None = None
-    sink: Callable[[Address, Wish], Sink] | None = None
-    frame_sink: Callable[[Address, Wish], FrameSink] | None = None
+    source: Callable[[Address, OpenOptions], Source] | None = None
+    sink: Callable[[Address, OpenOptions], Sink] | None = None
+    frame_sink: Callable[[Address, OpenOptions], FrameSink] | None = None
     extra: str | None = None
     library: str | None = None
 
@@ -95,20 +95,23 @@ def open_source(
         MossarError: If it cannot be opened; one line says why and what to do.
     """
     address, scheme = _scheme(url, "source")
-    wish = Wish(_merged(options or ReadOptions(), address), speed, listener, loop=loop)
+    wanted = OpenOptions(_merged(options or ReadOptions(), address), speed, listener, loop=loop)
     if scheme.source is None:
         raise address.error(f"{address.scheme}: cannot be read from")
-    source = scheme.source(address, wish)
-    picky = wish.options.joints or wish.options.root or wish.options.performer
-    return SelectedSource(source, wish.options) if picky and address.scheme != "file" else source
+    source = scheme.source(address, wanted)
+    picky = wanted.options.joints or wanted.options.root or wanted.options.performer
+    return SelectedSource(source, wanted.options) if picky and address.scheme != "file" else source
 
 
-def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int | None = None) -> Sink:
+def open_sink(
+    url: str, *, settings: dict[str, Any] | None = None, force: bool = False, position: int | None = None
+) -> Sink:
     """Open a sink of events.
 
     Args:
         url: See the table; a path ends in `.jsonl` (events) or `.csv` (segments), `-` is standard output.
         settings: Of the segmentation, told to receivers in metas.
+        force: Whether to replace a file that is there.
         position: Byte at which to go on with a file, instead of replacing it.
 
     Raises:
@@ -117,7 +120,7 @@ def open_sink(url: str, *, settings: dict[str, Any] | None = None, position: int
     address, scheme = _scheme(url, "sink")
     if scheme.sink is None:
         raise address.error(f"{address.scheme}: takes no events")
-    return scheme.sink(address, Wish(settings=settings, position=position))
+    return scheme.sink(address, OpenOptions(settings=settings, force=force, position=position))
 
 
 def open_frame_sink(url: str, *, force: bool = False, position: int | None = None) -> FrameSink:
@@ -137,7 +140,7 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     address, scheme = _scheme(url, "frame_sink")
     if scheme.frame_sink is None:
         raise address.error(f"{address.scheme}: takes no frames")
-    return scheme.frame_sink(address, Wish(force=force, position=position))
+    return scheme.frame_sink(address, OpenOptions(force=force, position=position))
 
 
 def _scheme(url: str, use: str) -> tuple[Address, Scheme]:
@@ -164,29 +167,29 @@ def _merged(options: ReadOptions, address: Address) -> ReadOptions:
         raise address.error(str(error)) from None
 
 
-def _demo(address: Address, wish: Wish) -> Source:
+def _demo(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.demo import DemoSource
 
-    return DemoSource.from_url(address.url, speed=wish.speed)
+    return DemoSource.from_url(address.url, speed=wanted.speed)
 
 
-def _file(address: Address, wish: Wish) -> Source:
+def _file(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.files.registry import open_recording
-    from mossar_adapters.recording_source import RecordingSource
+    from mossar_adapters.replay.recording_source import RecordingSource
 
-    recording = open_recording(address.path, wish.options)
-    return RecordingSource(recording, wish.speed, loop=wish.loop)
+    recording = open_recording(address.path, wanted.options)
+    return RecordingSource(recording, wanted.speed, loop=wanted.loop)
 
 
-def _file_sink(address: Address, wish: Wish) -> Sink:
+def _file_sink(address: Address, wanted: OpenOptions) -> Sink:
     from mossar_adapters.jsonlines import JsonLinesSink
     from mossar_adapters.segment_csv import SegmentCsvSink
 
     match PurePath(address.path).suffix.lower():
         case ".jsonl" | ".ndjson":
-            return JsonLinesSink(address, position=wish.position)
+            return JsonLinesSink(address, force=wanted.force, position=wanted.position)
         case ".csv":
-            return SegmentCsvSink(address, wish.position)
+            return SegmentCsvSink(address, force=wanted.force, position=wanted.position)
         case ".msk":
             raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
         case suffix:
@@ -195,99 +198,101 @@ def _file_sink(address: Address, wish: Wish) -> Sink:
             )
 
 
-def _file_frame_sink(address: Address, wish: Wish) -> FrameSink:
+def _file_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:
     from mossar_adapters.jsonlines import JsonLinesFrameSink
-    from mossar_adapters.late_sink import LateSink
-    from mossar_adapters.msk_sink import MskFrameSink
+    from mossar_adapters.replay.deferred_sink import DeferredSink
+    from mossar_adapters.replay.msk_sink import MskFrameSink
 
     match PurePath(address.path).suffix.lower():
         case ".msk":
-            if wish.position:
-                return MskFrameSink(address, position=wish.position)
-            force = wish.force or wish.position == 0  # a former run was not sure of anything in it
-            return LateSink(address, lambda: MskFrameSink(address, force=force), force=force)
+            if wanted.position:
+                return MskFrameSink(address, position=wanted.position)
+            force = wanted.force or wanted.position == 0  # a former run was not sure of anything in it
+            return DeferredSink(address, lambda: MskFrameSink(address, force=force), force=force)
         case ".jsonl" | ".ndjson":
-            return LateSink(address, lambda: JsonLinesFrameSink(address, force=wish.force), force=wish.force)
+            return DeferredSink(
+                address, lambda: JsonLinesFrameSink(address, force=wanted.force), force=wanted.force
+            )
         case suffix:
             raise address.error(f"frames go to .msk or .jsonl, not to {suffix or 'a file without ending'}")
 
 
-def _pipe(address: Address, wish: Wish) -> Source:
+def _pipe(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.jsonlines import JsonLinesSource
 
-    return JsonLinesSource(address, wish.options)
+    return JsonLinesSource(address, wanted.options)
 
 
-def _pipe_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+def _pipe_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.jsonlines import JsonLinesSink
 
     return JsonLinesSink(address)
 
 
-def _pipe_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+def _pipe_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.jsonlines import JsonLinesFrameSink
 
     return JsonLinesFrameSink(address)
 
 
-def _osc(address: Address, wish: Wish) -> Source:
+def _osc(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.osc.source import OscSource
 
-    return OscSource(address, wish.options, wish.listener)
+    return OscSource(address, wanted.options, wanted.listener)
 
 
-def _osc_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+def _osc_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.osc.event_sink import OscSink
 
     return OscSink(address)
 
 
-def _osc_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+def _osc_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.osc.frame_sink import open_osc_frame_sink
 
     return open_osc_frame_sink(address)
 
 
-def _zmq(address: Address, wish: Wish) -> Source:
+def _zmq(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.zeromq.source import ZmqSource
 
-    return ZmqSource(address, wish.options)
+    return ZmqSource(address, wanted.options)
 
 
-def _zmq_sink(address: Address, wish: Wish) -> Sink:
+def _zmq_sink(address: Address, wanted: OpenOptions) -> Sink:
     from mossar_adapters.zeromq.sink import ZmqSink
 
-    return ZmqSink(address, wish.settings)
+    return ZmqSink(address, wanted.settings)
 
 
-def _zmq_frame_sink(address: Address, wish: Wish) -> FrameSink:  # noqa: ARG001 - the table's signature
+def _zmq_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.zeromq.sink import ZmqFrameSink
 
     return ZmqFrameSink(address)
 
 
-def _websocket_sink(address: Address, wish: Wish) -> Sink:
+def _websocket_sink(address: Address, wanted: OpenOptions) -> Sink:
     from mossar_adapters.websocket import WebSocketSink
 
-    return WebSocketSink(address, wish.settings)
+    return WebSocketSink(address, wanted.settings)
 
 
-def _lsl(address: Address, wish: Wish) -> Source:
+def _lsl(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.lsl import LslSource
 
-    return LslSource(address, wish.options)
+    return LslSource(address, wanted.options)
 
 
-def _lsl_sink(address: Address, wish: Wish) -> Sink:  # noqa: ARG001 - the table's signature
+def _lsl_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.lsl import LslSink
 
     return LslSink(address)
 
 
-def _oak(address: Address, wish: Wish) -> Source:
-    from mossar_adapters.oak import OakSource
+def _oak(address: Address, wanted: OpenOptions) -> Source:
+    from mossar_adapters.oak.source import OakSource
 
-    return OakSource.from_url(address.url, wish.options)
+    return OakSource.from_url(address.url, wanted.options)
 
 
 SCHEMES: tuple[Scheme, ...] = (

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from mossar_adapters.address import Address
 from mossar_adapters.extras import needed
-from mossar_adapters.frame_codec import to_json
-from mossar_adapters.frame_maps import map_of_meta
+from mossar_adapters.maps.codec import to_json
+from mossar_adapters.maps.frame_maps import map_of_meta
 from mossar_adapters.source import Meta
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event

@@ -16,6 +16,7 @@ from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_source
 from mossar_stream.events import SegmentEvent, StreamEvent
 from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
 
 STARTED = StreamEvent(performer="p1", event="started", take=0)
 
@@ -127,9 +128,10 @@ def test_final_segments_become_rows(tmp_path):
         similarity=None,
     )
     final = SegmentEvent(**{f: getattr(segment, f) for f in segment.__struct_fields__} | {"status": "final"})
+    sink.announce(Meta("p1", Skeleton(("hip", "head")), recording="walk.bvh"))
     sink.send([STARTED, segment, final])
     sink.close()
     assert path.read_text().splitlines() == [
-        "start,end,duration,state,strength,performer,take",
-        "0.5000,1.5000,1.0000,moving,,p1,0",
+        "recording,performer,take,start,end,duration,start_frame,end_frame,state,kind,strength,similarity,active_joints",
+        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head",
     ]

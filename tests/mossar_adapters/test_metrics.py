@@ -1,10 +1,14 @@
 import contextlib
+import socket
+import threading
+import time
 import urllib.request
 
 import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.metrics import Metrics
+from mossar_adapters.metrics_server import MAX_CLIENTS
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream.errors import MossarError
 
@@ -41,3 +45,26 @@ def test_a_port_in_use_is_said_in_one_line(pipeline):
         port = int(served.url.rpartition(":")[2].partition("/")[0])
         with pytest.raises(MossarError, match=f"--metrics 127.0.0.1:{port}: the port is in use"):
             Metrics(pipeline, port)
+
+
+def test_connections_that_only_stay_exhaust_nothing_and_others_are_answered(pipeline, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.metrics_server._Handler.timeout", 30.0)
+    threads = threading.active_count()
+    with contextlib.closing(Metrics(pipeline, 0)) as served, contextlib.ExitStack() as idle:
+        place = ("127.0.0.1", int(served.url.rpartition(":")[2].partition("/")[0]))
+        for _ in range(200):
+            client = idle.enter_context(socket.create_connection(place, timeout=5))
+            client.sendall(b"GET /metrics HTTP/1.1\r\n")
+        assert "mossar_frames_total" in asked(served.url)
+        assert threading.active_count() - threads <= MAX_CLIENTS + 4
+
+
+def test_a_client_that_says_nothing_is_cut_off(pipeline, monkeypatch, capfd):
+    monkeypatch.setattr("mossar_adapters.metrics_server._Handler.timeout", 0.1)
+    with contextlib.closing(Metrics(pipeline, 0)) as served:
+        place = ("127.0.0.1", int(served.url.rpartition(":")[2].partition("/")[0]))
+        with socket.create_connection(place, timeout=5) as client:
+            began = time.monotonic()
+            assert client.recv(100) == b""
+            assert time.monotonic() - began < 3
+    assert capfd.readouterr().err == ""

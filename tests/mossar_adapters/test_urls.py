@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.live_selection import SelectedSource
+from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
 from mossar_stream.errors import FrameError, MossarError

@@ -97,13 +97,13 @@ def test_a_level_holds_for_all_and_for_those_to_come_but_the_bundle_stays(core):
     pool.announce("bob", core.skeleton(4))
     assert [pool[name].level for name in pool.names] == [0.7, 0.7]
     assert pool.level == pool.settings.level == 0.7
-    resolved = [pool[name]._plan.settings for name in pool.names]
+    resolved = [pool[name].row.plan.settings for name in pool.names]
     assert resolved[0] == resolved[1] == Settings(level="cluster").resolved()
     pool.change(level="motion")
     pool.announce("eve", core.skeleton(4))
     assert {pool[name].level for name in pool.names} == {"motion"}
-    assert {pool[name]._header["level"].item() for name in pool.names} == {
-        pool["ann"]._header["level"].item()
+    assert {pool[name].row.state["plan"]["beta"].item() for name in pool.names} == {
+        pool["ann"].row.state["plan"]["beta"].item()
     }
 
 

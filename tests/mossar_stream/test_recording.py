@@ -9,7 +9,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from mossar_stream import FrameError, Segmenter, Settings, Skeleton, segment_recording
-from mossar_stream.reference import generate_key_frames, remerge
+from mossar_stream.algorithm.reference import generate_key_frames, remerge
 from mossar_stream.settings import Features
 
 LEVELS = ("posture", "motion", "cluster", 0.0, 0.05, 0.3, 2.0, 1e8)

@@ -325,8 +325,8 @@ def test_a_tempo_that_was_not_followed_from_the_start_is_not_used(core):
     segmenter.push(positions[200:], times[200:])
     fresh = Segmenter(core.skeleton(4), Settings(tempo=True))
     fresh.push(positions[200:], times[200:])
-    assert [segmenter._header[name] for name in ("spread", "squared_speed")] == [
-        fresh._header[name] for name in ("spread", "squared_speed")
+    assert [segmenter.row.state["tempo"][name] for name in ("spread", "squared_speed")] == [
+        fresh.row.state["tempo"][name] for name in ("spread", "squared_speed")
     ]
 
 

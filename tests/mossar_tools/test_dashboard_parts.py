@@ -1,5 +1,6 @@
 """The parts of the dashboard that need no browser."""
 
+import threading
 import time
 import tomllib
 import xml.etree.ElementTree as ET
@@ -7,13 +8,18 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from mossar_adapters.demo import DemoSource
+from mossar_adapters.demo import SKELETON, DemoSource, performance
 from mossar_adapters.files import open_recording
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
+from mossar_stream.errors import SettingsError
+from mossar_stream.events import KeyFrameEvent
 from mossar_stream.frames import Frames
-from mossar_stream.settings import Settings
+from mossar_stream.recording import segment_recording
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import LEVEL_NAMES, Settings
 from mossar_stream.skeleton import Skeleton
+from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.chart import chart
 from mossar_tools.dashboard.figures import HIDDEN, balls_of, bones_of
 from mossar_tools.dashboard.live import MOST_PERFORMERS, LiveShow
@@ -23,8 +29,8 @@ from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.saving import as_toml
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
-from mossar_tools.whole import read_whole
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +89,7 @@ def test_the_chart_is_well_formed_and_quotes_names(seen):
 
 
 def test_a_recording_shows_as_many_key_frames_as_asked_for():
-    whole = read_whole(Options(file="demo:?seconds=20&seed=3"))
+    whole = load_recording(Options(file="demo:?seconds=20&seed=3"))
     show = RecordedShow([("p1", whole)], Settings(range="file"))
     total = show.total
     assert total > 10
@@ -99,6 +105,102 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
     assert show.total != total
     (glimpse,) = show.glimpses()
     assert np.isfinite(glimpse.body.joints).all()
+
+
+@pytest.fixture(scope="module")
+def medley():
+    return load_recording(Options(file="demo:?seconds=40&seed=5"))
+
+
+@pytest.mark.parametrize("start", ["motion", "cluster"])
+def test_a_named_level_of_a_recording_is_that_of_the_command_line(medley, start):
+    wanted = {}
+    for name in LEVEL_NAMES:
+        settings = Settings(level=name, range="file")
+        found = segment_recording(
+            medley.positions, medley.fps, medley.skeleton, settings, times=medley.times
+        ).at(name)
+        wanted[name] = [key.frame for key in found.key_frames]
+    assert wanted["motion"] != wanted["cluster"]
+    show = RecordedShow([("p1", medley)], Settings(level=start, range="file"))
+    for name in ("cluster", "motion", "cluster", "posture", "motion"):
+        show.set_level(1.0)
+        show.set_level(name)
+        (part,) = show._parts
+        assert [mark.frame for mark in part.marks if mark.standing] == wanted[name], name
+        saved = tomllib.loads(as_toml(show.settings, show.level, show.strength))
+        again = Settings.build(overrides={**saved["settings"], "level": saved["level"], "range": "file"})
+        assert again.resolved() == Settings(level=name, range="file").resolved()
+
+
+def test_a_number_is_a_strength_of_the_features_in_force(medley):
+    show = RecordedShow([("p1", medley)], Settings(level="cluster", range="file"))
+    show.set_level("cluster")
+    before = show.standing
+    show.set_level(show.strength)
+    assert (show.standing, show.settings.level) == (before, "cluster")
+
+
+@pytest.mark.parametrize("names", [["cluster"], ["cluster", "motion", "cluster"], ["cluster", "posture"]])
+def test_a_named_level_of_a_stream_is_that_of_the_command_line_from_the_next_take_on(names):
+    take = performance(seed=5, seconds=30).frames
+    show = LiveShow(Settings())
+    pipeline = Pipeline([DemoSource.from_url("demo:")], [], Settings(), views=[show])
+    pipeline.pool.announce("p1", SKELETON, 60)
+    pipeline.pool["p1"].push(take.positions[:300], take.times[:300])
+    for name in names:
+        show.set_level(name)
+    show.tick(pipeline)
+    segmenter = pipeline.pool["p1"]
+    segmenter.reset()
+    asked = segmenter.push(take.positions, take.times) + segmenter.end_take()
+    begun = Segmenter(SKELETON, Settings(level=names[-1]), performer="p1", fps=60)
+    given = begun.push(take.positions, take.times) + begun.end_take()
+    assert finals(asked) == finals(given)
+    assert len(finals(given)) > 1
+    assert show.strength == show.strength_of(names[-1])
+
+
+def finals(events):
+    return [
+        (event.frame, event.kind, event.strength)
+        for event in events
+        if isinstance(event, KeyFrameEvent) and event.status == "final"
+    ]
+
+
+def test_what_is_asked_for_is_done_in_order_and_nothing_is_lost(medley):
+    told = []
+    acts = Acts(told.append)
+    show = RecordedShow([("p1", medley)], Settings(range="file"))
+    show.set_count(3)
+    asking = [
+        threading.Thread(target=lambda: [acts.ask(lambda: show.step_count(1)) for _ in range(4)])
+        for _ in range(3)
+    ]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    acts.ask(lambda: None).result(20)
+    assert show.standing == 15
+
+    go, done = threading.Event(), []
+    acts.ask(lambda: go.wait(20))
+    for place in range(50):
+        last = acts.ask_latest("slider", lambda place=place: done.append(place))
+    acts.ask(lambda: show.change({"window": -1.0}))
+    end = acts.ask(lambda: done.append("end"))
+    assert acts.waits("slider")
+    go.set()
+    end.result(20)
+    assert last.done()
+    assert done == [49, "end"]
+    assert len(told) == 1
+    assert "window" in told[0]
+    acts.close()
+    with pytest.raises(SettingsError):
+        show.change({"window": -1.0})
 
 
 def test_stretches_take_the_state_of_most_of_their_samples():

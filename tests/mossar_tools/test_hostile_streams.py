@@ -14,8 +14,8 @@ import pytest
 import zmq
 from websockets.sync.client import connect
 
+from checks.run_process import free_port
 from mossar_adapters.osc.encode import bundle, encode
-from mossar_tools.outside import free_port
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX systems")
 

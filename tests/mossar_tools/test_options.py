@@ -1,18 +1,25 @@
-import argparse
-
 import pytest
 
 from mossar_stream.errors import MossarError, SettingsError
-from mossar_tools.cli import Parser
-from mossar_tools.commands import run
+from mossar_tools.cli import parser_of
+from mossar_tools.commands import run, segment
 from mossar_tools.options import parse
+
+
+@pytest.fixture
+def segment_options(tmp_path):
+    def read(config):
+        path = tmp_path / "mossar.toml"
+        path.write_text(config)
+        return parse(parser_of("mossar segment", segment), ("demo:", "--config", str(path)))
+
+    return read
 
 
 @pytest.fixture
 def options(tmp_path):
     def read(*arguments, config=None):
-        parser = Parser(prog="mossar run", argument_default=argparse.SUPPRESS, allow_abbrev=False)
-        run.add_arguments(parser)
+        parser = parser_of("mossar run", run)
         if config is not None:
             path = tmp_path / "mossar.toml"
             path.write_text(config)
@@ -51,6 +58,11 @@ def test_the_configuration_may_name_sources_and_lists(options):
 
 def test_options_of_other_commands_may_stand_in_the_configuration(options):
     assert options("demo:", config='plot = "x.png"\nkeep = 3').plot is None
+
+
+def test_an_output_in_the_configuration_may_name_no_file(segment_options):
+    assert segment_options("json = true").json == "-"
+    assert segment_options('csv = "all.csv"').csv == "all.csv"
 
 
 def test_tables_in_the_settings_are_parts(options):

@@ -73,7 +73,7 @@ def test_a_recording_survives_kill_9_and_goes_on_from_the_snapshot(process, moss
     arguments = ("run", swing, "--to", take, "--snapshot", state, "--snapshot-every", "0.1")
     running = process(*arguments, "--speed", "4")
     until = time.monotonic() + 20
-    while not (state.exists() and take.stat().st_size > 5000):
+    while not (take.exists() and take.stat().st_size > 5000):
         assert time.monotonic() < until
         time.sleep(0.02)
     running.send_signal(signal.SIGKILL)

@@ -2,6 +2,8 @@ import csv
 import json
 import threading
 
+import pytest
+
 from mossar_adapters.files import open_recording
 from mossar_tools.cli import main
 
@@ -46,13 +48,15 @@ def test_several_sinks_at_once(mossar, tmp_path):
     assert open_recording(frames).frame_count == 480
 
 
-def test_a_recording_is_not_replaced_unless_asked(mossar, tmp_path):
-    path = tmp_path / "f.msk"
-    path.touch()
+@pytest.mark.parametrize("name", ["f.msk", "e.jsonl", "e.csv"])
+def test_a_file_is_not_replaced_unless_asked(mossar, tmp_path, name):
+    path = tmp_path / name
+    path.write_text("dear to somebody")
     run = ("run", "demo:?seconds=1", "--speed", "max", "--to", path)
     status, _, err = mossar(*run)
     assert status == 2
     assert "--force replaces it" in err
+    assert path.read_text() == "dear to somebody"
     assert mossar(*run, "--force")[0] == 0
 
 

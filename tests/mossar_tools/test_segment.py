@@ -1,16 +1,21 @@
 import csv
 import itertools
 import json
+import os
 import struct
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mossar_adapters.files import open_recording
+from mossar_adapters.segment_csv import COLUMNS
+from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_stream.recording import segment_recording
-from mossar_stream.reference import generate_key_frames
 from mossar_stream.settings import Settings
+from mossar_tools.batch import segment_all
+from mossar_tools.options import Options
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"
 needs_data = pytest.mark.skipif(not DATA.exists(), reason=f"no labelled recordings at {DATA}")
@@ -33,7 +38,11 @@ def test_json_holds_all_key_frames_and_the_segments_of_the_level(mossar, swing):
 def test_csv_has_a_row_for_each_segment(mossar, swing):
     _, out, _ = mossar("segment", swing, "--csv")
     rows = list(csv.DictReader(out.splitlines()))
-    assert list(rows[0]) == ["start", "end", "duration", "state", "strength"]
+    assert tuple(rows[0]) == COLUMNS
+    assert {(row["recording"], row["performer"]) for row in rows} == {(str(swing), "p1")}
+    assert all(int(a["end_frame"]) == int(b["start_frame"]) for a, b in itertools.pairwise(rows))
+    assert {row["kind"] for row in rows[:-1]} <= {"onset", "offset", "minimum"}
+    assert all(row["active_joints"] for row in rows if row["state"] == "moving")
     assert float(rows[0]["start"]) == 0.0
     assert all(a["end"] == b["start"] for a, b in itertools.pairwise(rows))
     assert rows[-1]["strength"] == ""
@@ -77,7 +86,23 @@ def test_a_plot_has_the_size_of_a_page(mossar, tmp_path):
 def test_a_plot_that_cannot_be_written_is_status_2(mossar, tmp_path):
     status, _, err = mossar("segment", "demo:?seconds=5", "--plot", tmp_path / "no" / "take.png")
     assert status == 2
-    assert "cannot be written" in err
+    assert "there is no folder" in err
+
+
+def test_files_are_written_and_not_replaced_unless_that_is_wished(mossar, swing, tmp_path):
+    table, report = tmp_path / "take.csv", tmp_path / "take.json"
+    status, out, err = mossar("segment", swing, "--csv", table, "--json", report)
+    assert (status, out) == (0, "")
+    assert err.splitlines() == [f"written: {report}", f"written: {table}"]
+    assert len(list(csv.DictReader(table.read_text().splitlines()))) == len(
+        json.loads(report.read_text())["segments"]
+    )
+    before = table.read_bytes()
+    status, _, err = mossar("segment", swing, "--csv", table, "--level", "posture")
+    assert (status, table.read_bytes()) == (2, before)
+    assert "--force replaces it" in err
+    assert mossar("segment", swing, "--csv", table, "--level", "posture", "--force")[0] == 0
+    assert table.read_bytes() != before
 
 
 @needs_data
@@ -118,3 +143,72 @@ def test_flat_poses_are_refused_unless_they_are_allowed(mossar, tmp_path):
     assert "--allow-2d" in err
     status, out, _ = mossar("segment", path, "--json", "--allow-2d", "--fps", "50")
     assert (status, json.loads(out)["fps"]) == (0, 50.0)
+
+
+def test_the_built_in_performer_takes_joints_root_and_performer(mossar):
+    joints = ("--joints", "Hips,LeftHand,RightHand", "--root", "Hips")
+    report = json.loads(
+        mossar("segment", "demo:?seconds=5&performers=2", *joints, "--performer", "p2", "--json")[1]
+    )
+    assert {name for part in report["segments"] for name in part["active_joints"]} <= {
+        "Hips",
+        "LeftHand",
+        "RightHand",
+    }
+    other = json.loads(mossar("segment", "demo:?seconds=5", *joints, "--json")[1])
+    assert other["key_frames"] != report["key_frames"]
+    for wrong, said in (
+        (("--joints", "x"), "no joint called 'x'"),
+        (("--performer", "zzz"), "no performer called 'zzz'"),
+    ):
+        status, _, err = mossar("segment", "demo:", *wrong)
+        assert status == 2
+        assert said in err
+
+
+def test_several_recordings_become_one_table_and_a_bad_one_stops_nothing(
+    mossar, swing, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    for number in range(6):
+        Path(f"take{number}.npz").write_bytes(swing.read_bytes())
+    Path("take3.npz").write_bytes(b"no recording")
+    status, out, err = mossar("segment", "take*.npz", "--csv", "all.csv", "--json", "all.jsonl")
+    assert (status, out) == (2, "")
+    assert "take3.npz: " in err
+    assert "1 of 6 recordings could not be segmented" in err
+    rows = list(csv.DictReader(Path("all.csv").read_text().splitlines()))
+    names = [f"take{number}.npz" for number in (0, 1, 2, 4, 5)]
+    assert list(dict.fromkeys(row["recording"] for row in rows)) == names
+    reports = [json.loads(line) for line in Path("all.jsonl").read_text().splitlines()]
+    assert [report["recording"] for report in reports] == names
+    single = json.loads(mossar("segment", "take0.npz", "--json")[1])
+    assert reports[0] == single
+    assert len(rows) == 5 * len(single["segments"])
+    status, out, _ = mossar("segment", "take0.npz", "take1.npz")
+    assert (status, len(out.splitlines())) == (0, 2)
+
+
+def test_a_process_that_dies_costs_its_recording_only(swing, tmp_path, monkeypatch):
+    if os.cpu_count() == 1:
+        pytest.skip("one core: there are no processes to die")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    (tmp_path / "sitecustomize.py").write_text(DIES)
+    files = [str(tmp_path / f"{name}.npz") for name in ("a", "b", "deadly", "c", "d", "e")]
+    for name in files:
+        Path(name).write_bytes(swing.read_bytes())
+    done = list(segment_all(files, Options()))
+    assert [Path(own.name).stem for own in done] == ["a", "b", "deadly", "c", "d", "e"]
+    assert [bool(own.error) for own in done] == [False, False, True, False, False, False]
+    assert "died" in done[2].error
+
+
+DIES = """
+import os, zipfile
+before = zipfile.ZipFile.__init__
+def deadly(self, file, *arguments, **options):
+    if "deadly" in str(getattr(file, "name", file)):
+        os._exit(9)
+    before(self, file, *arguments, **options)
+zipfile.ZipFile.__init__ = deadly
+"""

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+import mossar_stream
+
 
 def save(path, count, joints, positions=None):
     if positions is None:
@@ -18,8 +20,13 @@ def save(path, count, joints, positions=None):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "which command? There are demo, run, segment"),
         (["dance"], "no command called 'dance'; there are demo, run, segment"),
+        (["segmnt"], "no command called 'segmnt' - did you mean segment?; there are"),
+        (
+            ["run", "demo:", "--qiet"],
+            "unrecognized arguments: --qiet - did you mean --quiet? (see mossar run",
+        ),
+        (["segment", "demo:", "--level=1", "--keeep=3"], "--keeep=3 - did you mean --keep?"),
         (["--bla"], "unrecognized arguments: --bla"),
         (["run"], "which source?"),
         (["run", "--bla"], "unrecognized arguments: --bla (see mossar run --help)"),
@@ -27,6 +34,11 @@ def save(path, count, joints, positions=None):
         (["segment", "missing.bvh"], "missing.bvh: cannot be opened: No such file"),
         (["replay", "missing.bvh", "--to", "-"], "missing.bvh: cannot be opened: No such file"),
         (["record", "missing.bvh", "x.msk"], "missing.bvh: cannot be opened: No such file"),
+        (["segment"], "which recording?"),
+        (["segment", "--csv", "walk.bvh"], "Name it first: mossar segment walk.bvh --csv"),
+        (["segment", "a.bvh", "b.bvh", "--plot", "x.png"], "--plot draws one recording"),
+        (["segment", "demo:", "--csv", "no/x.csv"], "there is no folder no"),
+        (["run", "demo:", "--performer", "zzz"], "demo:: no performer called 'zzz'; there are p1"),
         (["run", "foo://x"], "there is no scheme foo:"),
         (["run", "osc://127.0.0.1:99999"], "the port must be a number, 0 to 65535"),
         (["run", "demo:?bla=1"], "demo: has no option 'bla'"),
@@ -54,7 +66,7 @@ def save(path, count, joints, positions=None):
         (["demo", "--noise", "5"], "noise must lie in 0 to 1"),
         (["segment", "osc://127.0.0.1:9"], "mossar segment takes a recording or demo:"),
         (["segment", "demo:", "--plot", "x.gif"], "pictures are .png, .svg, .pdf"),
-        (["segment", "demo:", "--json", "--csv"], "not allowed with argument --json"),
+        (["segment", "demo:", "--json", "--csv"], "--json and --csv cannot both go to standard output"),
         (["segment", "demo:", "--keep", "-1"], "is not a whole number from 0"),
         (["replay", "demo:"], "where to?"),
         (["replay", "osc://127.0.0.1:9", "--to", "-"], "sends recordings and demo:, not live streams"),
@@ -127,8 +139,14 @@ def test_help_is_status_0_and_shows_examples(mossar):
         assert f"  mossar {command}" in out
 
 
-def test_the_version_is_printed(mossar):
-    assert mossar("--version")[1].startswith("mossar-stream ")
+def test_without_a_command_help_comes(mossar):
+    assert mossar() == mossar("--help")
+    assert mossar()[0] == 0
+
+
+@pytest.mark.parametrize("option", ["--version", "-V"])
+def test_the_version_is_printed(mossar, option):
+    assert mossar(option)[:2] == (0, f"mossar-stream {mossar_stream.__version__}\n")
 
 
 @pytest.mark.parametrize("command", [["run"], ["segment"], ["replay", "--to", "-"]])

@@ -13,7 +13,7 @@ def bar(share: float, width: int, *, fine: bool) -> str:
 
     Example:
         >>> bar(0.55, 4, fine=True), bar(0.55, 4, fine=False)
-        ('▕██▏ ▏', '[## ]')
+        ('▕██▎ ▏', '[##  ]')
     """
     share = min(max(share, 0.0), 1.0)
     if not fine:

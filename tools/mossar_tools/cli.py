@@ -5,18 +5,23 @@ Only the command that is asked for is imported, so that help and errors come at 
 
 import argparse
 import contextlib
+import difflib
 import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
-from typing import Final, NoReturn
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 import mossar_stream
 from mossar_stream.errors import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
-from mossar_tools.signals import raising
+from mossar_tools.signals import interruptibly, leave, raising
+
+if TYPE_CHECKING:
+    from mossar_tools.options import Options
 
 COMMANDS: Final[dict[str, str]] = {
     "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
@@ -29,8 +34,14 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine; --peers adds other libraries; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
+    "settings": "the value of each setting, its unit, and what moving it does",
+    "schema": "the JSON Schema of the events",
+    "completion": "completion by the Tab key, for bash, zsh and tcsh",
     "adapters": "what can be read and written, which extras are missing; --check URL",
 }
+
+# Commands that load the compiler, which takes a while, and seconds on the first run.
+_WITH_KERNELS: Final = ("demo", "run", "segment", "view", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
@@ -42,6 +53,19 @@ mossar COMMAND --help explains a command.
 """
 
 
+class Command(Protocol):
+    """A module that is a program's command."""
+
+    DESCRIPTION: str
+    EXAMPLES: str
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Add the arguments of this command."""
+
+    def run(self, options: "Options", console: Console) -> int:
+        """Run the command and return the exit status."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `mossar` and return its exit status.
 
@@ -49,11 +73,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: Arguments after the program's name; None for those of the process.
     """
     arguments = sys.argv[1:] if argv is None else list(argv)
+    return guarded(lambda terminal: _run(arguments, terminal))
+
+
+def _open_closed_streams() -> None:
+    """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+
+
+def guarded(program: Callable[[Console], int]) -> int:
+    """Run a program and return its exit status: errors become one line, signals the status that is usual for them.
+
+    Args:
+        program: Gets the console and returns its status.
+    """
+    _open_closed_streams()
     terminal = console()
     terminal.set_up("info", as_json=False, status=True)
     try:
         with raising():
-            status = _run(arguments, terminal)
+            status = program(terminal)
             terminal.clear()
             terminal.out.flush()
     except BrokenPipeError:
@@ -61,10 +102,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return DONE
     except KeyboardInterrupt:
         terminal.clear()
-        return INTERRUPTED
+        return leave(INTERRUPTED)
     except Terminated:
         terminal.clear()
-        return TERMINATED
+        return leave(TERMINATED)
     except MossarError as error:
         from mossar_adapters.files.output import OutputError
 
@@ -81,21 +122,52 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise what is wrong instead of ending the program."""
-        raise UsageError(f"{message} (see {self.prog} --help)")
+        unknown = message.rpartition("unrecognized arguments: ")[2].split(" ")[0].partition("=")[0]
+        known = self._option_string_actions if message.startswith("unrecognized") else ()
+        raise UsageError(f"{message}{did_you_mean(unknown, known)} (see {self.prog} --help)")
 
 
-def _run(arguments: list[str], terminal: Console) -> int:
-    # What stands before the command's name can only be --help or --version.
-    if not arguments or arguments[0].startswith("-"):
-        return _run_without_command(arguments, terminal)
-    name = arguments[0]
-    if name not in COMMANDS:
-        raise UsageError(f"no command called {name[:40]!r}; there are {', '.join(COMMANDS)}")
+def did_you_mean(wrong: str, right: Iterable[str]) -> str:
+    """Return a question that names what may have been meant, or nothing.
+
+    Example:
+        >>> did_you_mean("segmnt", ["run", "segment"])
+        ' - did you mean segment?'
+    """
+    near = difflib.get_close_matches(wrong, list(right), 1)
+    return f" - did you mean {near[0]}?" if near else ""
+
+
+def run_command(prog: str, command: Command, arguments: Sequence[str], terminal: Console) -> int:
+    """Parse the arguments of a command, run it, and return its exit status.
+
+    Args:
+        prog: What the user typed to get here.
+        command: What to run.
+        arguments: After the command's name.
+        terminal: Where words go.
+
+    Raises:
+        MossarError: If something is wrong with the arguments, or what they name.
+    """
     from mossar_tools.options import parse
 
-    command = importlib.import_module(f"mossar_tools.commands.{name}")
+    parser = parser_of(prog, command)
+    try:
+        options = parse(parser, arguments)
+    except SystemExit:  # --help
+        return DONE
+    level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
+    terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
+    if prog.rpartition(" ")[2] in _WITH_KERNELS:
+        interruptibly(lambda: mossar_stream.Segmenter)
+    return command.run(options, terminal)
+
+
+def parser_of(prog: str, command: Command) -> Parser:
+    """Return the parser of a command."""
     parser = Parser(
-        prog=f"mossar {name}",
+        prog=prog,
         description=command.DESCRIPTION,
         epilog=f"examples:\n{command.EXAMPLES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -103,14 +175,29 @@ def _run(arguments: list[str], terminal: Console) -> int:
         allow_abbrev=False,
     )
     command.add_arguments(parser)
-    try:
-        options = parse(parser, arguments[1:])
-    except SystemExit:  # --help
-        return DONE
-    level = options.log_level or ("error" if options.quiet else "debug" if options.verbose else "info")
-    terminal.set_up(level, as_json=options.log_json, status=not options.quiet)
-    status: int = command.run(options, terminal)
-    return status
+    return parser
+
+
+def command_called(name: str) -> Command:
+    """Return the command of that name.
+
+    Raises:
+        UsageError: If there is none.
+    """
+    if name not in COMMANDS:
+        raise UsageError(
+            f"no command called {name[:40]!r}{did_you_mean(name, COMMANDS)}; there are {', '.join(COMMANDS)}"
+        )
+    command: Command = importlib.import_module(f"mossar_tools.commands.{name}")
+    return command
+
+
+def _run(arguments: list[str], terminal: Console) -> int:
+    # What stands before the command's name can only be --help or --version.
+    if not arguments or arguments[0].startswith("-"):
+        return _run_without_command(arguments or ["--help"], terminal)
+    name = arguments[0]
+    return run_command(f"mossar {name}", command_called(name), arguments[1:], terminal)
 
 
 def _run_without_command(arguments: list[str], terminal: Console) -> int:
@@ -121,7 +208,7 @@ def _run_without_command(arguments: list[str], terminal: Console) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="mossar COMMAND [options]",
     )
-    parser.add_argument("--version", action="store_true", help="print the version and stop")
+    parser.add_argument("-V", "--version", action="store_true", help="print the version and stop")
     commands = parser.add_argument_group("commands")
     for name, summary in COMMANDS.items():
         commands.add_argument(name, help=summary, nargs="?")

@@ -66,6 +66,8 @@ def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any
         if not isinstance(value, bool):
             raise UsageError(f"{path}: {key} must be true or false, not {value!r}")
         return value
+    if action.nargs == "?" and value is True:
+        return action.const
     several = isinstance(action, argparse._AppendAction)  # noqa: SLF001 - how argparse says it
     if isinstance(value, list) and not several:
         value = ",".join(str(part) for part in value)

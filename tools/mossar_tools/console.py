@@ -13,9 +13,12 @@ import threading
 import time
 from typing import Final, TextIO
 
+from mossar_tools.bars import bar
+
 LOGGER: Final = logging.getLogger("mossar")
 LEVELS: Final = ("debug", "info", "warning", "error")
 
+_BAR = 24  # characters of a progress bar
 _STATUS_PERIOD = 0.1  # s between two updates of the status line
 _ASCII: Final = {"·": "-", "→": "->", "…": "...", "✓": "hit", "✗": "miss", "±": "+-", "—": "-", "–": "-"}  # noqa: RUF001
 
@@ -92,6 +95,11 @@ class Console:
         with self._lock, contextlib.suppress(OSError, ValueError):
             print("\r" + text.ljust(self._shown), end="", file=self.err, flush=True)
             self._shown = len(text)
+
+    def progress(self, share: float | None, text: str) -> None:
+        """Show how far something is: a bar, where the share (0 to 1) is known, and what is being done."""
+        shown = "" if share is None else f"{bar(share, _BAR, fine=prints_unicode(self.err))} {share:4.0%}  "
+        self.status(shown + text)
 
     def clear(self) -> None:
         """Remove the status line, before something else is written."""

@@ -34,8 +34,19 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
         raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
     speed = options.speed or (1.0 if scheme == "demo" else "max")
     source = open_source(url, options=options.reading(), speed=speed, listener=listener, loop=options.loop)
+    _check_performer(source, options.performer)
     _tell(source.name, getattr(source, "notes", ()))
     return source
+
+
+def _check_performer(source: Source, wanted: str | None) -> None:
+    """Refuse a performer of whom a source knows that they will never come."""
+    performers: tuple[str, ...] | None = getattr(source, "performers", None)
+    if wanted is not None and performers is not None and wanted not in performers:
+        source.close()
+        raise UsageError(
+            f"{source.name}: no performer called {wanted[:40]!r}; there are {', '.join(performers[:40])}"
+        )
 
 
 def recording_of(url: str, options: Options) -> Recording:
@@ -56,16 +67,17 @@ def sink_of(
 
     Args:
         url: As on the command line.
-        options: Tells whether a recording may be replaced.
+        options: Tells whether a file may be replaced.
         settings: Told to receivers.
         positions: Bytes written by a former run, by the names of sinks that go on.
 
     Raises:
         MossarError: If it cannot be opened.
     """
+    position = positions.get(parse_url(url).url)
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
-        return open_frame_sink(url, force=options.force, position=positions.get(url))
-    return open_sink(url, settings=msgspec.to_builtins(settings), position=positions.get(url))
+        return open_frame_sink(url, force=options.force, position=position)
+    return open_sink(url, settings=msgspec.to_builtins(settings), force=options.force, position=position)
 
 
 def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:

@@ -19,6 +19,7 @@ from mossar_tools.errors import UsageError
 from mossar_tools.values import names, place, port, positive, setting, speed
 
 PRESETS = ("paper", "default", "game")
+STANDARD_OUTPUT = "-"
 
 
 class Options(msgspec.Struct, frozen=True):
@@ -52,8 +53,8 @@ class Options(msgspec.Struct, frozen=True):
     seed: int = 1
     noise: float = 0.0
     performers: int = 1
-    json: bool = False
-    csv: bool = False
+    json: str | None = None
+    csv: str | None = None
     plot: str | None = None
     dark: bool = False
     keep: int | None = None
@@ -66,7 +67,6 @@ class Options(msgspec.Struct, frozen=True):
     only: tuple[str, ...] = ()
     peers: bool = False
     quick: bool = False
-    json_to: str | None = None
     quiet: bool = False
     verbose: bool = False
     log_level: str | None = None
@@ -129,7 +129,11 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         type=setting,
         help="any setting, as in --set window=0.3; may be given several times",
     )
-    group.add_argument("--config", metavar="FILE.toml", help="a file with these options; see the README")
+    group.add_argument(
+        "--config",
+        metavar="FILE.toml",
+        help="a file with these options: long names without dashes, [settings] for --set",
+    )
 
 
 def add_body(parser: argparse.ArgumentParser) -> None:
@@ -151,6 +155,24 @@ def add_messages(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--verbose", action="store_true", help="everything")
     group.add_argument("--log-level", choices=LEVELS, help="how much to say (default: info)")
     group.add_argument("--log-json", action="store_true", help="one JSON object per message")
+
+
+def add_output(group: argparse._ArgumentGroup, name: Literal["json", "csv"], what: str) -> None:
+    """Add `--json [FILE]` or `--csv [FILE]`."""
+    group.add_argument(
+        f"--{name}",
+        metavar="FILE",
+        nargs="?",
+        const=STANDARD_OUTPUT,
+        help=f"{what}; to standard output without FILE",
+    )
+
+
+def add_plot(group: argparse._ArgumentGroup) -> None:
+    """Add what pictures need, and whether files may be replaced."""
+    group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
+    group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    group.add_argument("--force", action="store_true", help="replace files that are there")
 
 
 def add_stream(parser: argparse.ArgumentParser) -> None:
@@ -184,7 +206,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--snapshot-every", metavar="SECONDS", type=positive, help="how often the state is kept (default: 5)"
     )
-    group.add_argument("--force", action="store_true", help="replace a recording that is there")
+    group.add_argument("--force", action="store_true", help="replace files that are there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
 
 

@@ -53,3 +53,8 @@ DARK: Final = Palette(
     level="#f0813a",
     truth="#e8eaf0",
 )
+
+
+def palette(*, dark: bool) -> Palette:
+    """Return the colours for dark pages, or for light ones."""
+    return DARK if dark else LIGHT

@@ -14,9 +14,9 @@ from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import Result, Segmentation
 from mossar_tools.dendrogram import merges
 from mossar_tools.figures import FONT, save, style
+from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import head_of, project, sides, view_of
-from mossar_tools.whole import Whole
 
 WIDTH, HEIGHT = 11.0, 6.6  # inches
 RATIOS = (1.75, 2.0, 0.26, 1.9)  # heights of the panels
@@ -28,7 +28,12 @@ _MARKS = {"onset": "^", "offset": "v", "minimum": "o"}
 
 
 def draw(
-    path: Path, whole: Whole, result: Result, chosen: Segmentation, palette: Palette, kept: int | None = None
+    path: Path,
+    whole: LoadedRecording,
+    result: Result,
+    chosen: Segmentation,
+    palette: Palette,
+    kept: int | None = None,
 ) -> None:
     """Draw a picture into a file.
 
@@ -69,7 +74,7 @@ def draw(
         save(figure, path)
 
 
-def _facts(whole: Whole, result: Result, chosen: Segmentation) -> str:
+def _facts(whole: LoadedRecording, result: Result, chosen: Segmentation) -> str:
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     return (
         f"{len(whole.times)} frames{rate}, {len(whole.skeleton)} joints; "
@@ -77,7 +82,7 @@ def _facts(whole: Whole, result: Result, chosen: Segmentation) -> str:
     )
 
 
-def _draw_legend(figure: Any, whole: Whole, curve: Any, palette: Palette) -> None:
+def _draw_legend(figure: Any, whole: LoadedRecording, curve: Any, palette: Palette) -> None:
     """Draw one legend for all panels, below the title."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -104,7 +109,7 @@ def _draw_legend(figure: Any, whole: Whole, curve: Any, palette: Palette) -> Non
     )
 
 
-def _draw_figures(axes: Any, whole: Whole, chosen: Segmentation, palette: Palette) -> None:
+def _draw_figures(axes: Any, whole: LoadedRecording, chosen: Segmentation, palette: Palette) -> None:
     """Draw the skeleton at the strongest key frames, side by side, tied to their times."""
     axes.set_axis_off()
     axes.set_ylim(-0.3, 1.1)
@@ -135,7 +140,7 @@ def _draw_figures(axes: Any, whole: Whole, chosen: Segmentation, palette: Palett
         )
 
 
-def _draw_body(axes: Any, whole: Whole, x: Any, y: Any, palette: Palette) -> None:
+def _draw_body(axes: Any, whole: LoadedRecording, x: Any, y: Any, palette: Palette) -> None:
     side = sides(whole.skeleton)
     colours = {1: palette.left, -1: palette.right, 0: palette.ink}
     for parent, child in whole.skeleton.bones():
@@ -237,7 +242,7 @@ def _draw_curve(axes: Any, result: Result, chosen: Segmentation, palette: Palett
         )
 
 
-def _draw_segments(axes: Any, whole: Whole, chosen: Segmentation, palette: Palette) -> None:
+def _draw_segments(axes: Any, whole: LoadedRecording, chosen: Segmentation, palette: Palette) -> None:
     """Draw the segments coloured by state, and true cuts where they are known."""
     axes.set_ylim(0, 1)
     axes.set_yticks([])

@@ -2,13 +2,14 @@
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import mossar_stream
 from mossar_adapters.address import parse_url
+from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.errors import FileError, UnwritableError
-from mossar_adapters.pipeline import Ears, Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
+from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream.settings import Settings
@@ -17,10 +18,10 @@ from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
 from mossar_tools.opening import check_apart, sink_of, source_of
 from mossar_tools.options import Options
-from mossar_tools.signals import stopping
+from mossar_tools.signals import interruptibly, stopping
 
 if TYPE_CHECKING:
-    from mossar_adapters.control import Control
+    from mossar_adapters.control.requests import Control
     from mossar_tools.dashboard.live import LiveShow
 
 COMPILE_SECONDS = 15  # what compiling took where it was measured, on two cores
@@ -40,7 +41,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
     with contextlib.ExitStack() as opened:
-        ears = [Ears() for _ in options.sources]
+        ears = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, ears, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = LiveView(console, sources, visible=visible)
@@ -75,7 +76,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
 def _source_defaults(sources: Sequence[str]) -> Mapping[str, object]:
     """Return the settings that suit a kind of source, where the user says nothing."""
     if any(parse_url(url).scheme == "oak" for url in sources):
-        from mossar_adapters.oak import DEFAULTS
+        from mossar_adapters.oak.source import DEFAULTS
 
         return DEFAULTS
     return {}
@@ -99,19 +100,25 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
 
 
 def warm_up(settings: Settings) -> None:
-    """Compile, or load, the kernels before frames come; say so if it takes long."""
-    from mossar_stream.segmenter import Segmenter
-    from mossar_stream.skeleton import Skeleton
+    """Compile, or load, the kernels before frames come; say so if it takes long.
 
-    with saying_if_cold():
+    Raises:
+        ValueError: If a stream cannot have these settings.
+    """
+    from mossar_stream import Segmenter, Skeleton
+
+    with saying_if_cold(settings):
         Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
 
 
-def saying_if_cold() -> AbstractContextManager[None]:
-    """Return a block in which it is said that kernels are being compiled, if they are."""
-    from mossar_stream.compiled import telling
-
-    return telling(lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS))
+@contextlib.contextmanager
+def saying_if_cold(settings: Settings | None = None) -> Iterator[None]:
+    """Compile, or load, the kernels before the block runs; say so if they, or others in the block, are compiled."""
+    with mossar_stream.on_first_compile(
+        lambda: LOGGER.info("compiling kernels (first run only, about %d s)", COMPILE_SECONDS)
+    ):
+        interruptibly(lambda: mossar_stream.precompile(settings))
+        yield
 
 
 def _snapshot(options: Options) -> Snapshot | None:
@@ -124,7 +131,9 @@ def _snapshot(options: Options) -> Snapshot | None:
     return found
 
 
-def _opened_sources(options: Options, ears: list[Ears], opened: contextlib.ExitStack) -> list[Source]:
+def _opened_sources(
+    options: Options, ears: list[ControlListener], opened: contextlib.ExitStack
+) -> list[Source]:
     if options.sources.count("-") > 1:
         raise UsageError("standard input can be read once only")
     sources = []
@@ -159,13 +168,13 @@ def _opened_sinks(
 
 
 @contextlib.contextmanager
-def _controls(options: Options, pipeline: Pipeline, ears: list[Ears]) -> Iterator[None]:
+def _controls(options: Options, pipeline: Pipeline, ears: list[ControlListener]) -> Iterator[None]:
     """Open what takes requests while the block runs."""
     if not options.control:
         yield
         return
-    from mossar_adapters.control import Control
-    from mossar_adapters.control_zmq import ZmqControl
+    from mossar_adapters.control.requests import Control
+    from mossar_adapters.control.zeromq import ZmqControl
     from mossar_adapters.zeromq.endpoint import SCHEMES, binds
 
     control = Control(pipeline)
@@ -196,12 +205,12 @@ def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
         yield
 
 
-def _let_osc_control(options: Options, ears: list[Ears], control: "Control") -> None:
+def _let_osc_control(options: Options, ears: list[ControlListener], control: "Control") -> None:
     heard = [ear for ear, url in zip(ears, options.sources, strict=True) if parse_url(url).scheme == "osc"]
     if not heard:
         raise UsageError("--control osc needs an OSC source, as osc://0.0.0.0:39539")
     for ear in heard:
-        ear.let_control(control.obey)
+        ear.pass_on_to(control.apply)
 
 
 def _status(outcome: Outcome) -> int:

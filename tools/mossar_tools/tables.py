@@ -5,10 +5,12 @@ from pathlib import Path
 
 from mossar_stream.recording import Result, Segmentation
 from mossar_tools.console import Console
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 
-def segmentation_table(whole: Whole, result: Result, chosen: Segmentation, console: Console) -> Iterator[str]:
+def segmentation_table(
+    whole: LoadedRecording, result: Result, chosen: Segmentation, console: Console
+) -> Iterator[str]:
     """Yield the lines of a table of segments.
 
     Args:

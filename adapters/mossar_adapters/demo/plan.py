@@ -47,7 +47,7 @@ _HOLD: Final = 0.07  # s at pace 1 that a move ends in its posture, still
 _FAR: Final = 0.8  # m from its place, from where on a performer turns back
 
 
-class Wish(msgspec.Struct, frozen=True):
+class MoveRequest(msgspec.Struct, frozen=True):
     """A move as asked for.
 
     Args:
@@ -81,7 +81,7 @@ class Beat(msgspec.Struct, frozen=True):
     cut_kind: str
 
 
-def parse_move(text: str) -> Wish:
+def parse_move(text: str) -> MoveRequest:
     """Return the move written as `punch`, `punch_left`, `rest` or `stand:20` (seconds).
 
     Raises:
@@ -95,7 +95,7 @@ def parse_move(text: str) -> Wish:
         sided = ", ".join(f"{move}_left, {move}_right" for move in SIDED)
         raise SettingsError(f"move {text[:40]!r}: sides can be chosen as {sided}")
     if not colon:
-        return Wish(kind, side)
+        return MoveRequest(kind, side)
     try:
         seconds = float(length)
     except ValueError:
@@ -104,16 +104,16 @@ def parse_move(text: str) -> Wish:
         raise SettingsError(
             f"move {text[:40]!r}: only rest and stand have a length, in seconds from 0 to {LONGEST_STILL:g}"
         )
-    return Wish(kind, side, seconds)
+    return MoveRequest(kind, side, seconds)
 
 
-def default_moves(rng: np.random.Generator) -> Iterator[Wish]:
+def default_moves(rng: np.random.Generator) -> Iterator[MoveRequest]:
     """Yield moves without end, in rounds of about 43 s that have every kind; `stand` is left out.
 
     No kind follows itself, and walk and turn alternate without touching: a turn is where a performer can head
     back to its place.
     """
-    yield Wish("rest")
+    yield MoveRequest("rest")
     kinds = ["punch", "kick", "jump", "wave", "squat"] * 2 + ["turn", "walk"] * 2
     while True:
         order = [kinds[i] for i in rng.permutation(len(kinds))]
@@ -121,11 +121,11 @@ def default_moves(rng: np.random.Generator) -> Iterator[Wish]:
         order = [next(turns) if kind in {"turn", "walk"} else kind for kind in order]
         order.insert(len(order) // 2, "rest")
         if all({*pair} - {"turn", "walk"} and pair[0] != pair[1] for pair in itertools.pairwise(order)):
-            yield from (Wish(kind) for kind in (*order, "rest"))
+            yield from (MoveRequest(kind) for kind in (*order, "rest"))
 
 
 def beats(
-    wishes: Iterator[Wish], rng: np.random.Generator, place: Stance, tempo: float = 1.0
+    moves: Iterator[MoveRequest], rng: np.random.Generator, place: Stance, tempo: float = 1.0
 ) -> Iterator[Beat]:
     """Yield the moves at their times, with the true cuts between them.
 
@@ -135,8 +135,8 @@ def beats(
     cut is called `rest`. Between two of these there is neither change nor cut.
 
     Args:
-        wishes: The moves.
-        rng: Chooses what the wishes leave open, sizes and pauses.
+        moves: The moves.
+        rng: Chooses what the moves leave open, sizes and pauses.
         place: Where the performer starts, and stays near.
         tempo: 2 is twice as fast, jumps excepted.
 
@@ -145,31 +145,31 @@ def beats(
     """
     stance, held = place, posture("stand", "l")
     before: Beat | None = None
-    for wish in wishes:
-        side = wish.side[:1] or "lr"[rng.integers(2)]
+    for move in moves:
+        side = move.side[:1] or "lr"[rng.integers(2)]
         angle = rng.uniform(*_TURNS)
-        if wish.kind == "turn" and not wish.side:
+        if move.kind == "turn" and not move.side:
             side, angle = _homewards(stance, place, side, angle)
-        goal = posture(wish.kind, side)
-        begin, cut, kind, strokes = _change(before, wish, rng, tempo, (stance, held, goal))
+        goal = posture(move.kind, side)
+        begin, cut, kind, strokes = _change(before, move, rng, tempo, (stance, held, goal))
         script = Script(stance, begin, rng.uniform(*_PACES) / tempo, goal)
-        if wish.kind in STILL:
-            length = STAND_SECONDS if wish.kind == "stand" else rng.uniform(*_RESTS)
-            end = begin + (wish.seconds or length)
+        if move.kind in STILL:
+            length = STAND_SECONDS if move.kind == "stand" else rng.uniform(*_RESTS)
+            end = begin + (move.seconds or length)
         else:
-            write, fewest, most = REPEATED[wish.kind]
-            size = angle if wish.kind == "turn" else rng.uniform(*_SIZES)
+            write, fewest, most = REPEATED[move.kind]
+            size = angle if move.kind == "turn" else rng.uniform(*_SIZES)
             stance = write(script, side, size, int(rng.integers(fewest, most + 1)))
             end = script.end + _HOLD * script.pace
         start = min([stroke.start for stroke in strokes], default=begin)
-        before = Beat(_name(wish.kind, side), start, end, (*strokes, *script.strokes), cut, kind)
+        before = Beat(_name(move.kind, side), start, end, (*strokes, *script.strokes), cut, kind)
         held = goal
         yield before
 
 
 def _change(
     before: Beat | None,
-    wish: Wish,
+    move: MoveRequest,
     rng: np.random.Generator,
     tempo: float,
     postures: tuple[Stance, Floats, Floats],
@@ -178,7 +178,7 @@ def _change(
 
     Args:
         before: The move before.
-        wish: The next move.
+        move: The next move.
         rng: Chooses how long change and pause are.
         tempo: 2 is twice as fast.
         postures: Where the performer stands, the posture it holds and the one to come.
@@ -187,9 +187,9 @@ def _change(
     seconds = rng.uniform(*_CHANGES) / tempo
     pause = rng.uniform(*_PAUSES) / tempo if rng.random() >= FLOWING else 0.0
     end, quiet = (0.0, True) if before is None else (before.end, before.name in STILL)
-    if quiet and wish.kind in STILL:
+    if quiet and move.kind in STILL:
         return end, None, "", []
-    rests = quiet or wish.kind in STILL
+    rests = quiet or move.kind in STILL
     start = end if rests else end + pause / 2
     script = Script(stance, start, 1.0, held)
     change(script, goal, seconds)

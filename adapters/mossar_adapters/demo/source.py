@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl, urlsplit
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
-from mossar_adapters.pacing import Pacer
+from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta
 from mossar_stream.errors import SettingsError
 from mossar_stream.frames import Frames, performer_name
@@ -118,6 +118,11 @@ class DemoSource:
             raise SettingsError(f"demo: {error}") from None
 
     @property
+    def performers(self) -> tuple[str, ...]:
+        """Names of all performers there will ever be."""
+        return tuple(self._names)
+
+    @property
     def cuts(self) -> dict[str, tuple[Cut, ...]]:
         """The true cuts in the frames yielded so far, per performer; the last `KNOWN_CUTS` of each."""
         return dict(self._cuts)
@@ -127,7 +132,7 @@ class DemoSource:
 
         To be iterated once.
         """
-        yield from (Meta(name, SKELETON, self._style.fps) for name in self._names)
+        yield from (Meta(name, SKELETON, self._style.fps, recording=self.name) for name in self._names)
         per_chunk = max(1, round(self._style.fps * _CHUNK))
         for chunk in itertools.count(1):
             until = chunk * per_chunk / self._style.fps

@@ -75,9 +75,9 @@ def stream(
     # Motion and sensor draw from generators of their own: noise does not change what the performer does.
     rng = np.random.Generator(np.random.PCG64([seed, 0]))
     asked = None if moves is None else [parse_move(move) for move in moves]
-    wishes = itertools.islice(default_moves(rng) if asked is None else iter(asked), most_moves)
+    requests = itertools.islice(default_moves(rng) if asked is None else iter(asked), most_moves)
     home = Stance(*place)
-    acted = _acted(beats(wishes, rng, home, style.tempo), home, style.fps)
+    acted = _acted(beats(requests, rng, home, style.tempo), home, style.fps)
     return _delivered(acted, Sensor(seed, style), seconds, performer_name(performer))
 
 

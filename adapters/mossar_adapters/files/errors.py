@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from mossar_adapters.address import readable
 from mossar_stream.errors import MossarError
 
 
@@ -15,7 +16,8 @@ class FileError(MossarError):
     """
 
     def __init__(self, path: Path | str, problem: str, line: int | None = None) -> None:
-        where = f"{path}, line {line}" if line else f"{path}"
+        name = readable(str(path))
+        where = f"{name}, line {line}" if line else name
         super().__init__(f"{where}: {problem}".translate(_ONE_LINE))
 
 

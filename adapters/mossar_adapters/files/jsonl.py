@@ -1,4 +1,4 @@
-"""JSON lines: one meta or frame map per line (`mossar_adapters.frame_maps`)."""
+"""JSON lines: one meta or frame map per line (`mossar_adapters.maps.frame_maps`)."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
-from mossar_adapters.frame_codec import from_json
+from mossar_adapters.maps.codec import from_json
 from mossar_adapters.source import Recording
 from mossar_stream.errors import FrameError
 

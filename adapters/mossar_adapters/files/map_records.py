@@ -12,15 +12,17 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.units import given
-from mossar_adapters.frame_maps import FrameMap, MetaMap, confidence_of_map, meta_of_map, positions_of_map
 from mossar_adapters.joint_sets import by_count
+from mossar_adapters.live import Counters
+from mossar_adapters.maps.decoder import MapDecoder
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
+from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Meta, Recording
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
 
 USUAL_FPS = 30.0
-_ABSENT = (None, msgspec.UNSET)
 
 
 class MapRecord(msgspec.Struct, frozen=True):
@@ -59,7 +61,7 @@ class Gathered(msgspec.Struct):
     """Frames of one performer that wait to become a chunk."""
 
     done: int = 0
-    maps: list[FrameMap] = msgspec.field(default_factory=list)
+    poses: list[Pose] = msgspec.field(default_factory=list)
 
 
 def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: ReadOptions) -> Recording:
@@ -93,19 +95,19 @@ def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: R
 
 
 def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
-    found = Survey({}, {})
+    found, decoder = Survey({}, {}), _decoder()
     for record in records():
+        if record.map is None:
+            found.cut = True
+            continue
         try:
-            match record.map:
-                case None:
-                    found.cut = True
-                case MetaMap():
-                    meta = meta_of_map(record.map)
-                    found.counts.setdefault(meta.performer, 0)
-                    found.metas.setdefault(meta.performer, meta)
-                    found.now[meta.performer] = meta.skeleton
-                case FrameMap():
-                    _survey_frame(found, record.map)
+            item = decoder.receive(record.map, 0.0)
+            if isinstance(item, Pose):
+                _survey_pose(found, item)
+            else:
+                found.counts.setdefault(item.performer, 0)
+                found.metas.setdefault(item.performer, item)
+                found.now[item.performer] = item.skeleton
         except FrameError as error:
             raise FileError(path, f"record {record.place}: {error}") from None
     if not found.metas or not any(found.counts.values()):
@@ -113,12 +115,8 @@ def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
     return found
 
 
-def _survey_frame(found: Survey, frame: FrameMap) -> None:
-    if frame.t is not None and not abs(frame.t) < 1e15:
-        raise FrameError(f"t = {frame.t} is no time")
-    name = performer_name(frame.performer)
-    joints = len(positions_of_map(frame))
-    confidence_of_map(frame, joints)
+def _survey_pose(found: Survey, pose: Pose) -> None:
+    name, joints = pose.performer, len(pose.positions)
     if name not in found.metas:
         unnamed = Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)
         found.metas[name] = Meta(name, by_count(joints) or unnamed)
@@ -127,11 +125,16 @@ def _survey_frame(found: Survey, frame: FrameMap) -> None:
     if joints != len(found.now[name]) or found.now[name] != found.metas[name].skeleton:
         found.misfits += 1
         return
-    if (frame.t is None) != (frame.t is None if not found.first_times else found.first_times[0] is None):
+    if (pose.time is None) != (pose.time is None if not found.first_times else found.first_times[0] is None):
         raise FrameError("some frames have a time t and others do not")
     found.counts[name] += 1
     if len(found.first_times) < CHUNK and name == next(iter(found.metas)):
-        found.first_times.append(frame.t)
+        found.first_times.append(pose.time)
+
+
+def _decoder() -> MapDecoder:
+    """Return a decoder that leaves units to the end, as all readers of files do."""
+    return MapDecoder(Counters(), ReadOptions())
 
 
 def _rate(meta: Meta, found: Survey, options: ReadOptions) -> tuple[float | None, list[str]]:
@@ -154,39 +157,34 @@ def _chunks(
     """Yield frames; times from the maps, or counted at `clock` Hz if that is given."""
     waiting = {name: Gathered() for name in performers}
     fits = dict.fromkeys(performers, True)
+    decoder = _decoder()
     for record in records():
-        if isinstance(record.map, MetaMap):
-            meta = meta_of_map(record.map)
-            fits[meta.performer] = meta.skeleton == skeleton
-        if not isinstance(record.map, FrameMap):
+        item = None if record.map is None else decoder.receive(record.map, 0.0)
+        if isinstance(item, Meta):
+            fits[item.performer] = item.skeleton == skeleton
+        if not isinstance(item, Pose):
             continue
-        name = performer_name(record.map.performer)
-        if name not in waiting or not fits[name] or len(positions_of_map(record.map)) != len(skeleton):
+        name = item.performer
+        if name not in waiting or not fits[name] or len(item.positions) != len(skeleton):
             continue
         gathered = waiting[name]
-        if gathered.maps and not _continues(gathered.maps[-1], record.map):
+        if gathered.poses and (gathered.poses[-1].confidence is None) != (item.confidence is None):
             yield _frames(name, gathered, clock)
-        gathered.maps.append(record.map)
-        if len(gathered.maps) == CHUNK:
+        gathered.poses.append(item)
+        if len(gathered.poses) == CHUNK:
             yield _frames(name, gathered, clock)
     for name, gathered in waiting.items():
-        if gathered.maps:
+        if gathered.poses:
             yield _frames(name, gathered, clock)
-
-
-def _continues(before: FrameMap, after: FrameMap) -> bool:
-    """Return whether two frames can stand in one chunk: both or neither with confidence."""
-    return (before.conf in _ABSENT) == (after.conf in _ABSENT)
 
 
 def _frames(name: str, gathered: Gathered, clock: float | None) -> Frames:
-    maps, start = gathered.maps, gathered.done
-    gathered.maps, gathered.done = [], start + len(maps)
-    positions = np.stack([positions_of_map(found) for found in maps])
-    confidence = [confidence_of_map(found, positions.shape[1]) for found in maps]
-    given = [c for c in confidence if c is not None]
+    poses, start = gathered.poses, gathered.done
+    gathered.poses, gathered.done = [], start + len(poses)
+    given = [pose.confidence for pose in poses if pose.confidence is not None]
     times = [
-        found.t if clock is None and found.t is not None else (start + i) / (clock or USUAL_FPS)
-        for i, found in enumerate(maps)
+        pose.time if clock is None and pose.time is not None else (start + i) / (clock or USUAL_FPS)
+        for i, pose in enumerate(poses)
     ]
+    positions = np.stack([pose.positions for pose in poses]).astype(np.float32, copy=False)
     return sane_frames(positions, np.array(times), np.stack(given) if given else None, name)

@@ -3,7 +3,7 @@
 Layout::
 
     b"MSK1"                               magic, and 1 for the version
-    uint32 little-endian length, map      a record: `mossar_adapters.frame_maps` as msgpack
+    uint32 little-endian length, map      a record: `mossar_adapters.maps.frame_maps` as msgpack
     ...
 
 Records are only ever appended, so that a file whose writer died reads up to its last whole record.
@@ -13,14 +13,14 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO, Self
 
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.map_records import MapRecord, read_maps
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError, OutputFile
-from mossar_adapters.frame_codec import from_msgpack, to_msgpack
-from mossar_adapters.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
+from mossar_adapters.maps.codec import from_msgpack, to_msgpack
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
@@ -46,19 +46,44 @@ def _records(path: Path) -> Iterator[MapRecord]:
             if length > MAX_RECORD:
                 raise FileError(path, f"record {number} is damaged: it has a length of {length} bytes")
             data = file.read(length)
-            if len(prefix) < _LENGTH.size or len(data) < length:
+            if len(prefix) < _LENGTH.size or len(data) < length or (length == 0 and _only_zeros(file)):
                 yield MapRecord(number, None)
                 return
-            found = _decoded(path, number, data)
+            try:
+                found = from_msgpack(data)
+            except FrameError as error:
+                if not data.endswith(b"\0") or not _only_zeros(file):
+                    raise FileError(path, f"record {number} is damaged: {error}") from None
+                yield MapRecord(number, None)
+                return
             if found is not None:
                 yield MapRecord(number, found)
 
 
-def _decoded(path: Path, number: int, data: bytes) -> FrameMap | MetaMap | None:
-    try:
-        return from_msgpack(data)
-    except FrameError as error:
-        raise FileError(path, f"record {number} is damaged: {error}") from None
+def _only_zeros(file: BinaryIO) -> bool:
+    """Return whether nothing but zeros follows: what a machine without power leaves of what was not written yet."""
+    while block := file.read(1 << 16):
+        if block.strip(b"\0"):
+            return False
+    return True
+
+
+def end_of_records(file: BinaryIO, size: int) -> int:
+    """Return the bytes up to the end of the last record that is whole, of the first `size` bytes of a recording."""
+    at = 0
+    file.seek(0)
+    if size < len(MAGIC) or file.read(len(MAGIC)) != MAGIC:
+        return 0
+    end = len(MAGIC)
+    while end <= size:
+        at = end
+        file.seek(at)
+        prefix = file.read(_LENGTH.size)
+        length = _LENGTH.unpack(prefix)[0] if len(prefix) == _LENGTH.size else 0
+        if not 0 < length <= MAX_RECORD:
+            break
+        end = at + _LENGTH.size + length
+    return at
 
 
 class MskWriter:
@@ -76,15 +101,17 @@ class MskWriter:
         OutputError: If the disk is full.
 
     Example:
-        >>> with MskWriter("take.msk") as writer:  # doctest: +SKIP
+        >>> from tempfile import TemporaryDirectory
+        >>> from mossar_stream import Skeleton
+        >>> meta = Meta("p1", Skeleton(("hip", "hand"), (-1, 0)))
+        >>> with TemporaryDirectory() as folder, MskWriter(f"{folder}/take.msk") as writer:
         ...     writer.write(meta)
-        ...     writer.write(frames)
     """
 
     def __init__(self, path: Path | str, *, force: bool = False, position: int | None = None) -> None:
-        self._file = OutputFile(path, replace=force, position=position)
+        self._file = OutputFile(path, replace=force, position=position, whole=end_of_records)
         self._counts: dict[str, int] = {}  # frames written of each performer
-        if position is None:
+        if self._file.tell() == 0:
             try:
                 self._put(MAGIC)
             except OutputError:
@@ -107,6 +134,14 @@ class MskWriter:
     def position(self) -> int:
         """Return the bytes in the file."""
         return self._file.tell()
+
+    def sync(self) -> None:
+        """Have everything written to the disk.
+
+        Raises:
+            OutputError: If the disk is full or gone.
+        """
+        self._file.sync()
 
     def close(self) -> None:
         """Release the file; may be called twice."""

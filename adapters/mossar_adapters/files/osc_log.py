@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.assembly import sane_frames
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions
@@ -18,9 +17,10 @@ from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 from mossar_adapters.live import Counters
-from mossar_adapters.osc.intake import Intake, Message
-from mossar_adapters.osc.profiles import Routes
-from mossar_adapters.senders import Senders
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.routes import Routes
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.source import Left, Meta, Recording
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
@@ -126,16 +126,16 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
 def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Left]:
     batch = Batch()
     address = Address(str(path), "file", path=str(path))
-    routes = Routes("auto", Intake(address, options, batch, Senders(), log.counters))
+    routes = Routes("auto", Context(address, options, Senders(), log.counters))
     now = 0.0
     for count, message in enumerate(_messages(path, log), 1):
         if message.arrival - now > _TICK:
-            _idle(routes, message.arrival, log)
+            _collect(batch, routes.idle(message.arrival), log)
         now = max(now, message.arrival)
-        _take(routes, message, log)
+        _collect(batch, _decoded(routes, message, log), log)
         if count % _AT_A_TIME == 0:
             yield from batch.take()
-    _idle(routes, now + _SILENCE, log)
+    _collect(batch, routes.idle(now + _SILENCE), log)
     yield from batch.take()
 
 
@@ -174,23 +174,23 @@ def _parsed(line: str, log: Log) -> Iterator[LogMessage]:
         yield found
 
 
-def _take(routes: Routes, message: Message, log: Log) -> None:
-    profile = routes.find(message)
-    if profile is None:
+def _decoded(routes: Routes, message: Message, log: Log) -> Found:
+    try:
+        found = routes.receive(message)
+    except FrameError as error:
+        log.counters.reject(f"{message.address[:60]}: {error}")
+        return NOTHING
+    if found is None:
         log.counters.ignored += 1
         if message.address in log.unwanted or len(log.unwanted) < _KINDS:
             log.unwanted[message.address] += 1
-        return
-    try:
-        profile.take(message)
-    except FrameError as error:
-        log.counters.reject(f"{message.address[:60]}: {error}")
+    return found or NOTHING
 
 
-def _idle(routes: Routes, now: float, log: Log) -> None:
-    for profile in routes.profiles:
+def _collect(batch: Batch, found: Found, log: Log) -> None:
+    for item in found:
         try:
-            profile.idle(now)
+            batch.put(item)
         except FrameError as error:
             log.counters.reject(str(error))
 

@@ -26,7 +26,7 @@ from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
 from mossar_adapters.files.units import fitted, given
 from mossar_adapters.joint_sets import with_known_parents
-from mossar_adapters.json_nan import without_nan
+from mossar_adapters.maps.json_nan import without_nan
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames
 

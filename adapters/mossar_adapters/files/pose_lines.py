@@ -9,7 +9,7 @@ import msgspec
 
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
-from mossar_adapters.json_nan import without_nan
+from mossar_adapters.maps.json_nan import without_nan
 
 _DAMAGE = (ValueError, RecursionError)
 

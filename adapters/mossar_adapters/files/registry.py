@@ -12,12 +12,14 @@ from typing import Any
 
 import msgspec
 
+from mossar_adapters.address import readable
 from mossar_adapters.files import sniff
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.kinematics import JointMotion
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
+from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.source import Recording
 from mossar_stream.frames import Frames
 
@@ -36,7 +38,7 @@ class Format(msgspec.Struct, frozen=True):
         library: Module whose absence means that the extra is missing.
         folder: Whether it reads folders too.
         motion: Whether the module also has `read_motion(path, options) -> JointMotion`.
-        telling: Whether what the sniffer knows is enough, whatever the extension.
+        decisive: Whether what the sniffer knows is enough, whatever the extension.
     """
 
     name: str
@@ -48,7 +50,7 @@ class Format(msgspec.Struct, frozen=True):
     library: str | None = None
     folder: bool = False
     motion: bool = False
-    telling: bool = False
+    decisive: bool = False
 
     def available(self) -> bool:
         """Return whether what it needs is installed."""
@@ -65,25 +67,25 @@ FORMATS: tuple[Format, ...] = (
         f"{_HERE}.bvh",
         "skeleton and joint rotations",
         motion=True,
-        telling=True,
+        decisive=True,
     ),
     Format(
         "AMC", (".amc",), sniff.text(sniff.amc), f"{_HERE}.amc", "rotations for an .asf skeleton", motion=True
     ),
     Format("npz", (".npz",), sniff.magic(b"PK"), f"{_HERE}.npz", "numpy archive of positions"),
-    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", telling=True),
+    Format("TRC", (".trc",), sniff.text(sniff.trc), f"{_HERE}.trc", "markers in text", decisive=True),
     Format(
         "Motive CSV",
         (".csv",),
         sniff.text(sniff.motive),
         f"{_HERE}.motive",
         "OptiTrack skeletons or markers",
-        telling=True,
+        decisive=True,
     ),
-    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", telling=True),
+    Format("QTM", (".tsv", ".txt"), sniff.text(sniff.qtm), f"{_HERE}.qtm", "Qualisys markers", decisive=True),
     Format("MSRC-12", (".csv", ".txt"), sniff.text(sniff.msrc12), f"{_HERE}.msrc12", "Kinect gestures"),
     Format("NTU", (".skeleton",), sniff.text(sniff.ntu), f"{_HERE}.ntu", "NTU RGB+D Kinect bodies"),
-    Format("msk", (".msk",), sniff.msk, f"{_HERE}.msk", "our own recordings", telling=True),
+    Format("msk", (".msk",), sniff.msk, f"{_HERE}.msk", "our own recordings", decisive=True),
     Format(
         "XDF",
         (".xdf",),
@@ -92,7 +94,7 @@ FORMATS: tuple[Format, ...] = (
         "motion capture stream of Lab Streaming Layer",
         extra="files",
         library="pyxdf",
-        telling=True,
+        decisive=True,
     ),
     Format("C3D", (".c3d",), sniff.c3d, f"{_HERE}.c3d", "markers of optical systems"),
     Format(
@@ -153,7 +155,12 @@ def open_recording(
         with _clear_errors(path):
             yield from recording.chunks()
 
-    return msgspec.structs.replace(recording, chunks=chunks)
+    return msgspec.structs.replace(
+        recording,
+        path=readable(recording.path),
+        skeleton=printable_names(recording.skeleton),
+        chunks=chunks,
+    )
 
 
 def open_motion(
@@ -183,12 +190,12 @@ def format_of(path: Path, formats: Sequence[Format] = FORMATS) -> Format:
     """
     head = _head(path)
     if path.is_dir():
-        telling, candidates = [], [form for form in formats if form.folder]
+        decisive, candidates = [], [form for form in formats if form.folder]
     else:
-        telling = [form for form in formats if form.telling]
+        decisive = [form for form in formats if form.decisive]
         candidates = [form for form in formats if path.name.lower().endswith(form.extensions)]
     with _clear_errors(path):
-        for form in (*telling, *candidates):
+        for form in (*decisive, *candidates):
             if form.sniff(head, path):
                 return form
     if path.is_dir():

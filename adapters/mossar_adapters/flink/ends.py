@@ -106,7 +106,7 @@ def _opened(url: str) -> Sink:
     if address.scheme == "-":
         # The process's own: within the engine sys.stdout is a log.
         return JsonLinesSink(address, os.fdopen(os.dup(1), "wb"))
-    return open_sink(url)
+    return open_sink(url, force=True)  # a job that goes on after a failure opens it again
 
 
 def _kafka_source(topic: wanted.KafkaSource) -> KafkaSource:

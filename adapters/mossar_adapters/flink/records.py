@@ -15,7 +15,7 @@ from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from mossar_adapters.files.assembly import sane_frames
-from mossar_adapters.frame_maps import (
+from mossar_adapters.maps.frame_maps import (
     FrameMap,
     MetaMap,
     confidence_of_map,
@@ -23,9 +23,10 @@ from mossar_adapters.frame_maps import (
     meta_of_map,
     positions_of_map,
 )
+from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream.frames import Frames
 from mossar_stream.skeleton import MAX_JOINTS
 
 FRAMES_A_RECORD = 10  # 167 ms at 60 Hz
@@ -66,7 +67,7 @@ _msgpack = {name: msgspec.msgpack.Decoder(kind) for name, kind in _TYPES.items()
 def performer_of(record: bytes | str) -> str:
     """Return the performer of a record: the key of the stream. `NOBODY` if it cannot be read."""
     try:
-        return performer_name(_kind(record).performer)
+        return distinct_name(_kind(record).performer)
     except (msgspec.DecodeError, RecursionError, UnicodeError):
         return NOBODY
 
@@ -150,7 +151,7 @@ def _frames(found: FramesMap) -> Frames:
         confidence = _floats(found.conf, (count, joints), "conf")
     if found.first_frame is not None and not 0 <= found.first_frame < 1 << 62:
         raise FrameError(f"first_frame is {found.first_frame}")
-    name = performer_name(found.performer)
+    name = distinct_name(found.performer)
     return sane_frames(positions, _times(found.t), confidence, name, found.first_frame)
 
 
@@ -163,7 +164,7 @@ def _frame(found: FrameMap) -> Frames:
         positions[None],
         _times([found.t]),
         None if confidence is None else confidence[None],
-        performer_name(found.performer),
+        distinct_name(found.performer),
     )
 
 

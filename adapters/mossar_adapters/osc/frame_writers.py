@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from mossar_adapters.address import Address
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.encode import encode
-from mossar_adapters.osc.generic import checked_args, checked_pattern
-from mossar_adapters.osc.osceleton import FIELD
+from mossar_adapters.osc.profiles.generic import checked_args, checked_pattern
+from mossar_adapters.osc.profiles.osceleton import FIELD
 from mossar_adapters.source import Meta
 
 Positions = NDArray[np.float32]  # (J, 3) metres, NaN where missing

@@ -62,7 +62,7 @@ def numbers_at(arguments: Sequence[Any], places: Sequence[int]) -> tuple[float, 
     return tuple([value if -LARGEST < value < LARGEST else math.nan for value in found])
 
 
-def whole(value: Any) -> int:
+def whole_number(value: Any) -> int:
     """Return an id as a whole number; programs that know only floats send 1.0.
 
     Raises:

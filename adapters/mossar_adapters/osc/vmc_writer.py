@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.kinematics import JointMotion, MotionChunk, quaternions, world_transforms
+from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents, rest_of
+from mossar_adapters.osc.assembly.vmc_pose import MIRROR
 from mossar_adapters.osc.encode import bundle, encode
-from mossar_adapters.osc.humanoid import mapped_bones, present_parents, rest_of
-from mossar_adapters.osc.vmc import BONE, OK, ROOT, TIME
-from mossar_adapters.osc.vmc_pose import MIRROR
+from mossar_adapters.osc.profiles.vmc import BONE, OK, ROOT, TIME
 from mossar_stream.errors import MossarError
 from mossar_stream.skeleton import Skeleton
 

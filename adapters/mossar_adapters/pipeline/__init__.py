@@ -1,8 +1,8 @@
 """The pipeline: sources, segmenters and sinks in one run."""
 
-from mossar_adapters.pipeline.listening import Ears
-from mossar_adapters.pipeline.pipeline import Outcome, Pipeline
+from mossar_adapters.pipeline.outcome import Outcome
+from mossar_adapters.pipeline.pipeline import Pipeline
 from mossar_adapters.pipeline.snapshot import Snapshot, read_snapshot
 from mossar_adapters.pipeline.upkeep import Upkeep
 
-__all__ = ["Ears", "Outcome", "Pipeline", "Snapshot", "Upkeep", "read_snapshot"]
+__all__ = ["Outcome", "Pipeline", "Snapshot", "Upkeep", "read_snapshot"]

@@ -4,8 +4,11 @@ import threading
 import time
 
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
-from mossar_adapters.source import Source
+from mossar_adapters.source import Left, Meta, Source
 from mossar_stream.errors import MossarError
+from mossar_stream.frames import Frames
+
+MOST_METAS = 4096  # performers of a source that are remembered; more than any source of ours knows at a time
 
 
 class Feed:
@@ -20,11 +23,11 @@ class Feed:
     def __init__(self, source: Source, index: int, inbox: Inbox) -> None:
         self.source = source
         self.heard_at = time.monotonic()  # s, when frames came last
-        self.looked_at = (
-            self.heard_at
-        )  # s, when the source last had something for us, or said that it has nothing
+        self.looked_at = self.heard_at  # s, when the source last had something, or said that it has nothing
+        self.delivered = False  # whether frames came at all
         self._index = index
         self._inbox = inbox
+        self._metas: dict[str, Meta] = {}  # the latest of each performer, last used last
         self._stopped = False
         self._thread = threading.Thread(target=self._read, name=f"read {source.name}", daemon=True)
 
@@ -43,13 +46,27 @@ class Feed:
         if self._thread.ident is not None:
             self._thread.join(timeout)
 
+    def _arrival(self, item: Meta | Frames | Left) -> Arrival:
+        """Return an arrival; frames with the latest meta of their performer."""
+        now = time.monotonic()
+        if isinstance(item, Left):
+            return Arrival(self._index, item, now)
+        meta = self._metas.pop(item.performer, None)
+        if isinstance(item, Meta):
+            meta = item
+        if meta is not None:
+            self._metas[item.performer] = meta
+            if len(self._metas) > MOST_METAS:
+                del self._metas[next(iter(self._metas))]
+        return Arrival(self._index, item, now, meta)
+
     def _read(self) -> None:
         last: Exception | None = None
         try:
             for item in self.source.items():
                 if self._stopped:
                     break
-                if item is not None and not self._inbox.put(Arrival(self._index, item, time.monotonic())):
+                if item is not None and not self._inbox.put(self._arrival(item)):
                     return
                 self.looked_at = time.monotonic()
         except MossarError as error:

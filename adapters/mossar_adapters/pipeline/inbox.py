@@ -26,11 +26,14 @@ class Arrival(msgspec.Struct, frozen=True):
         item: A meta, frames, who has left, a request to be carried out, an error that ended the source, or
             None when the source ended.
         at: When it arrived, monotonic s.
+        meta: What the source last announced of the performer, with frames: so whoever takes them need not have seen
+            the announcement itself.
     """
 
     source: int
     item: "Meta | Frames | Left | Callable[[], None] | Exception | None"
     at: float
+    meta: Meta | None = None
 
 
 class Inbox:

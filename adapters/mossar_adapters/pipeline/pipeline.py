@@ -8,52 +8,46 @@ queues, so that neither a burst nor a slow receiver takes memory, and no sink st
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import msgspec
 
-from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
+from mossar_adapters.pipeline.outcome import Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.snapshot import Snapshot
-from mossar_adapters.pipeline.take_starts import take_starts
+from mossar_adapters.pipeline.stream_time import StreamTime
+from mossar_adapters.pipeline.take_starts import parts, take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep
+from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import FrameError, SettingsError
+from mossar_stream.errors import SettingsError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames
 from mossar_stream.settings import Settings
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
+_IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
 _LEAVE = 1.0  # s given to a reader to end
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
 
 
-class Outcome(msgspec.Struct):
-    """How a run went.
+class _Heard(NamedTuple):
+    """Frames that came: of which source, when (monotonic s), and the last one's time on the source's clock."""
 
-    Args:
-        frames: Frames taken in.
-        complete: Whether it came to its own end, instead of being stopped.
-        errors: What went wrong with sources, in order.
-        dead_sinks: Names of the sinks that failed.
-        abandoned: Whether the reader of a sink went away (a closed pipe).
-    """
-
-    frames: int = 0
-    complete: bool = False
-    errors: list[Exception] = msgspec.field(default_factory=list)
-    dead_sinks: list[str] = msgspec.field(default_factory=list)
-    abandoned: bool = False
+    source: int
+    at: float
+    time: float
 
 
 class Pipeline:
@@ -96,9 +90,12 @@ class Pipeline:
         self.pool = Pool(self.settings, MAX_PERFORMERS)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
-        self.times: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
+        self.stream_time = StreamTime(seconds)
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
-        self._metas: dict[str, Meta] = {}  # as announced last, of each performer
+        self._metas: dict[str, Meta] = {}  # as followed last, of each performer
+        self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
+        self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
+        self._refused: set[str] = set()  # newcomers for whom there is no room
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -110,11 +107,15 @@ class Pipeline:
         # Those who are fed by this thread come before threads wake up that want the processor.
         self.outlets.sort(key=lambda outlet: not outlet.prompt)
         self.upkeep = upkeep or Upkeep()
-        self._seconds = seconds
         self._tick = tick
         self._stopping = False
         if resume is not None:
             self.upkeep.resume(self, resume)
+
+    @property
+    def times(self) -> Mapping[str, tuple[float, float]]:
+        """First and last time of each performer, s on its source's clock."""
+        return self.stream_time.spans
 
     def run(self) -> Outcome:
         """Run until all sources have ended or `stop` is called; then flush and close everything."""
@@ -124,7 +125,7 @@ class Pipeline:
             feed.start()
         self.upkeep.begin(self)
         try:
-            while not self._stopping and any(self.running):
+            while not self._stopping and any(self.running) and not self.stream_time.over():
                 arrival = self.inbox.get(_POLL)
                 if arrival is not None:
                     self._take(arrival)
@@ -144,6 +145,24 @@ class Pipeline:
         """Have something done by the thread that segments. Any thread may call it."""
         self.inbox.ask(request)
 
+    def set(self, changes: Mapping[str, object], performer: str | None = None) -> None:
+        """Change settings of a performer, or of all and of those to come, and send what this ends.
+
+        Raises:
+            SettingsError: If a name is unknown or a value is illegal.
+            FrameError: If there is no such performer.
+        """
+        self._max_pauses.clear()
+        self.send(self.pool.set(changes, performer))
+
+    def max_pause(self, performer: str) -> float:
+        """Return how long a performer's frames may stop before its take ends, s."""
+        known = self._max_pauses.get(performer)
+        if known is None:
+            settings = self.pool[performer].settings if performer in self.pool else self.pool.settings
+            known = self._max_pauses[performer] = settings.max_pause
+        return known
+
     def send(self, events: list[Event], arrived_at: float | None = None) -> None:
         """Hand events to all sinks."""
         if events:
@@ -154,8 +173,16 @@ class Pipeline:
     def end_takes(self, source: int, reason: str) -> None:
         """End the takes of all performers of a source."""
         for performer in self.naming.of_source(source):
-            if performer in self.pool:
-                self.send(self.pool[performer].end_take(reason))
+            self.end_take(performer, reason)
+
+    def end_take(self, performer: str, reason: str) -> None:
+        """End the take of a performer, if there is one."""
+        if performer not in self.pool:
+            return
+        try:
+            self.send(self.pool[performer].end_take(reason))
+        except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
+            _log.warning("the take of %s cannot be ended: %s", performer, in_words(error))
 
     def _outlet(self, sink: Sink | FrameSink, emission: Emission) -> Outlet:
         return Outlet(
@@ -191,90 +218,130 @@ class Pipeline:
             self.naming.forget(self.pool.names, MAX_PERFORMERS)
             kept = self.naming.names
             self.upkeep.keep(kept)
-            for table in (self.latency, self.times, self.unusable, self._metas):
+            self._refused &= kept
+            self.stream_time.forget(kept)
+            for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
                 for name in set(table) - kept:
                     del table[name]
         return self.naming.name(source, performer)
 
     def _announce(self, meta: Meta, source: int) -> None:
-        self._follow(msgspec.structs.replace(meta, performer=self._name(source, meta.performer)), source)
+        name = self._name(source, meta.performer)
+        if (
+            name in self.pool or len(self.pool) < MAX_PERFORMERS
+        ):  # else with the first frames, if there is room then
+            self._follow(name, meta, source)
 
-    def _follow(self, meta: Meta, source: int) -> None:
-        self._metas[meta.performer] = meta
+    def _follow(self, name: str, meta: Meta, source: int) -> None:
+        """Take a performer in, or its new skeleton."""
+        said = self._metas.get(name) is meta
+        self._metas[name] = meta
         try:
-            events = self.pool.announce(meta.performer, meta.skeleton, meta.fps)
-        except FrameError as error:
-            _log.warning("%s: %s", self.feeds[source].source.name, error)
+            events = self.pool.announce(name, meta.skeleton, meta.fps)
+        except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
+            if not said:
+                _log.warning(
+                    "%s: %s cannot be followed: %s", self._source_name(source), name, in_words(error)
+                )
             return
-        self.latency.setdefault(meta.performer, Latency())
+        self._refused.discard(name)
+        self.latency.setdefault(name, Latency())
         self.send(events)
         for outlet in self.outlets:
-            outlet.put(Parcel(meta))
+            outlet.put(Parcel(msgspec.structs.replace(meta, performer=name)))
+
+    def _welcome(self, name: str, frames: Frames, arrival: Arrival) -> bool:
+        """See that a performer is followed; return whether there is room."""
+        meta = arrival.meta
+        if meta is None or (name in self.pool and self._metas.get(name) is meta):
+            return True
+        if not self._has_room(name, frames, arrival):
+            return False
+        if name not in self.pool:  # others may have taken its place
+            self.upkeep.leave(name)
+        self._follow(name, meta, arrival.source)
+        return True
+
+    def _has_room(self, name: str, frames: Frames, arrival: Arrival) -> bool:
+        """Return whether a performer can be followed, if need be in place of one that no frames come of."""
+        if name in self.pool or len(self.pool) < MAX_PERFORMERS:
+            return True
+        heard = self._heard.get(self.pool.names[0])  # the one that is idle for longest
+        if heard is None:
+            return True
+        if self.feeds[heard.source].source.live:
+            return arrival.at - heard.at > _IDLE
+        return heard.source == arrival.source and float(frames.times[0]) - heard.time > _IDLE
 
     def _push(self, frames: Frames, arrival: Arrival) -> None:
         name = self._name(arrival.source, frames.performer)
         self.naming.count(arrival.source, frames)
         if frames.performer != name:
             frames = msgspec.structs.replace(frames, performer=name)
-        if name not in self.pool and name in self._metas:  # others had taken its place
-            self.upkeep.leave(name)
-            self._follow(self._metas[name], arrival.source)
+        if not self._welcome(name, frames, arrival):
+            self._turn_away(name, len(frames))
+            return
+        self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
         self.upkeep.heard(self, arrival, name)
-        before = self.times.get(name, (0.0, None))[1]
-        frames = self._within_time(frames)
+        frames = self.stream_time.within(frames)
         if not len(frames):
             return
+        for part in parts(frames, self.max_pause(name)):
+            self._segment(part, arrival.at)
+
+    def _segment(self, frames: Frames, arrived_at: float) -> None:
+        """Push frames, and hand them on with the events that they cause."""
         try:
             events = self.pool.push(frames)
-        except FrameError as error:
+        except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
             self._refuse(frames, error)
             return
         self.outcome.frames += len(frames)
-        parcels = [Parcel(frames, arrival.at)]
-        parcels += map(Parcel, take_starts(events, frames, before, self.settings.max_pause))
+        parcels = [Parcel(frames, arrived_at), *map(Parcel, take_starts(events, frames))]
         if events:
-            parcels.append(Parcel(events, arrival.at))
+            parcels.append(Parcel(events, arrived_at))
         for outlet in self.outlets:
             for parcel in parcels:
                 outlet.put(parcel)
 
+    def _turn_away(self, name: str, count: int) -> None:
+        """Count the frames of a newcomer for whom there is no room; say so at the first."""
+        if not self._refused:
+            _log.warning(
+                "%d performers are followed and all of them move: %s and other newcomers are refused, and counted",
+                MAX_PERFORMERS,
+                name,
+            )
+        self._refused.add(name)
+        self.unusable[name] = self.unusable.get(name, 0) + count
+
     def _let_go(self, left: Left, source: int) -> None:
         name = self.naming.known(source, left.performer)
         if name is not None and name in self.pool:
-            self.send(self.pool[name].end_take(left.reason))
+            self.end_take(name, left.reason)
             self.upkeep.leave(name)
+            self.stream_time.absent(name)
 
-    def _within_time(self, frames: Frames) -> Frames:
-        """Return the frames before the end that was asked for; stop when all performers have reached it."""
-        first = self.times.get(frames.performer, (float(frames.times[0]), 0.0))[0]
-        self.times[frames.performer] = (first, float(frames.times[-1]))
-        if self._seconds is None or float(frames.times[-1]) - first < self._seconds:
-            return frames
-        kept = int((frames.times - first < self._seconds).sum())
-        if all(last - begin >= self._seconds for begin, last in self.times.values()):
-            self.running = [False] * len(self.running)
-        return msgspec.structs.replace(
-            frames,
-            positions=frames.positions[:kept],
-            times=frames.times[:kept],
-            confidence=None if frames.confidence is None else frames.confidence[:kept],
-        )
-
-    def _refuse(self, frames: Frames, error: FrameError) -> None:
+    def _refuse(self, frames: Frames, error: Exception) -> None:
         count = self.unusable.get(frames.performer, 0)
         if not count:
-            _log.warning("frames of %s cannot be used and are counted: %s", frames.performer, error)
+            _log.warning("frames of %s cannot be used and are counted: %s", frames.performer, in_words(error))
         self.unusable[frames.performer] = count + len(frames)
 
     def _end_source(self, source: int, error: Exception | None) -> None:
         self.running[source] = False
         if error is not None:
-            name = self.feeds[source].source.name
+            name = self._source_name(source)
             text = str(error) if str(error).startswith(name) else f"{name}: {error}"
             _log.error("%s", " ".join(text.split()))
             self.outcome.errors.append(error)
         self.end_takes(source, "end of stream" if error is None else "source failed")
         self.upkeep.forget(source)
+        for performer in self.naming.of_source(source):
+            self.stream_time.absent(performer)
+
+    def _source_name(self, source: int) -> str:
+        return self.feeds[source].source.name
 
     def _check_outlets(self) -> None:
         for outlet in list(self.outlets):

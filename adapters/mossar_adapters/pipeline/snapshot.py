@@ -1,7 +1,8 @@
 """Snapshot: what a run that was cut short needs in order to go on as if it had not been.
 
 Magic, version, SHA-256 of the rest, then a msgpack map: damaged bytes are refused before they are looked at.
-Written to a file beside and put in place in one step, so that there is always a whole one.
+Written to a file beside and put in place in one step, so that there is always a whole one. The file beside is made
+anew each time: a link in its place, which somebody else may have put into a shared folder, is not followed.
 """
 
 import hashlib
@@ -61,13 +62,25 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
     """
     beside = path.with_name(path.name + ".new")
     try:
-        with beside.open("wb") as file:
+        beside.unlink(missing_ok=True)
+        with beside.open("xb") as file:
             file.write(sealed(msgspec.msgpack.encode(snapshot)))
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
+        _sync_folder(path.parent)
     except OSError as error:
         raise SnapshotError(f"{path}: the snapshot cannot be written: {error.strerror or error}") from None
+
+
+def _sync_folder(path: Path) -> None:
+    """Have the name of a file written to the disk, too, where folders can be opened for that."""
+    if os.name == "posix":
+        folder = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def read_snapshot(path: Path) -> Snapshot | None:

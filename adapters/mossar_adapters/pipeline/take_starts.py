@@ -1,10 +1,18 @@
-"""Take starts: when the takes began that a chunk of frames opened."""
+"""Take starts: when the takes began that a chunk of frames opened.
+
+Sinks that count time from the beginning of a take need it before the take's first event. A chunk is therefore cut
+where its times say that a take may end: what begins with a part begins with its first frame.
+"""
+
+import itertools
 
 import msgspec
 import numpy as np
 
 from mossar_stream.events import Event, StreamEvent
 from mossar_stream.frames import Frames
+
+_SAFE = 0.99  # of the pause: a cut too many changes nothing, one too few does
 
 
 class TakeStart(msgspec.Struct, frozen=True):
@@ -21,28 +29,37 @@ class TakeStart(msgspec.Struct, frozen=True):
     time: float
 
 
-def take_starts(
-    events: list[Event], frames: Frames, before: float | None, max_pause: float
-) -> list[TakeStart]:
-    """Return the takes that began with frames of a chunk.
+def parts(frames: Frames, max_pause: float) -> list[Frames]:
+    """Return a chunk cut where a take may end within it.
 
     Args:
-        events: What the chunk caused.
         frames: The chunk.
-        before: Time of the frame before the chunk, s; None if there was none.
         max_pause: Longest step in time within a take, s.
-
-    Returns:
-        One for each `started` event; none if the frames do not tell which ones began them.
     """
-    started = [event for event in events if isinstance(event, StreamEvent) and event.event == "started"]
-    if not started:
-        return []
-    times = frames.times
-    steps = np.diff(times, prepend=np.inf if before is None else before)
-    breaks = [float(time) for time in times[np.abs(steps) > max_pause]]
-    if len(breaks) < len(started):  # the take before had been ended by the wall clock
-        breaks.insert(0, float(times[0]))
-    if len(breaks) != len(started):
-        return []
-    return [TakeStart(e.performer, e.take, time) for e, time in zip(started, breaks, strict=True)]
+    if len(frames) < 2:
+        return [frames]
+    cuts = np.flatnonzero(np.abs(np.diff(frames.times)) > _SAFE * max_pause) + 1
+    if not len(cuts):
+        return [frames]
+    edges = [0, *cuts.tolist(), len(frames)]
+    return [_part(frames, first, end) for first, end in itertools.pairwise(edges)]
+
+
+def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
+    """Return the take that began with a part, if one did: see `parts`."""
+    time = float(frames.times[0])
+    return [
+        TakeStart(event.performer, event.take, time)
+        for event in events
+        if isinstance(event, StreamEvent) and event.event == "started"
+    ]
+
+
+def _part(frames: Frames, first: int, end: int) -> Frames:
+    return Frames(
+        frames.positions[first:end],
+        frames.times[first:end],
+        None if frames.confidence is None else frames.confidence[first:end],
+        frames.performer,
+        None if frames.first_frame is None else frames.first_frame + first,
+    )

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.pipeline.counting import counters_of, explanation
+from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
-from mossar_stream.errors import SnapshotError
+from mossar_stream.errors import MossarError, SnapshotError
 from mossar_stream.events import StatsEvent, StreamChange, StreamEvent
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
 SILENCE = 3.0  # s without a frame after which a source explains itself
+_TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _LOOK = 0.02  # s between two looks
 
 _log = logging.getLogger("mossar.pipeline")
@@ -39,10 +41,12 @@ class Upkeep:
         self._stats = stats
         self._path = snapshot
         self._period = period
-        self._watch = Watch(1.0)
+        self._unwritten = False  # whether the latest snapshot could not be written
+        self._watch = Watch(lambda _: 1.0)
         self._looked = 0.0  # monotonic s
         self._stats_due = float("inf")
         self._snapshot_due = float("inf")
+        self._received: dict[int, int] = {}  # messages of each silent source when its silence began
         self._explained: set[int] = set()  # sources whose silence was explained
         self._full: set[int] = set()  # sources whose queue was said to be full
         self._counted: dict[
@@ -52,14 +56,15 @@ class Upkeep:
     def begin(self, pipeline: "Pipeline") -> None:
         """Start the clocks."""
         now = time.monotonic()
-        self._watch.max_pause = pipeline.settings.max_pause
+        self._watch = Watch(pipeline.max_pause)
         self._stats_due = now + self._stats if self._stats else float("inf")
         self._snapshot_due = now + self._period if self._path else float("inf")
+        self._write(pipeline, complete=False)  # from here on a run that is killed can go on with its outputs
 
     def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> None:
         """Take note that frames came; say so if they had stalled."""
         feed = pipeline.feeds[arrival.source]
-        feed.heard_at = arrival.at
+        feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
         if feed.source.live and self._watch.heard(performer, arrival.source, arrival.at):
             pipeline.send([self._news(pipeline, performer, "resumed")])
@@ -134,6 +139,8 @@ class Upkeep:
             self.send_stats(pipeline)
         if self._path is not None:
             self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
+            if self._unwritten:
+                pipeline.outcome.dead_sinks.append(str(self._path))
         for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
             if dropped:
                 _log.warning(
@@ -161,20 +168,28 @@ class Upkeep:
                 skip(position.frames)
 
     def _write(self, pipeline: "Pipeline", *, complete: bool) -> None:
+        """Write a snapshot, after the outputs that it counts on."""
         if self._path is None:
             return
         sinks = [outlet.sink for outlet in pipeline.outlets]
-        snapshot = Snapshot(
-            settings=msgspec.json.encode(pipeline.settings),
-            complete=complete,
-            sources=pipeline.naming.positions(),
-            performers=pipeline.pool.snapshot(),
-            sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
-        )
         try:
+            for sink in sinks:
+                if hasattr(sink, "sync"):
+                    sink.sync()
+            snapshot = Snapshot(
+                settings=msgspec.json.encode(pipeline.settings),
+                complete=complete,
+                sources=pipeline.naming.positions(),
+                performers=pipeline.pool.snapshot(),
+                sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
+            )
             write_snapshot(self._path, snapshot)
-        except SnapshotError as error:
-            _log.error("%s", error)
+        except MossarError as error:
+            if not self._unwritten:
+                _log.error("%s", error)
+            self._unwritten = True
+        else:
+            self._unwritten = False
 
     def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
         # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
@@ -185,20 +200,39 @@ class Upkeep:
             elif finding == "stalled":
                 pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
-                pipeline.send(pipeline.pool[performer].end_take("gap"))
+                pipeline.end_take(performer, "gap")
+                pipeline.stream_time.absent(performer)
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
         for i, feed in enumerate(pipeline.feeds):
-            silent = now - feed.heard_at > SILENCE and i not in pipeline.inbox.oldest()
-            if pipeline.running[i] and silent and i not in self._explained:
+            quiet = 0.0 if i in pipeline.inbox.oldest() else now - feed.heard_at
+            if not pipeline.running[i] or quiet < _TRAILING:
+                self._received.pop(i, None)
+            elif i not in self._received:
+                self._received[i] = counters_of(feed.source).get("received", 0)
+            if pipeline.running[i] and quiet > SILENCE and i not in self._explained:
                 self._explained.add(i)
-                why = explanation(feed.source)
-                _log.warning("%s", why or f"{feed.source.name}: no frames for {SILENCE:.0f} s")
+                _log.warning("%s", self._silence(feed, self._received[i]))
             if pipeline.inbox.dropped[i] and i not in self._full:
                 self._full.add(i)
                 _log.warning(
                     "%s: frames come faster than they are used; the oldest are dropped", feed.source.name
                 )
+
+    def _silence(self, feed: Feed, before: int) -> str:
+        """Return what is known of why no frames come: what never came is another matter than what stopped.
+
+        Args:
+            feed: Whose source is silent.
+            before: Messages that had come when the silence began.
+        """
+        name, why = feed.source.name, explanation(feed.source)
+        if not feed.delivered:
+            return why or f"{name}: no frames for {SILENCE:.0f} s"
+        came = counters_of(feed.source).get("received", 0) - before
+        if came:
+            return f"{name}: the frames have stopped; {came} messages came since, without a frame. {why}"
+        return f"{name}: the frames have stopped, and nothing else comes; is the sender still running?"
 
     def _news(
         self, pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = ""

@@ -1,6 +1,6 @@
 """Watch: notices on the wall clock that frames have stopped, and that they are back."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from types import MappingProxyType
 from typing import Literal
 
@@ -22,18 +22,18 @@ class Watch:
     """Keeps the time of the last frames of each performer of live sources.
 
     Args:
-        max_pause: Time without frames after which a take ends, s.
+        max_pause: Returns the time without frames after which a performer's take ends, s.
 
     Example:
-        >>> watch = Watch(max_pause=1.0)
+        >>> watch = Watch(lambda _: 1.0)
         >>> watch.heard("p1", 0, now=0.0), watch.check(0.2), watch.check(0.4), watch.check(0.5)
         (False, [], [('p1', 'stalled')], [])
         >>> watch.check(1.1), watch.heard("p1", 0, now=2.0)
         ([('p1', 'ended')], True)
     """
 
-    def __init__(self, max_pause: float) -> None:
-        self.max_pause = max_pause
+    def __init__(self, max_pause: Callable[[str], float]) -> None:
+        self._max_pause = max_pause
         self._heard: dict[str, _Heard] = {}
 
     def heard(self, performer: str, source: int, now: float) -> bool:
@@ -69,7 +69,7 @@ class Watch:
             if quiet > STALL and not heard.stalled:
                 heard.stalled = True
                 found.append((name, "stalled"))
-            if quiet > self.max_pause and not heard.ended:
+            if heard.stalled and not heard.ended and quiet > self._max_pause(name):
                 heard.ended = True
                 found.append((name, "ended"))
         return found

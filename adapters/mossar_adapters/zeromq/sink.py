@@ -1,9 +1,11 @@
 """ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer.
 
 Two parts: topic `mossar.<type>.<performer>.` and a msgpack map, or JSON with `?encoding=json`. A receiver that
-is too slow loses the newest messages; it can tell by `seq` and `rev`.
+is too slow loses the newest messages; how many, only it can tell, by `seq` and `rev`: ZeroMQ says that a queue is
+full, once, and then leaves that receiver out until it has caught up. `dropped` counts how often that happened.
 """
 
+import logging
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -12,8 +14,8 @@ import msgspec
 import zmq
 
 from mossar_adapters.address import Address
-from mossar_adapters.frame_codec import to_json, to_msgpack
-from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.codec import to_json, to_msgpack
+from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
@@ -29,6 +31,8 @@ QUEUE = 50_000  # messages kept for a subscriber that is slow
 _METAS = 1024  # performers whose metas are kept for late joiners
 _WAIT = 3.0  # s
 _SUBSCRIBE = b"\x01"
+
+_log = logging.getLogger("mossar.zeromq")
 
 
 class ZmqSink:
@@ -126,7 +130,7 @@ class Publisher:
         self._settings = settings
         self._context = GuardedContext()
         try:
-            wanted: dict[int, int | bytes] = {zmq.XPUB_VERBOSE: 1, zmq.SNDHWM: QUEUE}
+            wanted: dict[int, int | bytes] = {zmq.XPUB_VERBOSE: 1, zmq.XPUB_NODROP: 1, zmq.SNDHWM: QUEUE}
             self._socket = open_socket(self._context, zmq.XPUB, address, wanted)
         except BaseException:
             self._context.term()
@@ -134,6 +138,7 @@ class Publisher:
         self.endpoint = bound_at(self._socket)
         self._metas: dict[bytes, bytes] = {}  # topic -> latest meta map
         self._subscribed = False  # whether anybody ever did
+        self._name, self._told = address.url, False  # whether it was said that somebody is too slow
 
     def announce(self, meta: Meta) -> None:
         """Publish a meta and keep it."""
@@ -165,10 +170,18 @@ class Publisher:
                 self.serve()
 
     def put(self, topic: bytes, data: bytes) -> bool:
-        """Publish, and return whether ZeroMQ took it."""
+        """Publish, and return whether all subscribers get it."""
         try:
             self._socket.send_multipart((topic, data), zmq.NOBLOCK)
-        except zmq.Again:
+        except zmq.Again:  # a subscriber's queue is full: only with this option does ZeroMQ tell
+            if not self._told:
+                self._told = True
+                _log.warning("%s: a receiver is too slow; what it has no room for is lost to it", self._name)
+            self._socket.setsockopt(zmq.XPUB_NODROP, 0)
+            try:
+                self._socket.send_multipart((topic, data), zmq.NOBLOCK)  # to the others
+            finally:
+                self._socket.setsockopt(zmq.XPUB_NODROP, 1)
             return False
         return True
 

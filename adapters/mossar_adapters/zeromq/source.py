@@ -1,24 +1,19 @@
 """The ZeroMQ source: SUB, connecting or binding.
 
-Accepted are two parts, topic and a msgpack or JSON map, or a single JSON part. Events and stats that pass by
-are left alone.
+A socket around `ZmqDecoder`, which says what is accepted.
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import zmq
 
 from mossar_adapters.address import Address
-from mossar_adapters.batch import Batch
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.frame_codec import from_json, from_msgpack
-from mossar_adapters.live import Counters
-from mossar_adapters.map_intake import MapIntake
 from mossar_adapters.source import Left, Meta
+from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames
 
 OPTIONS = {
@@ -48,11 +43,9 @@ class ZmqSource:
 
     def __init__(self, address: Address, options: ReadOptions | None = None) -> None:
         address.check(OPTIONS)
-        options = options or ReadOptions()
         self.name = address.url
-        self.counters = Counters()
-        self._batch = Batch(options.fps)
-        self._intake = MapIntake(self._batch, self.counters, options, address.options.get("performer"))
+        self.decoder = ZmqDecoder(options, address.options.get("performer"))
+        self.counters = self.decoder.counters
         self._context = GuardedContext()
         try:
             topic = address.options.get("topic", "").encode()
@@ -81,23 +74,9 @@ class ZmqSource:
                 except zmq.Again:
                     yield None
                     continue
-                self.take(parts)
-                self._drain()
-                yield from self.collected()
+                yield from self.decoder.receive(ZmqMessage(parts, self._now), *self._waiting())
         finally:
             self._release()
-
-    def take(self, parts: Sequence[bytes]) -> None:
-        """Use a message of one or more parts; `items` does so with those of the socket."""
-        self.counters.received += 1
-        try:
-            self._use(parts)
-        except FrameError as error:
-            self.counters.reject(str(error))
-
-    def collected(self) -> list[Meta | Frames | Left]:
-        """Return what has come together since the last call."""
-        return self._batch.take()
 
     def explain(self) -> str:
         """Return one line that says what is bound or connected and what came."""
@@ -109,7 +88,7 @@ class ZmqSource:
         text += f"; {counters.received} messages came, topics: {', '.join(counters.seen) or 'none'}"
         if counters.malformed:
             text += f"; {counters.malformed} malformed, the last: {counters.last_error}"
-        return f"{text}; none was a frame map (type: frame)"
+        return text if self.decoder.frames else f"{text}; none was a frame map (type: frame)"
 
     def close(self) -> None:
         """End `items` soon. May be called twice, and from any thread."""
@@ -122,22 +101,14 @@ class ZmqSource:
         self._socket.close(0)
         self._context.term()
 
-    def _drain(self) -> None:
+    @property
+    def _now(self) -> float:
+        """Seconds since the socket was opened."""
+        return time.monotonic() - self._opened
+
+    def _waiting(self) -> Iterator[ZmqMessage]:
+        """Yield what waits to be read, at most `DRAIN` messages."""
         for _ in range(DRAIN):
             if not can_read(self._socket):
                 return
-            self.take(self._socket.recv_multipart())
-
-    def _use(self, parts: Sequence[bytes]) -> None:
-        if len(parts) > 2:
-            raise FrameError(
-                f"a message of {len(parts)} parts; two (topic, map) or one (JSON) are understood"
-            )
-        if len(parts) == 2:
-            self.counters.see(parts[0][:80].decode("utf-8", "replace"))
-        data = parts[-1]
-        found = from_json(data) if len(parts) == 1 or data.lstrip()[:1] == b"{" else from_msgpack(data)
-        if found is None:
-            self.counters.ignored += 1
-        else:
-            self._intake.take(found, time.monotonic() - self._opened)
+            yield ZmqMessage(self._socket.recv_multipart(), self._now)

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mossar_adapters.demo.plan import FIRST_ROUND, MOVES, Wish, beats, default_moves, parse_move
+from mossar_adapters.demo.plan import FIRST_ROUND, MOVES, MoveRequest, beats, default_moves, parse_move
 from mossar_adapters.demo.script import Stance
 from mossar_stream.errors import SettingsError
 
@@ -16,9 +16,9 @@ def planned(seed, *moves, tempo=1.0):
 
 
 def test_moves_are_read_with_side_and_length():
-    assert parse_move("punch") == Wish("punch")
-    assert parse_move(" kick_left ") == Wish("kick", "left")
-    assert parse_move("stand:20") == Wish("stand", "", 20.0)
+    assert parse_move("punch") == MoveRequest("punch")
+    assert parse_move(" kick_left ") == MoveRequest("kick", "left")
+    assert parse_move("stand:20") == MoveRequest("stand", "", 20.0)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mossar_tools.fuzz.recordings import ASF, WRITERS
+from checks.fuzz.recordings import ASF, WRITERS
 
 
 @pytest.fixture(params=sorted(WRITERS))

@@ -1,4 +1,4 @@
-"""Inputs that once ended a reader with something else than a clear error; `python -m mossar_tools.fuzz` found them."""
+"""Inputs that once ended a reader with something else than a clear error; `python -m checks.fuzz` found them."""
 
 import pytest
 

@@ -6,8 +6,8 @@ import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.flink.records import MAX_BYTES, NOBODY, performer_of, read_record, records_of
-from mossar_adapters.frame_codec import to_json, to_msgpack
-from mossar_adapters.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.codec import to_json, to_msgpack
+from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_stream.errors import FrameError
 from mossar_stream.frames import Frames

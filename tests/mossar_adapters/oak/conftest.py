@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import performance
-from mossar_adapters.oak import OakSource
-from mossar_adapters.oak_camera import Camera, Measurement
+from mossar_adapters.oak.camera import Camera, Measurement
+from mossar_adapters.oak.source import OakSource
 from mossar_stream.frames import Frames
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported

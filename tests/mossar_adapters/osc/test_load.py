@@ -8,11 +8,11 @@ import time
 import numpy as np
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.batch import MAX_PERFORMERS
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.osc.assembly.known_joints import MAX_NAMES
 from mossar_adapters.osc.encode import encode
-from mossar_adapters.osc.roster import MAX_NAMES
 from mossar_adapters.osc.source import OscSource
+from mossar_adapters.receiving.batch import MAX_PERFORMERS
 
 SENDER = """
 import socket, sys, time
@@ -57,7 +57,9 @@ def test_a_flood_of_names_and_senders_does_not_grow_without_bound(hear):
     hear(source, send)
     wire.close()
     assert len(source.counters.seen) <= 8
-    assert len(source._batch._lines) <= MAX_PERFORMERS
-    osceleton = source._routes.profiles[2]
-    assert len(osceleton._people._people) <= 64
-    assert all(len(person._roster.names) <= MAX_NAMES for person in osceleton._people._people.values())
+    assert len(source.decoder._batch._lines) <= MAX_PERFORMERS
+    osceleton = source.decoder._routes._profiles[2]
+    assert len(osceleton._joints._performers) <= 64
+    assert all(
+        len(performer._known.names) <= MAX_NAMES for performer in osceleton._joints._performers.values()
+    )

@@ -97,42 +97,6 @@ def test_ids_and_coordinates_may_be_integers_floats_or_doubles(open_wire, hear):
     assert heard.positions("p4")[0, 0] == pytest.approx(np.array([1, 2.5, 3]) * (2.56, 1.92, 1.28))
 
 
-def test_a_lost_joint_is_missing_and_the_frames_after_it_are_whole(open_wire, hear):
-    source, wire = open_wire(fps=30.0)
-
-    def send():
-        for frame in range(30):
-            for i, name in enumerate(JOINTS):
-                if (frame, i) not in {(10, 0), (15, 4), (20, 8)}:
-                    wire("/joint", "sifff", name, 1, *upright(i, frame))
-
-    heard = hear(source, send)
-    positions = heard.positions()
-    assert len(positions) == 30
-    missing = np.argwhere(np.isnan(positions).any(axis=2))
-    assert [tuple(pair) for pair in missing] == [(10, 0), (15, 4), (20, 8)]
-    depth = np.nanmax(positions[:, :, 2], axis=1) - np.nanmin(positions[:, :, 2], axis=1)
-    assert depth.max() < 1e-5, "no frame mixes joints of two"
-
-
-def test_a_sender_met_in_mid_frame_is_in_step_after_two_frames(open_wire, hear):
-    source, wire = open_wire()
-
-    def send():
-        for frame in range(12):
-            for i, name in enumerate(JOINTS):
-                if frame > 0 or i >= 5:
-                    wire("/joint", "sifff", name, 1, *upright(i, frame))
-            time.sleep(0.05)
-
-    heard = hear(source, send)
-    positions = heard.positions()
-    assert len(positions) == 12
-    assert np.isfinite(positions[2:]).all()
-    depth = np.ptp(positions[2:, :, 2], axis=1)
-    assert depth.max() < 1e-5, "no frame mixes joints of two"
-
-
 def test_users_who_leave_and_control_messages_are_passed_on(hear):
     class Listener:
         def __init__(self):

@@ -7,13 +7,13 @@ import pytest
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import ReadOptions, open_motion
 from mossar_adapters.files.kinematics import joint_positions
+from mossar_adapters.osc.assembly.humanoid import mapped_bones, rest_skeleton
+from mossar_adapters.osc.assembly.known_joints import ClosedFrame
+from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
+from mossar_adapters.osc.assembly.vmc_pose import VmcPose, rotations_of
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import VmcFrameSink
-from mossar_adapters.osc.humanoid import mapped_bones, rest_skeleton
-from mossar_adapters.osc.roster import Closed
 from mossar_adapters.osc.source import OscSource
-from mossar_adapters.osc.vmc_frames import VmcFrames, exact_time
-from mossar_adapters.osc.vmc_pose import VmcPose, rotations_of
 
 HALF = 0.5**0.5
 STILL = (0.0, 0.0, 0.0, 1.0)
@@ -286,13 +286,11 @@ def test_times_rounded_on_the_way_are_made_exact():
 
 
 def test_an_idle_gap_closes_a_frame():
-    closed = []
-    frames = VmcFrames(closed.append)
-    frames.bone("Hips", (0.0,) * 7, 0.0)
-    frames.idle(0.001)
-    assert closed == []
-    frames.idle(0.2)
-    assert closed == [Closed({"Hips": (0.0,) * 7}, 0.0)]
+    frames = VmcFrames()
+    assert frames.bone("Hips", (0.0,) * 7, 0.0) == []
+    assert frames.idle(0.001) == []
+    assert frames.idle(0.2) == [ClosedFrame({"Hips": (0.0,) * 7}, 0.0)]
+    assert frames.idle(0.4) == []
 
 
 def test_a_sender_that_restarts_keeps_its_name_and_a_second_one_gets_its_own(hear):

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from mossar_adapters.live import OutputClosedError
+from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
 from mossar_adapters.source import Left, Meta
 from mossar_stream.errors import MossarError, SettingsError
@@ -186,14 +186,17 @@ def test_another_skeleton_begins_the_next_take_and_ids_stay_unique(stage):
 
 def test_who_had_to_make_room_and_comes_back_is_followed_again(stage, monkeypatch):
     monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 2)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", 0.1)
     sink = stage.Collected()
     names = ("ann", "bob", "eve")
-    items = [item for name in names for item in (stage.meta(name), stage.wave(0, 30, name))]
+    items = [item for name in names for item in (0.15, stage.meta(name), stage.wave(0, 30, name))]
     again = [0.5, stage.wave(30, 60, "ann")]  # longer than a stall
     outcome = Pipeline([stage.Script([*items, *again], live=True)], [sink]).run()
     assert outcome.frames == 150
     changes = [
-        (e.event, e.take, e.reason) for e in sink.events if e.performer == "ann" and hasattr(e, "event")
+        (e.event, e.take, e.reason)
+        for e in sink.of(StreamEvent)
+        if e.performer == "ann" and e.event in {"started", "ended"}
     ]
     assert changes[:2] == [("started", 0, ""), ("ended", 0, "too many performers")]
     assert changes[2:] == [("started", 1, ""), ("ended", 1, "end of stream")]
@@ -202,6 +205,7 @@ def test_who_had_to_make_room_and_comes_back_is_followed_again(stage, monkeypatc
 def test_a_flood_of_performers_neither_takes_memory_nor_ends_the_run(stage, monkeypatch):
     monkeypatch.setattr("mossar_adapters.pipeline.pipeline._NAMES", 40)
     monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 8)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", -1.0)
     monkeypatch.setattr("mossar_adapters.pipeline.watch.STALL", 0.05)
     sink = stage.Collected()
     people = [f"someone{k}" for k in range(100)]
@@ -212,6 +216,70 @@ def test_a_flood_of_performers_neither_takes_memory_nor_ends_the_run(stage, monk
     assert len(pipeline.naming) <= 41
     assert len(pipeline.latency) <= 41
     assert sum(e.event == "ended" for e in sink.of(StreamEvent)) == 101
+
+
+def test_newcomers_are_refused_and_counted_while_all_others_move(stage, monkeypatch, caplog):
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 2)
+    sink = stage.Collected()
+    names = ("ann", "bob", "eve", "joe")
+    items = [item for name in names for item in (stage.meta(name), stage.wave(0, 30, name))]
+    again = [stage.wave(30, 30, name) for name in names]
+    pipeline = Pipeline([stage.Script([*items, *again], live=True)], [sink])
+    with caplog.at_level(logging.WARNING, "mossar"):
+        outcome = pipeline.run()
+    assert outcome.frames == 120
+    assert pipeline.unusable == {"eve": 60, "joe": 60}
+    assert {event.performer for event in sink.events} == {"ann", "bob"}
+    assert len([message for message in caplog.messages if "newcomers are refused" in message]) == 1
+
+
+def test_a_performer_is_there_again_after_a_flood_of_names(stage, monkeypatch):
+    """Metas of the flood fill every table, while the frames between them are dropped."""
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._NAMES", 40)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 8)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", 0.05)
+    sink = stage.Collected()
+    before = [stage.meta("ann"), stage.wave(0, 30, "ann"), 0.3]
+    flood = [item for k in range(200) for item in (stage.meta(f"x{k}"), stage.wave(0, 2, f"x{k}"))]
+    after = [0.3, *(stage.wave(30 + k, 1, "ann") for k in range(60))]  # its meta does not come again
+    pipeline = Pipeline([stage.Script([*before, *flood, *after], live=True)], [sink])
+    pipeline.run()
+    ours = [(e.event, e.take) for e in sink.of(StreamEvent) if e.performer == "ann"]
+    assert ours[-2:] == [("started", 1), ("ended", 1)]
+    assert pipeline.unusable.get("ann", 0) == 0
+
+
+def test_seconds_are_not_waited_for_with_who_has_left_or_stopped(stage):
+    sink = stage.Collected()
+    ann, bob, eve = ([stage.meta(name), stage.wave(0, 30, name)] for name in ("ann", "bob", "eve"))
+    script = [*ann, *bob, *eve, Left("bob", "lost user"), stage.wave(30, 60, "ann"), 30.0]
+    began = time.monotonic()
+    outcome = Pipeline([stage.Script(script, live=True)], [sink], seconds=2.0).run()
+    assert time.monotonic() - began < 10, "eve's frames have stopped"
+    assert outcome.complete
+    assert outcome.frames == 30 + 30 + 60
+    ends = {e.performer: e.reason for e in sink.of(StreamEvent) if e.event == "ended"}
+    assert ends == {"bob": "lost user", "eve": "gap", "ann": "gap"}
+
+
+def test_an_error_of_one_performer_does_not_end_the_run(stage, monkeypatch, caplog):
+    sink = stage.Collected()
+    items = [item for name in ("ann", "bob") for item in (stage.meta(name), stage.wave(0, 60, name))]
+    pipeline = Pipeline([stage.Script(items)], [sink])
+    announce = pipeline.pool.announce
+
+    def refused(performer, *rest):
+        if performer == "ann":
+            raise SettingsError("location=free is impossible here")
+        return announce(performer, *rest)
+
+    monkeypatch.setattr(pipeline.pool, "announce", refused)
+    with caplog.at_level(logging.WARNING, "mossar"):
+        outcome = pipeline.run()
+    assert outcome.frames == 60
+    assert not outcome.errors
+    assert stage.changes(sink) == [("bob", "started", ""), ("bob", "ended", "end of stream")]
+    assert caplog.messages[0] == "script: ann cannot be followed: location=free is impossible here"
 
 
 def test_stopping_flushes_the_take(stage):
@@ -238,6 +306,28 @@ def test_silence_is_explained(stage, caplog, monkeypatch):
     with caplog.at_level(logging.WARNING, "mossar"):
         Pipeline([source], [stage.Collected()]).run()
     assert caplog.messages == ["osc://127.0.0.1:9: listening; no datagram came yet"]
+
+
+@pytest.mark.parametrize(
+    ("trickle", "said"),
+    [
+        (False, "live: the frames have stopped, and nothing else comes; is the sender still running?"),
+        (True, "live: the frames have stopped; 3 messages came since, without a frame. it listens"),
+    ],
+)
+def test_frames_that_have_stopped_are_told_from_those_that_never_came(
+    stage, caplog, monkeypatch, trickle, said
+):
+    monkeypatch.setattr("mossar_adapters.pipeline.upkeep.SILENCE", 0.4)
+    source = stage.Script([stage.meta(), stage.wave(0, 30), 0.8], live=True, name="live")
+    source.counters = Counters(received=30)
+    source.explain = lambda: "it listens"
+    if trickle:
+        later = threading.Timer(0.3, lambda: setattr(source.counters, "received", 33))
+        later.start()
+    with caplog.at_level(logging.WARNING, "mossar"):
+        Pipeline([source], [stage.Collected()]).run()
+    assert caplog.messages == [said]
 
 
 def test_a_full_queue_is_said_and_counted(stage, caplog):
@@ -286,6 +376,31 @@ def test_a_take_tells_sinks_when_it_began(stage):
     Pipeline([stage.Script([stage.meta(), stage.wave(30, 30), stage.wave(300, 30)])], [sink]).run()
     begins = [event for event in sink.events if isinstance(event, tuple)]
     assert begins == [("p1", 0, 1.0), ("p1", 1, 10.0)]
+
+
+def test_a_take_that_begins_within_a_chunk_after_one_that_the_wall_clock_ended_tells_when(stage):
+    """The first frame of the chunk begins a take, and a leap in the chunk another one."""
+
+    class Clocked(stage.Collected):
+        def begin_take(self, performer, take, time):
+            self.events.append((performer, take, round(time, 3)))
+
+    sink = Clocked()
+    frames = stage.wave(60, 60)
+    frames.times[30:] += 5
+    script = [stage.meta(), stage.wave(0, 30), 1.5, stage.wave(30, 30), Left("p1", "gone"), frames]
+    Pipeline([stage.Script(script, live=True)], [sink]).run()
+    begins = [event for event in sink.events if isinstance(event, tuple)]
+    assert begins == [("p1", 0, 0.0), ("p1", 1, 1.0), ("p1", 2, 2.0), ("p1", 3, 8.0)]
+
+
+def test_max_pause_changed_while_running_is_that_of_the_wall_clock_too(stage):
+    sink = stage.Collected()
+    script = stage.Script([stage.meta(), stage.wave(0, 60), 0.9, stage.wave(60, 30), 0.2], live=True)
+    pipeline = Pipeline([script], [sink])
+    pipeline.ask(lambda: pipeline.set({"max_pause": 0.4}))
+    pipeline.run()
+    assert ("p1", "ended", "gap") in stage.changes(sink)
 
 
 def test_segments_follow_each_other_without_gaps(stage):

@@ -1,7 +1,7 @@
 import pytest
 
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
-from mossar_adapters.recording_source import RecordingSource
+from mossar_adapters.replay.recording_source import RecordingSource
 from mossar_stream.errors import SnapshotError
 from mossar_stream.settings import Settings
 
@@ -59,3 +59,36 @@ def test_snapshots_are_written_while_running(stage, tmp_path):
     pipeline.run()
     frames = {s.sources[0].frames.get("p1") for s in found if s is not None and not s.complete}
     assert {60, 120} <= frames
+
+
+def test_outputs_are_on_the_disk_before_the_snapshot_that_counts_on_them(stage, tmp_path, monkeypatch):
+    done = []
+
+    class Kept(stage.Collected):
+        def position(self):
+            return len(self.events)
+
+        def sync(self):
+            done.append(("sync", len(self.events)))
+
+    def written(_, snapshot):
+        done.append(("snapshot", snapshot.sinks["collected"]))
+
+    monkeypatch.setattr("mossar_adapters.pipeline.upkeep.write_snapshot", written)
+    source = RecordingSource(stage.recording())
+    Pipeline([source], [Kept()], upkeep=Upkeep(snapshot=tmp_path / "state")).run()
+    assert [kind for kind, _ in done] == ["sync", "snapshot"] * (len(done) // 2)
+    assert all(done[i][1] == done[i + 1][1] for i in range(0, len(done), 2))
+    assert done[0] == ("sync", 0), (
+        "before the first frame: a run that is killed then can go on with its outputs"
+    )
+
+
+def test_a_snapshot_that_cannot_be_written_is_a_failure_and_said_once(stage, tmp_path, caplog):
+    sink = stage.Collected()
+    script = stage.Script([stage.meta(), stage.wave(0, 60), 0.5])
+    path = tmp_path / "no" / "state"
+    outcome = Pipeline([script], [sink], upkeep=Upkeep(snapshot=path, period=0.1)).run()
+    assert outcome.dead_sinks == [str(path)]
+    assert outcome.frames == 60
+    assert len([message for message in caplog.messages if "cannot be written" in message]) == 1

@@ -50,3 +50,12 @@ def test_a_newer_snapshot_is_refused_by_its_version(tmp_path):
 def test_a_place_that_cannot_be_written_is_an_error(tmp_path):
     with pytest.raises(SnapshotError, match="cannot be written"):
         write_snapshot(tmp_path / "no" / "state", Snapshot(b"", complete=True))
+
+
+def test_a_link_in_the_place_of_the_file_beside_is_not_followed(tmp_path):
+    dear = tmp_path / "dear.txt"
+    dear.write_text("dear to somebody")
+    (tmp_path / "state.new").symlink_to(dear)
+    write_snapshot(tmp_path / "state", Snapshot(b"{}", complete=True))
+    assert dear.read_text() == "dear to somebody"
+    assert read_snapshot(tmp_path / "state").complete

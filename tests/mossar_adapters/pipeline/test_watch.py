@@ -2,7 +2,7 @@ from mossar_adapters.pipeline.watch import Watch
 
 
 def test_a_stall_is_found_once_after_0_3_s_and_the_end_of_the_take_after_the_pause():
-    watch = Watch(max_pause=1.0)
+    watch = Watch(lambda _: 1.0)
     watch.heard("p1", 0, now=10.0)
     assert watch.check(10.29) == []
     assert watch.check(10.31) == [("p1", "stalled")]
@@ -12,7 +12,7 @@ def test_a_stall_is_found_once_after_0_3_s_and_the_end_of_the_take_after_the_pau
 
 
 def test_frames_after_a_stall_are_a_return():
-    watch = Watch(max_pause=1.0)
+    watch = Watch(lambda _: 1.0)
     assert watch.heard("p1", 0, now=0.0) is False
     watch.check(0.5)
     assert watch.heard("p1", 0, now=0.6) is True
@@ -21,7 +21,7 @@ def test_frames_after_a_stall_are_a_return():
 
 
 def test_for_what_waits_in_a_queue_time_stands_still():
-    watch = Watch(max_pause=1.0)
+    watch = Watch(lambda _: 1.0)
     watch.heard("p1", 0, now=0.0)
     watch.heard("p2", 1, now=0.0)
     assert watch.check(0.5, {0: 0.2}) == [("p2", "stalled")]
@@ -29,7 +29,7 @@ def test_for_what_waits_in_a_queue_time_stands_still():
 
 
 def test_somebody_who_has_left_is_missed_although_others_keep_the_queue_full():
-    watch = Watch(max_pause=1.0)
+    watch = Watch(lambda _: 1.0)
     watch.heard("p1", 0, now=0.0)
     found = []
     for k in range(1, 21):
@@ -39,7 +39,7 @@ def test_somebody_who_has_left_is_missed_although_others_keep_the_queue_full():
 
 
 def test_performers_of_a_source_that_ended_are_not_missed():
-    watch = Watch(max_pause=1.0)
+    watch = Watch(lambda _: 1.0)
     watch.heard("p1", 0, now=0.0)
     watch.heard("p2", 1, now=0.0)
     watch.forget(0)

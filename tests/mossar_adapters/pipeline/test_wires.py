@@ -8,9 +8,9 @@ import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.live_selection import SelectedSource
 from mossar_adapters.pipeline import Pipeline
-from mossar_adapters.replaying import Replay
+from mossar_adapters.receiving.selection import SelectedSource
+from mossar_adapters.replay.replaying import Replay
 from mossar_adapters.urls import open_frame_sink, open_source
 from mossar_stream.events import KeyFrameEvent
 from mossar_stream.settings import Settings

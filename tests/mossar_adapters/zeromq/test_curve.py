@@ -7,7 +7,7 @@ import zmq
 import zmq.auth
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.control_zmq import ZmqControl
+from mossar_adapters.control.zeromq import ZmqControl
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream.errors import MossarError
@@ -27,7 +27,7 @@ def heard(source, sink, seconds=2.0):
     end = time.monotonic() + seconds
     while source.counters.received == 0 and time.monotonic() < end:
         sink.send([StreamEvent(performer="p1", event="started", take=0)])
-        source._drain()
+        source.decoder.receive(*source._waiting())
         time.sleep(0.02)
     return source.counters.received
 

@@ -10,6 +10,7 @@ import zmq.auth
 from mossar_adapters.address import parse_url
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.source import Meta
+from mossar_adapters.zeromq.decoder import ZmqMessage
 from mossar_adapters.zeromq.sink import ZmqFrameSink, ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream.errors import MossarError
@@ -333,3 +334,37 @@ def test_silence_is_explained():
     assert "connecting to tcp://127.0.0.1:9; no message came yet" in source.explain()
     source.close()
     source.close()
+
+
+def test_a_receiver_that_is_too_slow_is_noticed_and_the_others_get_everything(monkeypatch, caplog):
+    monkeypatch.setattr("mossar_adapters.zeromq.sink.QUEUE", 100)
+    sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
+    event = StreamEvent(performer="p1", event="started", take=0, reason="x" * 2000)
+    with zmq.Context() as context, context.socket(zmq.SUB) as slow, context.socket(zmq.SUB) as good:
+        for subscriber, room in ((slow, 10), (good, 0)):
+            subscriber.setsockopt(zmq.LINGER, 0)
+            subscriber.setsockopt(zmq.RCVHWM, room)
+            subscriber.setsockopt(zmq.SUBSCRIBE, b"")
+            subscriber.connect(sink.endpoint)
+        time.sleep(0.3)
+        received = 0
+        for _ in range(400):
+            sink.send([event] * 20)
+            for _ in range(20):  # it keeps up
+                assert good.poll(5000)
+                good.recv_multipart()
+                received += 1
+    sink.close()
+    assert received == 8000
+    assert sink.dropped > 0
+    assert len([message for message in caplog.messages if "a receiver is too slow" in message]) == 1
+
+
+def test_explaining_silence_does_not_say_of_a_good_sender_that_it_sent_no_frame():
+    decoder_of = ZmqSource(parse_url("zmq+bind://127.0.0.1:0"))
+    frame = b'{"type": "frame", "t": 0.5, "xyz": [[0, 1, 0]]}'
+    decoder_of.decoder.receive(ZmqMessage((b'{"type": "stats"}',), 0.0))
+    assert decoder_of.explain().endswith("none was a frame map (type: frame)")
+    decoder_of.decoder.receive(ZmqMessage((frame,), 0.0))
+    assert "none was a frame map" not in decoder_of.explain()
+    decoder_of.close()

@@ -5,17 +5,13 @@ import subprocess
 import numpy as np
 import pytest
 
-from mossar_stream import path_reference
-from mossar_stream.recording import segment_recording
 from mossar_tools.bench.crowd import Crowd
 from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
-from mossar_tools.bench.paths import pair_of, segments_of, sum_again
 from mossar_tools.bench.push import waits
-from mossar_tools.bench.splitting import SETTINGS, run_splitting
 from mossar_tools.bench.start import copied, first_import
 from mossar_tools.bench.work import prepare
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 
 @pytest.fixture(scope="module")
@@ -49,16 +45,6 @@ def test_slowed_motion_keeps_its_duration(motion):
     slow = motion.slowed(30.0)
     assert slow.fps == 30.0
     assert slow.times[-1] == pytest.approx(motion.times[-1], abs=0.05)
-
-
-def test_splitting_alone_finds_the_key_frames_of_the_core():
-    long = performer(30.0)
-    count = len(long.times) // 2 + 1
-    result = segment_recording(long.positions[:count], long.fps, long.skeleton, SETTINGS)
-    found = run_splitting(long, long.chunks(count, 1000))
-    # At the end the core takes back a key frame that was confirmed early.
-    assert 0 <= found - len(result.key_frames) <= 1
-    assert found > 5
 
 
 def test_the_wall_clock_counts_where_the_processor_was_ours():
@@ -95,19 +81,10 @@ def test_a_crowd_moves_through_all_its_ways(motion):
     assert {crowd.pool[name].stats["out_of_order"] for name in crowd.names} == {0}
 
 
-def test_the_pairs_that_are_summed_are_those_of_the_path_kernel():
-    long = performer(20.0)
-    whole = Whole("x", long.skeleton, long.fps, long.positions, long.times)
-    left, right = segments_of(whole)[0]
-    graphs = [path_reference.segment_graph(*part, 10, 1) for part in (left, right)]
-    expected = path_reference.kernel(*graphs, "normalised")
-    assert sum_again(*pair_of(*graphs), 1) == pytest.approx(expected, rel=1e-12)
-
-
 def test_recordings_nearest_to_31_joints_are_measured(motion):
     skeleton, positions = with_joints(motion.skeleton, motion.positions[:50], 20)
-    few = Whole("few", skeleton, 30.0, positions, np.arange(50) / 30)
-    right = Whole("right", motion.skeleton, 120.0, motion.positions[:60], motion.times[:60])
+    few = LoadedRecording("few", skeleton, 30.0, positions, np.arange(50) / 30)
+    right = LoadedRecording("right", motion.skeleton, 120.0, motion.positions[:60], motion.times[:60])
     work = prepare([few, right, few], quick=True, tell=str)
     assert [whole.name for whole in work.recordings] == ["right"]
     assert len(work.motions) == 2

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from mossar_tools.bench.measurement import Measurement
-from mossar_tools.bench.measures import MEASURES
+from mossar_tools.bench.measures import Measures
 from mossar_tools.figures import save, style
 from mossar_tools.palette import Palette
 
@@ -19,12 +19,13 @@ WIDTH, LINE, FRAME = 6.4, 0.22, 1.0  # inches: of a panel, of a bar, around the 
 WIDE = 30.0  # ratio of values in a panel from which the axis is logarithmic
 
 
-def draw(path: Path, rows: Sequence[Measurement], about: str, palette: Palette) -> None:
+def draw(path: Path, rows: Sequence[Measurement], measures: Measures, about: str, palette: Palette) -> None:
     """Draw all measurements.
 
     Args:
         path: `.png`, `.svg` or `.pdf`.
         rows: Part by part.
+        measures: What the parts are.
         about: The machine.
         palette: Colours.
     """
@@ -40,11 +41,12 @@ def draw(path: Path, rows: Sequence[Measurement], about: str, palette: Palette) 
         figure.suptitle(about, color=palette.muted)
         grid = figure.add_gridspec(lines, min(COLUMNS, len(panels)), height_ratios=heights)
         for place, panel in enumerate(panels):
-            _draw_panel(figure.add_subplot(grid[place // COLUMNS, place % COLUMNS]), panel, palette)
+            axes = figure.add_subplot(grid[place // COLUMNS, place % COLUMNS])
+            _draw_panel(axes, panel, measures[panel[0].part].title, palette)
         save(figure, path)
 
 
-def _draw_panel(axes: Any, rows: Sequence[Measurement], palette: Palette) -> None:
+def _draw_panel(axes: Any, rows: Sequence[Measurement], title: str, palette: Palette) -> None:
     places = range(len(rows))
     values = [row.value for row in rows]
     axes.barh(places, values, color=palette.resting, height=0.7)
@@ -63,6 +65,4 @@ def _draw_panel(axes: Any, rows: Sequence[Measurement], palette: Palette) -> Non
     axes.set_yticks(list(places), [row.name for row in rows])
     axes.invert_yaxis()
     axes.set_xlabel(rows[0].unit)
-    part = rows[0].part
-    title = MEASURES[part].title if part in MEASURES else part
     axes.set_title(title.partition(":")[0].partition(",")[0], loc="left")

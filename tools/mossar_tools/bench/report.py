@@ -7,7 +7,6 @@ import numpy as np
 
 from mossar_tools.bench.machine import Machine
 from mossar_tools.bench.measurement import OWN, Measurement, Unit
-from mossar_tools.bench.measures import MEASURES
 
 NOTES = f"""medians of repeated runs [least .. largest]; "wall" is time by the wall clock, "cpu" processor time, which is shown where
 a run had the processor for less than {OWN:.0%} of the time"""
@@ -30,9 +29,9 @@ def machine_lines(machine: Machine) -> Iterator[str]:
     yield from (BUSY if machine.busy else "No neighbour loaded the machine.").splitlines()
 
 
-def part_lines(rows: Sequence[Measurement], *, busy: bool) -> Iterator[str]:
+def part_lines(title: str, rows: Sequence[Measurement], *, busy: bool) -> Iterator[str]:
     """Yield the table of one part."""
-    yield MEASURES[rows[0].part].title if rows[0].part in MEASURES else rows[0].part
+    yield title
     width = max(52, *(len(row.name) for row in rows))
     for row in rows:
         least, most = (_number(found(row.values), row.unit) for found in (min, max))
@@ -52,6 +51,24 @@ def as_json(machine: Machine, rows: Sequence[Measurement]) -> dict[str, Any]:
         "busy": machine.busy,
         "measurements": [_row(row, busy=machine.busy) for row in rows],
     }
+
+
+def table(rows: Sequence[Measurement]) -> list[dict[str, Any]]:
+    """Return a flat row for each measurement, for spreadsheets."""
+    return [
+        {
+            "part": row.part,
+            "name": row.name,
+            "unit": row.unit,
+            "median": row.value,
+            "min": min(row.values),
+            "max": max(row.values),
+            "clock": row.clock,
+            "target": row.target.limit if row.target else None,
+            "note": row.note,
+        }
+        for row in rows
+    ]
 
 
 def _row(row: Measurement, *, busy: bool) -> dict[str, Any]:

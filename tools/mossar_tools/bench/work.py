@@ -7,7 +7,7 @@ import msgspec.structs
 import numpy as np
 
 from mossar_tools.bench.motion import JOINTS, Motion, joined, performer, to_and_fro
-from mossar_tools.whole import Whole
+from mossar_tools.loaded_recording import LoadedRecording
 
 
 class Work(msgspec.Struct, frozen=True):
@@ -24,7 +24,7 @@ class Work(msgspec.Struct, frozen=True):
 
     motions: list[Motion]
     single: Motion
-    recordings: list[Whole]
+    recordings: list[LoadedRecording]
     repeats: int = 5
     quick: bool = False
     tell: Callable[[str], None] = lambda _: None
@@ -37,7 +37,7 @@ class Work(msgspec.Struct, frozen=True):
 PERFORMER_SECONDS, QUICK_SECONDS = 120.0, 4.0
 
 
-def prepare(wholes: Sequence[Whole], *, quick: bool, tell: Callable[[str], None]) -> Work:
+def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, tell: Callable[[str], None]) -> Work:
     """Return the work on some recordings, and on the built-in performer.
 
     Of recordings with several skeletons those are taken whose number of joints is nearest to `JOINTS`.
@@ -52,7 +52,7 @@ def prepare(wholes: Sequence[Whole], *, quick: bool, tell: Callable[[str], None]
     repeats = 2 if quick else 5
     if not usable:
         count = len(own.times) // 2 + 1
-        whole = Whole(own.name, own.skeleton, own.fps, own.positions[:count], own.times[:count])
+        whole = LoadedRecording(own.name, own.skeleton, own.fps, own.positions[:count], own.times[:count])
         return Work([own], own, [whole], repeats, quick, tell)
     nearest = min(usable, key=lambda whole: abs(len(whole.skeleton) - JOINTS))
     alike = [

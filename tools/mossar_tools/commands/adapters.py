@@ -75,7 +75,7 @@ def _devices(scheme: "Scheme") -> list[str]:
     """Return what is there of a scheme's hardware."""
     if "oak" not in scheme.names or not scheme.available():
         return []
-    from mossar_adapters.oak_check import summary
+    from mossar_adapters.oak.check import summary
 
     return summary()
 
@@ -85,7 +85,7 @@ def _check(url: str, options: Options, console: Console) -> int:
     from mossar_tools.opening import recording_of, source_of
 
     if parse_url(url).scheme == "oak":
-        from mossar_adapters.oak_check import check
+        from mossar_adapters.oak.check import check
 
         text, usable = check(url)
         console.line(text)

@@ -1,17 +1,19 @@
 """`mossar evaluate`: accuracy against labelled recordings."""
 
 import argparse
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-
-import msgspec
+from typing import Any
 
 from mossar_adapters.address import parse_url
 from mossar_stream.settings import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.options import Options, add_messages, add_settings
+from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
+from mossar_tools.outputs import Outputs
+from mossar_tools.palette import palette
 from mossar_tools.values import whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
@@ -24,7 +26,7 @@ Cuts are frames from 0, as [earliest, middle, latest] or one number; level is po
 Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
 of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
-  mossar evaluate demo:?noise=0.02&fps=30 --seeds 5
+  mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
@@ -40,9 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did"
     )
-    group.add_argument("--json", action="store_true", help="everything as one JSON object")
-    group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
-    group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    add_output(group, "json", "everything as one JSON object")
+    add_output(group, "csv", "a row for each method and recording")
+    add_plot(group)
     group.add_argument(
         "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
     )
@@ -53,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     settings = options.settings()
-    picture = _picture(options)
+    outputs = Outputs.of(options)
     takes = _takes(options, console)
     if options.grid:
-        return _grid(takes, options, console, picture)
+        return _grid(takes, options, console, outputs)
     from mossar_tools.evaluation.methods import all_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
     from mossar_tools.evaluation.trial import groups_of, trial
@@ -64,34 +66,48 @@ def run(options: Options, console: Console) -> int:
 
     groups = groups_of(takes)
     methods = all_methods(settings)
-    with saying_if_cold():
-        rows = {name: trial(own, methods, console.status) for name, own in groups.items()}
-    if options.json:
-        console.line(msgspec.json.encode(as_json(groups, rows)).decode())
-    else:
+    told = _progress(console, len(methods) * len(takes))
+    with saying_if_cold(settings):
+        rows = {name: trial(own, methods, told) for name, own in groups.items()}
+    report = as_json(groups, rows)
+    outputs.write_json(report, console)
+    outputs.write_csv(_flat(report), console)
+    if not outputs.piped:
         for line in tables(groups, rows):
             console.line(line)
         for name, own in groups.items():
             console.line("")
             for line in recording_table(own, next(row for row in rows[name] if row.method == SHOWN)):
                 console.line(line)
-    if picture is not None:
+    if outputs.picture is not None:
         from mossar_tools.evaluation.strips import draw_strips
-        from mossar_tools.palette import DARK, LIGHT
 
         console.status("drawing ...", now=True)
-        left_out = draw_strips(picture, groups, rows, settings, DARK if options.dark else LIGHT)
-        console.say(f"drawn: {picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
+        left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.dark))
+        console.say(f"drawn: {outputs.picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
     return DONE
 
 
-def _picture(options: Options) -> Path | None:
-    """Return where a picture goes, before work is done in vain."""
-    if options.plot is None:
-        return None
-    from mossar_tools.figures import check_picture
+def _progress(console: Console, steps: int) -> Callable[[str], None]:
+    """Return what is told of each step before it is done, and shows a bar."""
+    done = itertools.count()
+    return lambda text: console.progress(next(done) / steps, text)
 
-    return check_picture(options.plot)
+
+def _flat(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return a row for each group, method and recording."""
+    return [
+        {
+            "group": group["group"],
+            "method": method["method"],
+            "choice": method["choice"],
+            "recording": recording["name"],
+            **{name: value for name, value in recording.items() if name not in {"name", "key_frames_s"}},
+        }
+        for group in report["groups"]
+        for method in group["methods"]
+        for recording in method["recordings"]
+    ]
 
 
 def _takes(options: Options, console: Console) -> Sequence[Take]:
@@ -106,23 +122,23 @@ def _takes(options: Options, console: Console) -> Sequence[Take]:
     return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))
 
 
-def _grid(takes: Sequence[Take], options: Options, console: Console, picture: Path | None) -> int:
+def _grid(takes: Sequence[Take], options: Options, console: Console, outputs: Outputs) -> int:
     """Repeat the paper's experiments, which start from the paper's settings."""
     from mossar_tools.evaluation.experiments import experiments
     from mossar_tools.evaluation.paper_tables import grids_json, paper_tables
 
+    if outputs.csv is not None:
+        raise UsageError("--grid has no --csv; --json FILE holds all of it")
     done = experiments(takes, Settings.build("paper", options.set), console.status)
-    if options.json:
-        found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
-        console.line(msgspec.json.encode(found).decode())
-    else:
+    found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
+    outputs.write_json(found, console)
+    if not outputs.piped:
         for line in paper_tables(done.splitting, done.remerging, done.chance):
             console.line(line)
-    if picture is not None:
+    if outputs.picture is not None:
         from mossar_tools.evaluation.surfaces import draw_surfaces
-        from mossar_tools.palette import DARK, LIGHT
 
         console.status("drawing ...", now=True)
-        draw_surfaces(picture, done.splitting, done.remerging, DARK if options.dark else LIGHT)
-        console.say(f"drawn: {picture}")
+        draw_surfaces(outputs.picture, done.splitting, done.remerging, palette(dark=options.dark))
+        console.say(f"drawn: {outputs.picture}")
     return DONE

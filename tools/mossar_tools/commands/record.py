@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     from mossar_adapters.files import FileError
-    from mossar_adapters.recorder import Recorder
+    from mossar_adapters.replay.recorder import Recorder
     from mossar_adapters.urls import open_frame_sink
     from mossar_tools.opening import check_apart, source_of
     from mossar_tools.signals import stopping

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Send a recording out as a live stream: frames, each at its own time. VMC receives rotations, too, if the
 recording has them."""
-EXAMPLES = """  mossar replay walk.bvh --to osc://127.0.0.1:39539?profile=vmc
+EXAMPLES = """  mossar replay walk.bvh --to 'osc://127.0.0.1:39539?profile=vmc'
   mossar replay take.msk --to zmq+bind://127.0.0.1:5556 --speed 2
-  mossar replay 86_01.amc --to osc://127.0.0.1:7110?profile=osceleton --loop
-  mossar replay demo:?seconds=10 --to - > frames.jsonl
+  mossar replay 86_01.amc --to 'osc://127.0.0.1:7110?profile=osceleton' --loop
+  mossar replay 'demo:?seconds=10' --to - > frames.jsonl
 """
 
 
@@ -46,7 +46,7 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     from mossar_adapters.files import FileError
     from mossar_adapters.live import OutputClosedError
-    from mossar_adapters.replaying import Replay
+    from mossar_adapters.replay.replaying import Replay
     from mossar_adapters.urls import open_frame_sink
     from mossar_tools.opening import check_apart, source_of
 

@@ -1,45 +1,38 @@
-"""`mossar segment`: a whole recording, offline."""
+"""`mossar segment`: whole recordings, offline."""
 
 import argparse
-import csv
-import io
-from typing import TYPE_CHECKING
+import glob
+from collections.abc import Iterator
+from pathlib import Path
 
-import msgspec
+import msgspec.structs
 
-from mossar_tools.console import Console
-from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_body, add_messages, add_settings
+from mossar_tools.console import LOGGER, Console
+from mossar_tools.errors import DONE, WRONG_USAGE, UsageError
+from mossar_tools.options import Options, add_body, add_messages, add_output, add_plot, add_settings
+from mossar_tools.outputs import Outputs
+from mossar_tools.palette import palette
 from mossar_tools.values import whole as whole_number
 
-if TYPE_CHECKING:
-    from mossar_stream.recording import Segmentation
-
-DESCRIPTION = """Segment a whole recording, offline, with the range of the whole file: key frames, their hierarchy,
-segments at a level. Without an option a table for people."""
+DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
+segments at a level. Without an option a table for people. Several recordings are segmented in several processes; those
+that cannot be read are told of, stop nothing, and make the exit status 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
-  mossar segment 86_01.amc --level cluster --csv > segments.csv
+  mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
-  mossar segment demo:?seed=3 --plot demo.pdf --dark
+  mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
+  mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
-
-COLUMNS = ("start", "end", "duration", "state", "strength")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("file", metavar="FILE", help="a recording, or demo:")
+    parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or demo:")
     group = parser.add_argument_group("what to put out")
-    form = group.add_mutually_exclusive_group()
-    form.add_argument(
-        "--json", action="store_true", help="all key frames with their strengths, and the segments"
-    )
-    form.add_argument(
-        "--csv", action="store_true", help="start, end, duration (s), state, strength of segments"
-    )
-    group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
-    group.add_argument("--dark", action="store_true", help="a picture for dark pages")
+    add_output(group, "json", "all key frames with their strengths, and the segments")
+    add_output(group, "csv", "a row for each segment: when, which frames, what it is like")
+    add_plot(group)
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
     add_body(parser)
@@ -48,64 +41,90 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    settings = options.settings(range="file")
-    picture = None
-    if options.plot is not None:
-        from mossar_tools.figures import check_picture
+    options.settings(range="file")
+    files = _files(options)
+    outputs = Outputs.of(options)
+    if len(files) == 1:
+        return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
+    if outputs.picture is not None:
+        raise UsageError("--plot draws one recording; name one")
+    return _several(files, options, outputs, console)
 
-        picture = check_picture(options.plot)
-    from mossar_stream.recording import segment_recording
+
+def _files(options: Options) -> list[str]:
+    """Return the recordings, with patterns filled in where the shell did not do it.
+
+    Raises:
+        UsageError: If there is none.
+    """
+    for name in ("json", "csv"):
+        place = getattr(options, name)
+        if not options.sources and place not in {None, "-"}:
+            raise UsageError(
+                f"--{name} {place}: which recording? Name it first: mossar segment {place} --{name}"
+            )
+    found = []
+    for name in options.sources:
+        pattern = glob.has_magic(name) and not Path(name).exists()
+        matching = sorted(glob.glob(name)) if pattern else []  # noqa: PTH207 - of any folder, as the shell does it
+        found += matching or [name]
+    if not found:
+        raise UsageError("which recording? A file, several, or demo: (see mossar segment --help)")
+    return found
+
+
+def _one(options: Options, outputs: Outputs, console: Console) -> int:
+    from mossar_tools.batch import report_of, rows_of, segment_whole
     from mossar_tools.streaming import saying_if_cold
-    from mossar_tools.whole import read_whole
 
-    whole = read_whole(options)
-    console.status(f"segmenting {len(whole.times)} frames ...")
-    with saying_if_cold():
-        result = segment_recording(
-            whole.positions,
-            whole.fps,
-            whole.skeleton,
-            settings,
-            times=whole.times,
-            curves=picture is not None,
+    settings = options.settings(range="file")
+    with saying_if_cold(settings):
+        loaded, result, chosen = segment_whole(
+            options,
+            lambda share: console.progress(share, f"reading {options.file}"),
+            curves=outputs.picture is not None,
         )
-    chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
     console.clear()
-    if options.json:
-        report = {
-            "v": 1,
-            "recording": whole.name,
-            "fps": whole.fps,
-            "level": settings.level if options.keep is None else None,
-            "key_frames": result.key_frames,
-            "segments": chosen.segments,
-        }
-        console.line(msgspec.json.encode(report).decode())
-    elif options.csv:
-        console.line(_csv(chosen).rstrip("\n"))
-    elif picture is None:
+    outputs.write_json(report_of(options, loaded, result, chosen), console)
+    outputs.write_csv(rows_of(loaded, chosen), console)
+    if not outputs.silent:
         from mossar_tools.tables import segmentation_table
 
-        for line in segmentation_table(whole, result, chosen, console):
+        for line in segmentation_table(loaded, result, chosen, console):
             console.line(line)
-    if picture is not None:
-        from mossar_tools.palette import DARK, LIGHT
+    if outputs.picture is not None:
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        draw(picture, whole, result, chosen, DARK if options.dark else LIGHT, options.keep)
-        console.say(f"drawn: {picture}")
+        draw(outputs.picture, loaded, result, chosen, palette(dark=options.dark), options.keep)
+        console.say(f"drawn: {outputs.picture}")
     return DONE
 
 
-def _csv(chosen: "Segmentation") -> str:
-    strengths = {key.frame: key.strength for key in chosen.key_frames}
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(COLUMNS)
-    for part in chosen.segments:
-        strength = strengths.get(part.end_frame)
-        times = (part.start_time, part.end_time, part.end_time - part.start_time)
-        cells = [f"{time:.4f}" for time in times]
-        table.writerow([*cells, part.state, "" if strength is None else f"{strength:.4f}"])
-    return text.getvalue()
+def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:
+    from mossar_adapters.segment_csv import COLUMNS
+    from mossar_tools.batch import Segmented, segment_all
+    from mossar_tools.streaming import warm_up
+
+    def shown(results: Iterator[Segmented]) -> Iterator[Segmented]:
+        for number, done in enumerate(results, 1):
+            console.progress(number / len(files), f"{number} of {len(files)}: {done.name}")
+            yield done
+
+    warm_up(options.settings())  # here, so that the processes find the kernels
+    bad = 0
+    with outputs.json_lines(console) as write_json, outputs.csv_rows(COLUMNS, console) as write_csv:
+        for done in shown(segment_all(files, options)):
+            if done.error:
+                bad += 1
+                LOGGER.error("%s", done.error)
+                continue
+            write_json(done.report)
+            write_csv(done.rows)
+            if not outputs.silent:
+                segments, keys = len(done.report["segments"]), len(done.report["key_frames"])
+                console.line(f"{done.name}: {done.frames} frames, {keys} key frames, {segments} segments")
+    console.clear()
+    if bad:
+        console.say(f"mossar: {bad} of {len(files)} recordings could not be segmented")
+    return WRONG_USAGE if bad else DONE

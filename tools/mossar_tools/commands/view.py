@@ -72,7 +72,7 @@ def _play(options: Options, console: Console) -> int:
     settings = options.settings(range="file")
     parts = read_parts(options)
     console.status("segmenting ...", now=True)
-    with saying_if_cold():
+    with saying_if_cold(settings):
         show = RecordedShow(parts, settings, options.speed or 1.0)
     console.clear()
     page = Page(show, options.port, dark=options.dark)

@@ -2,14 +2,16 @@
 
 import time
 from collections.abc import Callable
+from html import escape
 from pathlib import Path
 from typing import Any, get_args
 
 from viser import Icon, ViserServer
 
-from mossar_stream.errors import MossarError
 from mossar_stream.settings import LEVEL_NAMES, Smoothing
 from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.acts import Acts
+from mossar_tools.dashboard.levels import highest_strength, level_words, needs_other_bundle
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
@@ -18,6 +20,10 @@ _RESET, _SAVE = "Reset", "Save settings"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
 # What browsers call the keys; + needs shift on some keyboards and not on others.
 _STEPS: Any = (("[plus]", None, 1), ("[plus]", "shift", 1), ("=", None, 1), ("-", None, -1))
+_LEVEL_HINT = {
+    RecordedShow: "As --level; a level with other features is segmented for again",
+    LiveShow: "As --level; a level with other features starts a new take",
+}
 _QUIET = 0.6  # s after a touch in which the page does not move what was touched
 
 
@@ -34,8 +40,9 @@ class Controls:
         self._gui = server.gui
         self._show = show
         self._folder = folder
-        self._touched = 0.0  # monotonic s of the last move of the playhead by hand
+        self._touched: dict[object, float] = {}  # monotonic s at which widgets were last moved by hand
         self.note = ""  # the last thing that was done or went wrong
+        self._acts = Acts(self._say)
         with self._gui.add_folder("Level"):
             self._add_level()
         if isinstance(show, RecordedShow):
@@ -50,35 +57,56 @@ class Controls:
     def sync(self) -> None:
         """Show what has changed by itself: the playhead, and sliders that follow one another."""
         show = self._show
+        self._set_range(self._level, highest_strength(show.settings))
         self._set(self._level, round(min(show.strength, self._level.max), 2))
+        self._say_level()
         if isinstance(show, RecordedShow):
-            if self._count.max != max(show.total, 1):
-                self._count.max = max(show.total, 1)
+            self._set_range(self._count, max(show.total, 1))
             self._set(self._count, show.standing)
-            if time.monotonic() - self._touched > _QUIET:
-                self._set(
-                    self._place, min(max(round(show.player.place, 2), self._place.min), self._place.max)
-                )
+            self._set(self._place, min(max(round(show.player.place, 2), self._place.min), self._place.max))
+            word = "Play" if show.player.paused else "Pause"
+            if self._pause.label != word:
+                self._pause.label = word
+                self._pause.icon = Icon.PLAYER_PLAY if show.player.paused else Icon.PLAYER_PAUSE
+
+    def close(self) -> None:
+        """Forget what has been asked for and has not begun."""
+        self._acts.close()
 
     def _set(self, handle: Any, value: float) -> None:
-        if handle.value != value:
+        """Move a slider, unless a person moves it or what they want of it is still to be done."""
+        quiet = time.monotonic() - self._touched.get(handle, 0.0) > _QUIET
+        if handle.value != value and quiet and not self._acts.waits(handle):
             handle.value = value
 
+    def _set_range(self, slider: Any, highest: float) -> None:
+        if slider.max != highest:
+            slider.max = highest
+
+    def _say_level(self) -> None:
+        show = self._show
+        count = show.count if isinstance(show, RecordedShow) else None
+        words = escape(level_words(show.settings, show.level, show.strength, count))
+        content = f'<div class="mossar m-card m-level" id="mossar-level">{words}</div>'
+        if self._words.content != content:
+            self._words.content = content
+
     def _add_level(self) -> None:
-        show, strengths = self._show, [self._show.strength_of(name) for name in LEVEL_NAMES]  # type: ignore[arg-type]
-        top = 2.0 * max(strengths[-1], 0.5)
+        show = self._show
+        names = self._gui.add_button_group("level", LEVEL_NAMES, hint=_LEVEL_HINT[type(show)])
+        self._on(names, self._name_level)
+        top = highest_strength(show.settings)
         self._level = self._gui.add_slider(
             "strength",
             0.0,
             top,
             0.01,
             min(show.strength, top),
-            marks=((strengths[1], "motion"), (strengths[2], "cluster")),
             hint="Key frames at least this strong stand. Left: every posture. Right: only the great changes.",
         )
         self._on(self._level, lambda value: show.set_level(float(value)))
-        presets = self._gui.add_button_group("preset", LEVEL_NAMES, hint="Levels found by evaluation")
-        self._on(presets, show.set_level)
+        self._words = self._gui.add_html("")
+        self._say_level()
         if isinstance(show, RecordedShow):
             self._count = self._gui.add_slider(
                 "key frames",
@@ -90,14 +118,27 @@ class Controls:
             )
             self._on(self._count, lambda value: show.set_count(int(value)))
 
+    def _name_level(self, name: Any) -> None:
+        """Show a named level, and say so where its features are other ones."""
+        show = self._show
+        if not needs_other_bundle(show.settings, name):
+            show.set_level(name)
+            self.note = ""
+            return
+        recorded = isinstance(show, RecordedShow)
+        self.note = f"level {name} has features of its own: segmenting again ..." if recorded else ""
+        show.set_level(name)
+        done = "segmented again" if recorded else "a new take begins"
+        self.note = f"level {name} has features of its own: {done}"
+
     def _add_playback(self, show: RecordedShow) -> None:
         player, start = show.player, round(show.player.start, 2)
         self._pause = self._gui.add_button("Pause", icon=Icon.PLAYER_PAUSE, hint="Space")
-        self._on(self._pause, lambda _: self._pause_player(show))
+        self._on(self._pause, lambda _: _switch_pause(show))
         self._place = self._gui.add_slider(
             "position (s)", start, max(round(player.end, 2), start + 0.01), 0.01, start
         )
-        self._on(self._place, self._seek)
+        self._on(self._place, lambda place: player.seek(float(place)))
         given = f"{player.speed:g}"
         speeds = SPEEDS if given in SPEEDS else (given, *SPEEDS)
         speed = self._gui.add_dropdown("speed", speeds, initial_value=given)
@@ -143,36 +184,40 @@ class Controls:
         for key, modifier, step in _STEPS:
             word = "more" if step > 0 else "less"
             command = self._gui.add_command(f"One key frame {word}", hotkey=key, modifier=modifier)
-            command.on_trigger(_stepper(show, step))
+            command.on_trigger(self._asker(_stepper(show, step)))
         pause = self._gui.add_command("Pause or go on", hotkey="space")
-        pause.on_trigger(lambda _: self._pause_player(show))
+        pause.on_trigger(self._asker(lambda: _switch_pause(show)))
 
-    def _on(self, handle: Any, act: Any) -> None:
-        """Have something done when a person touches a widget; what goes wrong is said on the page."""
+    def _on(self, handle: Any, act: Callable[[Any], None]) -> None:
+        """Have something done when a person touches a widget.
 
-        def touched(event: Any) -> None:
+        Callbacks that are coroutines come in the order of the touches, others from several threads.
+        """
+
+        async def touched(event: Any) -> None:
             if event.client is None:
                 return
-            try:
-                act(event.target.value)
-            except MossarError as error:
-                self.note = str(error)
-                LOGGER.warning("%s", error)
+            value = event.target.value
+            self._touched[handle] = time.monotonic()
+            if button:
+                self._acts.ask(lambda: act(value))
+            else:
+                self._acts.ask_latest(handle, lambda: act(value))
 
-        (handle.on_click if hasattr(handle, "on_click") else handle.on_update)(touched)
+        button = hasattr(handle, "on_click")
+        (handle.on_click if button else handle.on_update)(touched)
+
+    def _asker(self, act: Callable[[], None]) -> Any:
+        async def triggered(_: Any) -> None:
+            self._acts.ask(act)
+
+        return triggered
+
+    def _say(self, text: str) -> None:
+        self.note = text
 
     def _change(self, changes: dict[str, object]) -> None:
         self._show.change(changes)
-
-    def _seek(self, place: float) -> None:
-        self._touched = time.monotonic()
-        if isinstance(self._show, RecordedShow):
-            self._show.player.seek(float(place))
-
-    def _pause_player(self, show: RecordedShow) -> None:
-        show.player.paused = not show.player.paused
-        self._pause.label = "Play" if show.player.paused else "Pause"
-        self._pause.icon = Icon.PLAYER_PLAY if show.player.paused else Icon.PLAYER_PAUSE
 
     def _freeze_picture(self, show: LiveShow) -> None:
         show.frozen = not show.frozen
@@ -197,5 +242,9 @@ class Controls:
         LOGGER.info("settings saved: %s", path)
 
 
-def _stepper(show: RecordedShow, step: int) -> Callable[[Any], None]:
-    return lambda _: show.set_count(show.standing + step)
+def _stepper(show: RecordedShow, step: int) -> Callable[[], None]:
+    return lambda: show.step_count(step)
+
+
+def _switch_pause(show: RecordedShow) -> None:
+    show.player.paused = not show.player.paused

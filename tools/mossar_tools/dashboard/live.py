@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
+from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.errors import MossarError
 from mossar_stream.events import Event, KeyFrameEvent
 from mossar_stream.frames import Frames
-from mossar_stream.presets import bundle_name, level_strength
+from mossar_stream.presets import bundle_name
 from mossar_stream.settings import LevelName, Settings
-from mossar_stream.state import CurveState
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse
+from mossar_tools.dashboard.levels import bundle_changes, needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
 
@@ -30,6 +31,9 @@ _BURST = 240.0  # Hz, of looks after a stall
 _REMEMBERED = 64  # performers whose last look is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps")
+
+
+_Act = Callable[["Pool"], list[Event]]
 
 
 class _Look(msgspec.Struct, frozen=True):
@@ -57,6 +61,8 @@ class LiveShow:
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
+        self._first_bundle = bundle_name(settings)
+        self._asked: list[_Act] = []  # before there was a pipeline
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
         self._looks: deque[_Look] = deque(maxlen=_UNREAD)
@@ -111,6 +117,8 @@ class LiveShow:
             return
         self._due = now + 1.0 / _BURST
         self._pipeline = pipeline
+        while self._asked:
+            _carry_out(self._asked.pop(0), pipeline)
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
             reached = pipeline.times.get(name, (0.0, 0.0))[1]
             if 0 <= reached - self._looked.get(name, -1.0) < 0.9 / RATE:
@@ -144,12 +152,33 @@ class LiveShow:
 
     def strength_of(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for."""
-        return level_strength(level, self.settings.resolved(), bundle_name(self.settings))
+        return strength_of(self.settings, level)
 
     def set_level(self, level: LevelName | float) -> None:
-        """Move the level of all performers."""
+        """Move the level of all performers. A number is a strength; a name is what `--level` gives.
+
+        A name whose bundle is another one ends the takes, because its strengths are of other features.
+        """
+        other = needs_other_bundle(self.settings, level)
+        if isinstance(level, str):
+            self.settings = self.settings.replace(level=level)
         self.level = level
-        self._ask(lambda pool: pool.set({"level": level}))
+        if other:
+            # The segmenters keep the bundle that they began with, so the other one's values are set one by one.
+            changes = {**bundle_changes(self.settings), "level": self.strength}
+            self._ask(lambda pool: self._begin_anew(pool, changes))
+        else:
+            own = bundle_name(self.settings) == self._first_bundle
+            self._ask(lambda pool: pool.set({"level": level if own else self.strength_of(level)}))
+
+    def _begin_anew(self, pool: "Pool", changes: dict[str, object]) -> list[Event]:
+        """Change what strengths are of; key frames so far stay as they were."""
+        events = pool.set(changes)
+        with self._lock:
+            for name, track in self._tracks.items():
+                if name in pool:
+                    track.begin_with(pool[name].take)
+        return events
 
     def change(self, changes: dict[str, object]) -> None:
         """Change settings of all performers.
@@ -164,19 +193,13 @@ class LiveShow:
         """End all takes and forget the running ranges."""
         self._ask(lambda pool: pool.reset(reason="asked for"))
 
-    def _ask(self, act: "Callable[[Pool], list[Event]]") -> None:
+    def _ask(self, act: _Act) -> None:
         """Have something done by the thread that segments, and its events sent."""
         pipeline = self._pipeline
         if pipeline is None:
-            return
-
-        def carry_out() -> None:
-            try:
-                pipeline.send(act(pipeline.pool))
-            except MossarError as error:
-                LOGGER.warning("%s", error)
-
-        pipeline.ask(carry_out)
+            self._asked.append(act)
+        else:
+            pipeline.ask(lambda: _carry_out(act, pipeline))
 
     def _read_looks(self) -> None:
         while self._looks:
@@ -201,3 +224,11 @@ class LiveShow:
         facts.append(("dropped", str(look.dropped)))
         facts += [(name.replace("_", " "), str(look.stats[name])) for name in _COUNTS if look.stats[name]]
         return facts
+
+
+def _carry_out(act: _Act, pipeline: "Pipeline") -> None:
+    """Do something to the performers and send its events; in the thread that segments."""
+    try:
+        pipeline.send(act(pipeline.pool))
+    except MossarError as error:
+        LOGGER.warning("%s", error)

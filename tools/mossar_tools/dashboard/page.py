@@ -106,6 +106,7 @@ class Page:
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(2.0)
+        self._controls.close()
         self._server.stop()
 
     def _paint(self) -> None:

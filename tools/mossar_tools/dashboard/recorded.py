@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
-from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
 from mossar_stream.settings import LevelName, Settings
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
+from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
+from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options
-from mossar_tools.whole import Whole, read_whole
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
@@ -40,7 +40,7 @@ class _Found(msgspec.Struct, frozen=True):
 class _Part:
     """One performer: frames, what was found in them, and the level of it that is shown."""
 
-    def __init__(self, performer: str, whole: Whole, settings: Settings) -> None:
+    def __init__(self, performer: str, whole: LoadedRecording, settings: Settings) -> None:
         self.performer = performer
         self.whole = whole
         self.stance = Stance(whole.skeleton)
@@ -68,7 +68,9 @@ class RecordedShow:
 
     recorded = True
 
-    def __init__(self, parts: list[tuple[str, Whole]], settings: Settings, speed: float = 1.0) -> None:
+    def __init__(
+        self, parts: list[tuple[str, LoadedRecording]], settings: Settings, speed: float = 1.0
+    ) -> None:
         self.settings = settings
         self.level: LevelName | float = settings.level
         self.count: int | None = None  # key frames asked for, None while the level decides
@@ -77,7 +79,6 @@ class RecordedShow:
         ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
         self.player = Player(float(ends[0]), float(ends[1]), speed)
         self._lock = threading.Lock()
-        self._segmenting = threading.Lock()
         self._choose()
 
     @property
@@ -103,19 +104,29 @@ class RecordedShow:
 
     def strength_of(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for."""
-        return level_strength(level, self.settings.resolved(), bundle_name(self.settings))
+        return strength_of(self.settings, level)
 
     def set_level(self, level: LevelName | float) -> None:
-        """Show a level."""
+        """Show a level. A number is a strength among what has been found; a name is what `--level` gives.
+
+        A name whose bundle is another one is segmented for anew, because its strengths are of other features.
+        """
+        settings = self.settings.replace(level=level) if isinstance(level, str) else self.settings
+        found = self._segmented(settings) if needs_other_bundle(self.settings, level) else None
         with self._lock:
-            # By strength: a name that is moved to must not bring another bundle.
-            self.level, self.count = (level if isinstance(level, str) else float(level)), None
-            self._choose()
+            self.settings, self.level, self.count = settings, level, None
+            self._choose(found)
 
     def set_count(self, count: int) -> None:
         """Show so many key frames."""
         with self._lock:
             self.count = min(max(count, 0), self.total)
+            self._choose()
+
+    def step_count(self, step: int) -> None:
+        """Show so many key frames more, or less if negative."""
+        with self._lock:
+            self.count = min(max(self.standing + step, 0), self.total)
             self._choose()
 
     def change(self, changes: dict[str, object]) -> None:
@@ -124,15 +135,15 @@ class RecordedShow:
         Raises:
             SettingsError: If a value is illegal.
         """
-        self.settings = settings = self.settings.replace(**changes)
-        with self._segmenting:
-            if self.settings is not settings:
-                return  # a slider has moved on meanwhile
-            found = [_segmented(part.whole, settings) for part in self._parts]
+        settings = self.settings.replace(**changes)
+        found = self._segmented(settings)
         with self._lock:
-            for part, new in zip(self._parts, found, strict=True):
-                part.found = new
-            self._choose()
+            self.settings = settings
+            self._choose(found)
+
+    def _segmented(self, settings: Settings) -> list[_Found]:
+        """Return what is found with other settings; meanwhile what was found before is shown."""
+        return [_segmented(part.whole, settings) for part in self._parts]
 
     def reset(self) -> None:
         """Go back to the beginning."""
@@ -144,7 +155,10 @@ class RecordedShow:
         with self._lock:
             return [self._glimpse(part, place) for part in self._parts if len(part.found.columns)]
 
-    def _choose(self) -> None:
+    def _choose(self, found: list[_Found] | None = None) -> None:
+        """Show the level, of something newly found if it is given."""
+        for part, new in zip(self._parts, found or (), strict=False):
+            part.found = new
         for part in self._parts:
             if self.count is not None:
                 part.choose(part.found.result.at(count=self.count))
@@ -199,7 +213,7 @@ class RecordedShow:
         return Body(part.stance.place(positions[at]), motion.shares())
 
 
-def _segmented(whole: Whole, settings: Settings) -> _Found:
+def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
@@ -229,7 +243,7 @@ def _mark(key: KeyFrame, *, standing: bool) -> Mark:
     )
 
 
-def read_parts(options: Options) -> list[tuple[str, Whole]]:
+def read_parts(options: Options) -> list[tuple[str, LoadedRecording]]:
     """Return name and frames of each performer of the recording that `options.file` names.
 
     Raises:
@@ -237,6 +251,6 @@ def read_parts(options: Options) -> list[tuple[str, Whole]]:
     """
     recording = open_recording(options.file, options.reading())
     if len(recording.performers) < 2 or options.performer is not None:
-        return [(options.performer or recording.performers[0], read_whole(options))]
+        return [(options.performer or recording.performers[0], load_recording(options))]
     names = recording.performers[:MOST_PERFORMERS]
-    return [(name, read_whole(msgspec.structs.replace(options, performer=name))) for name in names]
+    return [(name, load_recording(msgspec.structs.replace(options, performer=name))) for name in names]

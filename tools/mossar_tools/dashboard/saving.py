@@ -40,7 +40,7 @@ def as_toml(settings: Settings, level: LevelName | float, strength: float) -> st
         >>> print(as_toml(Settings(), "motion", 0.45).splitlines()[1])
         level = "motion"
     """
-    # A name means something else with another bundle: once the level has been moved, its strength is kept.
+    # A name is kept only with its own bundle; a strength that was chosen by hand is kept as a number.
     kept = level if level == settings.level else round(strength, 4)
     values = msgspec.to_builtins(settings.resolved())
     if settings.range == "file":

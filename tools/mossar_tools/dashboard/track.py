@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.events import KeyFrameEvent
 from mossar_stream.frames import Frames
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.state import CurveState
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
@@ -44,7 +44,12 @@ class Track:
     def __init__(self, performer: str, skeleton: Skeleton) -> None:
         self.performer = performer
         self.skeleton = skeleton
+        self._take = 0  # the first take whose strengths are of the features in force
         self._clear()
+
+    def begin_with(self, take: int) -> None:
+        """Take note that strengths are of other features from a take on; earlier key frames stay as they are."""
+        self._take = take
 
     def _clear(self) -> None:
         self._stance = Stance(self.skeleton)
@@ -106,7 +111,7 @@ class Track:
             for name in ("time", "value", "ceiling", "floor", "moving")
         )
         keys = sorted(self._keys.values(), key=lambda key: key.event.time)
-        marks = [_mark(key, level) for key in keys]
+        marks = [_mark(key, level if key.event.take >= self._take else None) for key in keys]
         cuts = [mark.time for mark in marks if mark.standing]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.standing]
         return Glimpse(
@@ -137,9 +142,12 @@ class Track:
         return nearest[1] if nearest is not None and abs(nearest[0] - time) < 0.2 else None
 
 
-def _mark(key: _Key, level: float) -> Mark:
+def _mark(key: _Key, level: float | None) -> Mark:
+    """Return a key frame as it is shown; without a level it stands if the segmenter said so."""
     event = key.event
-    standing = event.status in _STANDING if event.strength is None else event.strength >= level
+    standing = event.status in _STANDING
+    if event.strength is not None and level is not None:
+        standing = event.strength >= level
     return Mark(
         id=event.id,
         time=event.time,

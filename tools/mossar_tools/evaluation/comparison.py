@@ -6,11 +6,11 @@ This is the part of Li and Leung's method that costs time, in compiled code, on 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.compiled import entry_point
-from mossar_stream.layout import Shape
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.memory.joint_pages import pad
 from mossar_stream.recording import segment_recording
 from mossar_stream.settings import Settings
-from mossar_stream.similarity import add_pose, close, make_params, merge_into, slot_size, strength
+from mossar_stream.similarity.protocol import add_pose, close, make_params, merge_into, slot_size, strength
 from mossar_tools.evaluation.takes import Take
 
 Floats = NDArray[np.float64]
@@ -35,7 +35,7 @@ class Comparison:
         curves = segment_recording(
             take.positions, take.fps, take.skeleton, resolved, times=take.times, curves=True
         ).curves
-        joints, lanes = len(take.skeleton), Shape.pad(len(take.skeleton))
+        joints, lanes = len(take.skeleton), pad(len(take.skeleton))
         poses = np.zeros((len(curves), 4, lanes), np.float32)
         for frame, state in enumerate(curves):
             poses[frame, :3, :joints] = state.pose.T

@@ -1,0 +1,1 @@
+"""Requests to a running pipeline, over ZeroMQ and OSC."""

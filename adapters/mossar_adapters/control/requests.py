@@ -1,0 +1,126 @@
+"""Control: requests to a running pipeline, from ZeroMQ or OSC.
+
+A request is `{"set": {"level": "motion"}}`, `{"get": "settings"}`, `{"get": "stats"}` or `{"do": "reset"}`, each with
+an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`. What a request
+changes happens in the thread that segments, between two chunks of frames.
+"""
+
+import logging
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from mossar_adapters.pipeline import Pipeline
+from mossar_adapters.pipeline.outcome import in_words
+from mossar_stream.errors import MossarError, SettingsError
+
+PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
+MAX_REQUEST = 1 << 16  # bytes
+
+_log = logging.getLogger("mossar.control")
+
+
+class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One of `set`, `get` and `do`."""
+
+    set: dict[str, Any] | None = None
+    get: str | None = None
+    do: str | None = None
+    performer: str | None = None
+
+
+class Control:
+    """Carries requests out. Any thread may call its methods.
+
+    Args:
+        pipeline: What is controlled.
+    """
+
+    def __init__(self, pipeline: Pipeline) -> None:
+        self._pipeline = pipeline
+
+    def answer(self, message: bytes) -> bytes:
+        """Return the answer to a request, both JSON."""
+        try:
+            if len(message) > MAX_REQUEST:
+                raise SettingsError(f"a request has at most {MAX_REQUEST} bytes")
+            request = msgspec.json.decode(message, type=Request)
+            return msgspec.json.encode({"ok": True, "value": self._wait_for(request)})
+        except (MossarError, ValueError, TypeError, RecursionError) as error:
+            return msgspec.json.encode({"ok": False, "error": str(error)})
+
+    def apply(self, address: str, arguments: Sequence[Any]) -> None:
+        """Carry out an OSC message, `/mossar/set/<name> value` or `/mossar/reset`, without waiting.
+
+        What is wrong with it goes to the log: the sender does not wait for an answer.
+        """
+        parts = address.strip("/").split("/")
+        if parts == ["mossar", "reset"]:
+            request = Request(do="reset")
+        elif len(parts) == 3 and parts[:2] == ["mossar", "set"] and len(arguments) == 1:
+            request = Request(set={parts[2]: arguments[0]})
+        else:
+            _log.warning(
+                "control: %s is neither /mossar/set/NAME with a value nor /mossar/reset", address[:60]
+            )
+            return
+        self._pipeline.ask(lambda: _applied(self._pipeline, request))
+
+    def _wait_for(self, request: Request) -> object:
+        """Have a request carried out by the thread that segments, and return what comes of it."""
+        results: list[object] = []
+        done = threading.Event()
+
+        def carry() -> None:
+            try:
+                results.append(carry_out(self._pipeline, request))
+            except Exception as error:  # noqa: BLE001 - no request may end the run
+                results.append(error)
+            done.set()
+
+        self._pipeline.ask(carry)
+        if not done.wait(PATIENCE):
+            raise SettingsError("the pipeline is busy or has ended")
+        if isinstance(results[0], Exception):
+            raise SettingsError(in_words(results[0]))
+        return results[0]
+
+
+def carry_out(pipeline: Pipeline, request: Request) -> object:
+    """Do what a request asks for, in the thread that segments, and return the answer's value.
+
+    Raises:
+        SettingsError: If the request is impossible; nothing is changed then.
+    """
+    asked = [name for name in ("set", "get", "do") if getattr(request, name) is not None]
+    if len(asked) != 1:
+        raise SettingsError('a request has one of "set", "get" and "do"')
+    pool, performer = pipeline.pool, request.performer
+    if performer is not None and performer not in pool:
+        raise SettingsError(
+            f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}"
+        )
+    performers = sorted(pool.names) if performer is None else [performer]
+    if request.set is not None:
+        pipeline.set(request.set, performer)
+        return request.set
+    if request.get == "settings":
+        return pool.settings if performer is None else pool[performer].settings
+    if request.get == "stats":
+        return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
+    if request.do == "reset":
+        for name in performers:
+            pipeline.send(pool.reset(name, "asked for"))
+        return performers
+    if request.get is not None:
+        raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")
+    raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")
+
+
+def _applied(pipeline: Pipeline, request: Request) -> None:
+    try:
+        carry_out(pipeline, request)
+    except Exception as error:  # noqa: BLE001 - no request may end the run
+        _log.warning("control: %s", in_words(error))

@@ -1,0 +1,77 @@
+"""The decoder of JSON lines: bytes in, in whatever pieces they come, metas and frames out. It never sees a stream."""
+
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Counters
+from mossar_adapters.maps.codec import from_json
+from mossar_adapters.maps.decoder import MapDecoder
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.source import Left, Meta
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+
+MAX_LINE = 1 << 20  # bytes
+
+
+class LineDecoder:
+    r"""Turns JSON lines, one frame or meta map in each, into metas and frames.
+
+    Args:
+        options: The user's fps and unit.
+
+    Example:
+        >>> decoder = LineDecoder()
+        >>> decoder.receive(b'{"type": "frame", "t": 0.5, "xyz": ', 0.0)
+        []
+        >>> meta, frames = decoder.receive(b"[[0, 1, 0]]}\n", 0.0)
+        >>> meta.performer, frames.times.tolist()
+        ('p1', [0.5])
+    """
+
+    def __init__(self, options: ReadOptions | None = None) -> None:
+        options = options or ReadOptions()
+        self.counters = Counters()
+        self.usable = 0  # frames
+        self.problem = ""  # what was wrong with the first malformed line
+        self._maps = MapDecoder(self.counters, options)
+        self._batch = Batch(options.fps)
+        self._rest = b""  # of a line whose end has not come
+
+    def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Left]:
+        """Return what is complete with these bytes; what is malformed is counted and passed over.
+
+        Args:
+            data: Any number of lines, whole or not.
+            arrival: When they came, s.
+        """
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines:
+            self._decode(line, arrival)
+        if len(self._rest) > MAX_LINE:
+            self._refuse(f"longer than {MAX_LINE} bytes")
+            self._rest = b""
+        return self._batch.take()
+
+    def end(self, arrival: float) -> list[Meta | Frames | Left]:
+        """Return what the last line says if nothing ended it: there is no more to come."""
+        return self.receive(b"\n", arrival) if self._rest else []
+
+    def _decode(self, line: bytes, arrival: float) -> None:
+        if not line or line.isspace():
+            return
+        self.counters.received += 1
+        try:
+            found = from_json(line)
+            if found is None:
+                self.counters.ignored += 1
+                return
+            if isinstance(found, MetaMap) and self._batch.fps is None:
+                self._batch.fps = found.fps or None  # UNSET is false
+            self._batch.put(self._maps.receive(found, arrival))
+            self.usable += isinstance(found, FrameMap)
+        except FrameError as error:
+            self._refuse(str(error))
+
+    def _refuse(self, why: str) -> None:
+        self.counters.reject(why)
+        self.problem = self.problem or f" (line {self.counters.received}: {why})"

@@ -1,0 +1,1 @@
+"""OAK cameras as a source of frames, `oak:`."""

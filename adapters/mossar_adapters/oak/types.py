@@ -1,0 +1,46 @@
+"""What an OAK camera is asked for, what it tells, and how it fails."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import MossarError
+
+
+class CameraError(MossarError):
+    """The camera cannot be used; the message says why and what to do."""
+
+
+class CameraLost(CameraError):  # noqa: N818 - it is what happened
+    """A camera that worked no longer answers."""
+
+
+class OakOptions(msgspec.Struct, frozen=True):
+    """What the user wants of the camera.
+
+    Args:
+        model: Name at the maker's hub or path of an archive; empty for the platform's usual one.
+        device: Id, address or USB port of one camera; empty for the first one found.
+        fps: Pictures per second; None for what the platform's usual model reaches.
+        unit: Unit of the coordinates; `auto` believes the messages.
+    """
+
+    model: str = ""
+    device: str = ""
+    fps: float | None = None
+    unit: str = "auto"
+
+
+class Picture(msgspec.Struct, frozen=True):
+    """What was found in one picture.
+
+    Args:
+        number: Sequence number of the picture.
+        time: When it was taken, s on the host's monotonic clock.
+        people: One (K, 4) array for each person: x to the right, y down, z away from the camera in metres, and
+            the confidence; below 0 where the network gives none.
+    """
+
+    number: int
+    time: float
+    people: tuple[NDArray[np.float64], ...]

@@ -1,0 +1,1 @@
+"""From messages that carry a joint each to whole frames."""

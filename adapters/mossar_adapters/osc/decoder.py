@@ -1,0 +1,135 @@
+"""The OSC decoder: datagrams in, metas and frames out. It never sees a socket, and no clock but that of the datagrams.
+
+Four steps, each in one place:
+
+1. admission: is this sender read at all (`receiving.admission`);
+2. decoding: bytes to messages (`osc.messages`), each handed to the profile that it fits (`osc.profiles`);
+3. assembly: messages of one joint each to poses, where the protocol needs it (`osc.assembly`);
+4. batching: poses to announced, timed chunks of frames (`receiving.batch`).
+"""
+
+from mossar_adapters.address import Address
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Counters, Listener
+from mossar_adapters.osc.datagrams import Datagram
+from mossar_adapters.osc.messages import messages
+from mossar_adapters.osc.profiles.profile import Context, Found, Message
+from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
+from mossar_adapters.receiving.admission import Admission
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.receiving.senders import Senders
+from mossar_adapters.source import Left, Meta
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+
+_CONTROL = "/mossar/set/", "/mossar/reset"
+
+
+class OscDecoder:
+    """Turns datagrams into metas, frames and who has left.
+
+    The caller hands datagrams over in the order in which they came, and calls `idle` soon while `pending` is true and
+    nothing more waits to be read: most protocols do not say where a frame ends.
+
+    Args:
+        address: `osc://HOST:PORT?profile=…`, for its options.
+        options: What the user says beyond the URL; the URL's own options go before.
+        listener: Is told of control messages.
+
+    Raises:
+        SettingsError: If an option is wrong.
+
+    Example:
+        >>> from mossar_adapters.address import parse_url
+        >>> from mossar_adapters.osc.encode import encode
+        >>> decoder = OscDecoder(parse_url("osc://127.0.0.1:0"))
+        >>> frame = encode("/mossar/frame", "sidb", "ann", 0, 0.5, bytes(24))
+        >>> meta, frames = decoder.receive(Datagram(frame, "127.0.0.1", 9000, 0.0))
+        >>> meta.performer, frames.positions.shape, frames.times.tolist()
+        ('ann', (1, 2, 3), [0.5])
+    """
+
+    def __init__(
+        self, address: Address, options: ReadOptions | None = None, listener: Listener | None = None
+    ) -> None:
+        address.check(OPTIONS)
+        options = options or ReadOptions()
+        self.counters = Counters()
+        self.admission = Admission(address, self.counters)
+        self._listener = listener
+        self._senders = Senders(address.options.get("performer"))
+        self._batch = Batch(options.fps)
+        self._profile = address.choice("profile", NAMES, "auto")
+        context = Context(address, options, self._senders, self.counters)
+        self._routes = Routes(self._profile, context)
+        self._others = Routes("auto", context)  # asked only to explain silence
+
+    @property
+    def pending(self) -> bool:
+        """Whether a frame is open or held back, so that `idle` should be called soon."""
+        return self._routes.pending()
+
+    def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Left]:
+        """Return what is complete with these datagrams; frames of one performer that came together make one chunk.
+
+        What is malformed is counted, and nothing else is lost by it.
+        """
+        for datagram in datagrams:
+            if self.admission.admits(datagram.host, datagram.port):
+                self._decode(datagram)
+        return self._batch.take()
+
+    def idle(self, now: float) -> list[Meta | Frames | Left]:
+        """Return the frames that nothing more has come for.
+
+        Args:
+            now: s, on the clock of the datagrams' arrivals.
+        """
+        self._collect(self._routes.idle(now))
+        return self._batch.take()
+
+    def fitting(self, address: str) -> str:
+        """Return which profile an OSC address fits, for people to read; also if another one was chosen."""
+        message = Message(address, (), "", 0.0)
+        fitting = self._routes.find(message) or self._others.find(message)
+        if fitting is None:
+            return "no profile"
+        return fitting.name if self._profile in {"auto", fitting.name} else f"fits {fitting.name}"
+
+    def _decode(self, datagram: Datagram) -> None:
+        malformed, used = self.counters.malformed, False
+        suffix = self._senders.suffix(datagram.host, datagram.port)
+        try:
+            for address, arguments in messages(datagram.data):
+                used |= self._use(Message(address, arguments, suffix, datagram.arrival))
+        except FrameError as error:
+            self.counters.reject(str(error))
+        if used or self.counters.malformed > malformed:
+            self.admission.judge(datagram.host, datagram.port, sound=used)
+
+    def _use(self, message: Message) -> bool:
+        """Use a message; return whether a profile could."""
+        self.counters.see(message.address)
+        try:
+            found = self._routes.receive(message)
+        except FrameError as error:
+            self.counters.reject(f"{message.address[:60]}: {error}")
+            return False
+        if found is not None:
+            return self._collect(found, message.address)
+        if not message.address.startswith(_CONTROL):
+            self.counters.ignored += 1
+        elif self._listener is not None:
+            self._listener.control(message.address, message.arguments)
+        return False
+
+    def _collect(self, found: Found, address: str = "idle") -> bool:
+        """Batch what a profile found; return whether all of it could be used."""
+        sound = True
+        for item in found:
+            try:
+                self._batch.put(item)
+            except FrameError as error:
+                self.counters.reject(f"{address[:60]}: {error}")
+                sound = False
+        return sound

@@ -1,0 +1,33 @@
+"""Outcome: how a run went."""
+
+import msgspec
+
+from mossar_stream.errors import MossarError
+
+
+class Outcome(msgspec.Struct):
+    """How a run went.
+
+    Args:
+        frames: Frames taken in.
+        complete: Whether it came to its own end, instead of being stopped.
+        errors: What went wrong with sources, in order.
+        dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.
+        abandoned: Whether the reader of a sink went away (a closed pipe).
+    """
+
+    frames: int = 0
+    complete: bool = False
+    errors: list[Exception] = msgspec.field(default_factory=list)
+    dead_sinks: list[str] = msgspec.field(default_factory=list)
+    abandoned: bool = False
+
+
+def in_words(error: Exception) -> str:
+    """Return what an error says, in one line; of what is no error of data or settings, its kind as well."""
+    text = " ".join(str(error).split())
+    return (
+        text
+        if isinstance(error, MossarError)
+        else f"internal error, please report it: {type(error).__name__}: {text}"
+    )

@@ -1,0 +1,157 @@
+"""Batching: poses of many performers, announced, timed and put together into chunks.
+
+The last step from a wire to the pipeline, and the same for all wires. Here it is decided which skeleton a performer
+has, which time a frame gets, and what goes on together.
+"""
+
+from collections import OrderedDict
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.joint_sets import by_count
+from mossar_adapters.receiving.pose import Pose, check_time
+from mossar_adapters.receiving.steady import Steady
+from mossar_adapters.source import Left, Meta
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+MAX_PERFORMERS = 256  # known at a time
+SILENT = 2.0  # s, after which the one unheard for longest may be forgotten
+FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
+
+
+class _Line(msgspec.Struct):
+    """One performer's frames that wait to be taken."""
+
+    heard: float  # when it was heard last, s
+    meta: Meta | None = None
+    count: int = 0  # frames so far, for times at a given rate
+    steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
+    positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
+    confidence: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
+    times: list[float] = msgspec.field(default_factory=list)
+
+
+class Batch:
+    """Collects what arrived since the reader last looked, and hands it out in order for each performer.
+
+    Args:
+        fps: Rate in Hz: frames without a time of their own get frame number / fps instead of their arrival, steadied.
+    """
+
+    def __init__(self, fps: float | None = None) -> None:
+        self.fps = fps
+        self._lines: OrderedDict[str, _Line] = OrderedDict()
+        self._ready: list[Meta | Frames | Left] = []
+        self._now = float("-inf")  # the latest arrival, s
+
+    def put(self, item: Meta | Pose | Left) -> None:
+        """Take one thing that a decoder found.
+
+        A meta that says the same as before, and the leaving of somebody unknown, change nothing.
+
+        Raises:
+            FrameError: If a pose does not fit the performer's skeleton, its time is none, or the performer is new
+                and there is no room for it.
+        """
+        if isinstance(item, Pose):
+            self._add(item)
+        elif isinstance(item, Meta):
+            self._announce(item)
+        else:
+            self._leave(item)
+
+    def take(self) -> list[Meta | Frames | Left]:
+        """Return everything collected since the last call."""
+        for performer, line in self._lines.items():
+            if line.times:
+                self._finish(performer, line)
+        ready, self._ready = self._ready, []
+        return ready
+
+    def _announce(self, meta: Meta) -> None:
+        line = self._line(meta.performer)
+        if line.meta != meta:
+            self._finish(meta.performer, line)
+            self._ready.append(meta)
+        line.meta = meta
+
+    def _leave(self, left: Left) -> None:
+        line = self._lines.get(left.performer)
+        if line is not None:
+            self._finish(left.performer, line)
+            self._ready.append(left)
+
+    def _add(self, pose: Pose) -> None:
+        check_time(pose.time)
+        self._now = max(self._now, pose.arrival)
+        line = self._line(pose.performer)
+        meta = line.meta
+        if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
+            self._announce(Meta(pose.performer, pose.skeleton, self.fps, pose.unit))
+        elif meta is None:
+            self._announce(Meta(pose.performer, _unnamed(len(pose.positions)), self.fps))
+        elif len(pose.positions) != len(meta.skeleton):
+            raise FrameError(
+                f"a frame with {len(pose.positions)} joints does not fit the skeleton: it has {len(meta.skeleton)}"
+            )
+        if line.times and (pose.confidence is None) != (not line.confidence):
+            self._finish(pose.performer, line)
+        line.times.append(self._time(line, pose))
+        line.positions.append(pose.positions)
+        if pose.confidence is not None:
+            line.confidence.append(pose.confidence)
+
+    def _time(self, line: _Line, pose: Pose) -> float:
+        time = pose.time
+        if time is None:
+            time = line.steady.time(pose.arrival) if self.fps is None else line.count / self.fps
+        line.count += 1
+        return time
+
+    def _line(self, performer: str) -> _Line:
+        line = self._lines.get(performer)
+        if line is None:
+            self._make_room(performer)
+            line = self._lines[performer] = _Line(self._now)
+        else:
+            self._lines.move_to_end(performer)
+            line.heard = self._now
+        return line
+
+    def _make_room(self, performer: str) -> None:
+        """Forget who has been silent; a flood of names must not take the place of those who move."""
+        if len(self._lines) < MAX_PERFORMERS:
+            return
+        silent, line = next(iter(self._lines.items()))
+        if self._now - line.heard < SILENT:
+            raise FrameError(
+                f"{MAX_PERFORMERS} performers are known and all of them move; {performer} is refused"
+            )
+        self._finish(silent, self._lines.pop(silent))
+
+    def _finish(self, performer: str, line: _Line) -> None:
+        if not line.times:
+            return
+        confidence = None
+        if line.confidence:
+            confidence = np.clip(np.nan_to_num(np.array(line.confidence)), 0.0, 1.0).astype(np.float32)
+        self._ready.append(Frames(_sane(line.positions), np.array(line.times), confidence, performer))
+        line.positions, line.confidence, line.times = [], [], []
+
+
+def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Return poses as (n, J, 3) float32, without what is damage."""
+    positions = np.array(poses)
+    if not float(np.abs(positions).max()) < FARTHEST:  # most frames are whole: one look is enough
+        with np.errstate(invalid="ignore"):
+            positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
+    return positions.astype(np.float32, copy=False)
+
+
+def _unnamed(joints: int) -> Skeleton:
+    """Return a skeleton for a sender that never described it."""
+    return by_count(joints) or Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)

@@ -1,0 +1,42 @@
+"""One frame of one performer, as decoders find it and before it is batched."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import FrameError
+from mossar_stream.skeleton import Skeleton
+
+_LATEST = 1e15  # s; beyond that, float64 no longer tells frames apart
+
+
+class Pose(msgspec.Struct):
+    """Where the joints of one performer are at one moment.
+
+    Args:
+        performer: Name.
+        positions: (J, 3), metres, NaN where missing.
+        arrival: When it came, s.
+        time: The sender's time, s, or None.
+        confidence: (J,) or None.
+        skeleton: Of these positions; None for the one announced before.
+        unit: What one unit of the original was taken for.
+    """
+
+    performer: str
+    positions: NDArray[np.float64] | NDArray[np.float32]
+    arrival: float
+    time: float | None = None
+    confidence: NDArray[np.float64] | NDArray[np.float32] | None = None
+    skeleton: Skeleton | None = None
+    unit: str = "m"
+
+
+def check_time(time: float | None) -> None:
+    """Check the time that a sender gives.
+
+    Raises:
+        FrameError: If it is none.
+    """
+    if time is not None and not abs(time) < _LATEST:
+        raise FrameError(f"t = {time} is no time")

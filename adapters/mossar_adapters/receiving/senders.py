@@ -1,0 +1,101 @@
+"""Who sends: names for performers, one set per sender.
+
+Protocols without performer ids have one performer per sender. The first sender's performers have plain names,
+those of others carry the sender's address. A sender that restarts, or that opens a socket for every message,
+shows up with a new port and keeps its name; two programs on one computer are told apart as soon as the first
+one is heard again after the second.
+"""
+
+from collections import OrderedDict
+
+from mossar_adapters.receiving.names import distinct_name
+
+MAX_SENDERS = 64
+_MAX_NAMES = 4096
+_REMEMBERED = 16  # earlier ports of a host
+
+
+class Senders:
+    """Names the performers of several senders.
+
+    Args:
+        base: What the user calls the performer, or None.
+    """
+
+    def __init__(self, base: str | None = None) -> None:
+        self._base = base
+        self._hosts: OrderedDict[str, _Host] = OrderedDict()
+        self._names: dict[tuple[str, str], str] = {}  # by suffix and person
+        self._latest: tuple[str, int] | None = None  # host and port that sent the latest datagram
+        self._suffix = ""  # theirs
+        self._first: str | None = None  # host whose performers have plain names
+
+    def suffix(self, host: str, port: int) -> str:
+        """Return what tells this sender's performers from those of others; empty for the first sender."""
+        if self._latest != (host, port):
+            self._latest, self._suffix = (host, port), self._find(host, port)
+        return self._suffix
+
+    def _find(self, host: str, port: int) -> str:
+        known = self._hosts.get(host)
+        if known is None:
+            known = self._hosts[host] = _Host(port)
+            self._first = self._first or host
+            if len(self._hosts) > MAX_SENDERS:
+                self._hosts.popitem(last=False)
+        separate = known.separate(port)
+        if host == self._first:
+            return f"{host}:{port}" if separate else ""
+        return f"{host}:{port}" if separate else host
+
+    def name(self, suffix: str, person: str = "") -> str:
+        """Return a performer's name.
+
+        Args:
+            suffix: The sender's, see `suffix`.
+            person: The id that the protocol gives; empty if it has none. The first one's does not follow a
+                name that the user gave.
+        """
+        name = self._names.get((suffix, person))
+        if name is None:
+            if len(self._names) == _MAX_NAMES:
+                self._names.clear()
+            name = self._names[suffix, person] = self._make(suffix, person)
+        return name
+
+    def _make(self, suffix: str, person: str) -> str:
+        if self._base is not None:
+            parts = [self._base, "" if person in {"1", "p1"} else person, suffix]
+        elif person:
+            parts = [f"p{person}" if person.isdecimal() else person, suffix]
+        else:
+            parts = [suffix or "p1"]
+        return distinct_name("_".join(part for part in parts if part))
+
+
+class _Host:
+    """The ports one host sends from."""
+
+    def __init__(self, port: int) -> None:
+        self._main = port  # the one with the plain name
+        self._former: OrderedDict[int, None] = OrderedDict()
+        self._others: set[int] = set()
+
+    def separate(self, port: int) -> bool:
+        """Return whether the port belongs to another program than the one with the plain name."""
+        if port == self._main:
+            return False
+        if port in self._others:
+            return True
+        if port in self._former:  # two programs take turns: the older one keeps the name
+            if len(self._others) == MAX_SENDERS:
+                self._others.clear()
+            self._others.add(self._main)
+            self._main = port
+            del self._former[port]
+            return False
+        self._former[self._main] = None
+        if len(self._former) > _REMEMBERED:
+            self._former.popitem(last=False)
+        self._main = port
+        return False

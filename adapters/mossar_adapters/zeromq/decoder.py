@@ -1,0 +1,74 @@
+"""The ZeroMQ decoder: messages in, metas and frames out. It never sees a socket.
+
+Accepted are two parts, topic and a msgpack or JSON map, or a single JSON part. Events and stats that pass by are left
+alone.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Counters
+from mossar_adapters.maps.codec import from_json, from_msgpack
+from mossar_adapters.maps.decoder import MapDecoder
+from mossar_adapters.maps.frame_maps import FrameMap
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.source import Left, Meta
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+
+
+class ZmqMessage(NamedTuple):
+    """What came in one piece: its parts, and when (s since the socket opened)."""
+
+    parts: Sequence[bytes]
+    arrival: float
+
+
+class ZmqDecoder:
+    """Turns messages into metas and frames.
+
+    Args:
+        options: The user's fps and unit.
+        performer: What the user calls the performer, or None.
+
+    Example:
+        >>> decoder = ZmqDecoder()
+        >>> text = b'{"type": "frame", "performer": "ann", "t": 0.5, "xyz": [[0, 1, 0]]}'
+        >>> meta, frames = decoder.receive(ZmqMessage((b"mossar.frame.ann.", text), 0.0))
+        >>> meta.performer, frames.times.tolist()
+        ('ann', [0.5])
+    """
+
+    def __init__(self, options: ReadOptions | None = None, performer: str | None = None) -> None:
+        options = options or ReadOptions()
+        self.counters = Counters()
+        self.frames = 0  # frame maps that came, usable or not
+        self._maps = MapDecoder(self.counters, options, performer)
+        self._batch = Batch(options.fps)
+
+    def receive(self, *messages: ZmqMessage) -> list[Meta | Frames | Left]:
+        """Return what these messages say; what is malformed is counted and passed over."""
+        for message in messages:
+            self.counters.received += 1
+            try:
+                self._decode(message)
+            except FrameError as error:
+                self.counters.reject(str(error))
+        return self._batch.take()
+
+    def _decode(self, message: ZmqMessage) -> None:
+        parts = message.parts
+        if len(parts) > 2:
+            raise FrameError(
+                f"a message of {len(parts)} parts; two (topic, map) or one (JSON) are understood"
+            )
+        if len(parts) == 2:
+            self.counters.see(parts[0][:80].decode("utf-8", "replace"))
+        data = parts[-1]
+        found = from_json(data) if len(parts) == 1 or data.lstrip()[:1] == b"{" else from_msgpack(data)
+        if found is None:
+            self.counters.ignored += 1
+            return
+        self.frames += isinstance(found, FrameMap)
+        self._batch.put(self._maps.receive(found, message.arrival))

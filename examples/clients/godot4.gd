@@ -1,0 +1,43 @@
+# Godot 4: a node that emits a signal for every key frame. Not run here: there was no Godot 4.
+# Start: mossar run SOURCE --to osc://127.0.0.1:9000   Attach to a Node, connect `key_frame` to what reacts.
+extends Node
+
+signal key_frame(performer: String, status: String, kind: String, take: int, frame: int, time: float)
+
+@export var port := 9000
+var _socket := PacketPeerUDP.new()
+
+
+func _ready() -> void:
+	if _socket.bind(port, "127.0.0.1") != OK:
+		push_error("port %d is in use" % port)
+
+
+func _process(_delta: float) -> void:
+	while _socket.get_available_packet_count() > 0:
+		_receive(_socket.get_packet())
+
+
+func _receive(packet: PackedByteArray) -> void:
+	var stream := StreamPeerBuffer.new()
+	stream.big_endian = true
+	stream.data_array = packet
+	if _text(stream) != "/mossar/key_frame":
+		return
+	var arguments := []
+	for type in _text(stream).substr(1):
+		match type:
+			"s": arguments.append(_text(stream))
+			"i": arguments.append(stream.get_32())
+			"f": arguments.append(stream.get_float())
+	# performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
+	key_frame.emit(arguments[0], arguments[1], arguments[2], arguments[3], arguments[4], arguments[5])
+
+
+func _text(stream: StreamPeerBuffer) -> String:
+	# OSC strings end with a zero and are filled up to a multiple of four bytes.
+	var start := stream.get_position()
+	var bytes := stream.data_array
+	var end := bytes.find(0, start)
+	stream.seek(start + (((end - start) / 4) + 1) * 4)
+	return bytes.slice(start, end).get_string_from_utf8()

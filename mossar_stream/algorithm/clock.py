@@ -1,0 +1,64 @@
+"""Clock: takes, frame numbers and time of one performer, and what became of the frames."""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
+
+CLOCK = np.dtype(
+    [
+        ("row", "i8"),  # place of the performer's row in the pool
+        ("take", "i8"),
+        ("open", "i8"),  # whether a take is open
+        ("next_frame", "i8"),  # number of the next one
+        ("time", "f8"),  # s, of the last used frame
+        ("used_frame", "i8"),  # number of the last used frame
+    ],
+)
+COUNTERS = np.dtype(  # since the row was made
+    [
+        ("frames", "i8"),
+        ("out_of_order", "i8"),
+        ("outliers", "i8"),
+        ("held", "i8"),
+        ("gaps", "i8"),
+    ],
+)
+IN_TIME, IN_VAIN, BEYOND = range(3)  # where in the take a frame lies
+
+
+@inline_kernel
+def place_in_time(clock, time, max_pause):
+    """Tell where in the take a frame lies.
+
+    Args:
+        clock: CLOCK.
+        time: s, of the frame.
+        max_pause: s.
+
+    Returns:
+        IN_TIME for a frame that can be taken in; IN_VAIN for one without a time, or not later than the last one;
+        BEYOND for one before which the take ends, since its time is so far from the last one's.
+    """
+    if not abs(time) < np.inf:
+        return IN_VAIN
+    if clock.open == 0:
+        return IN_TIME
+    dt = time - clock.time
+    if dt > max_pause or dt < -max_pause:
+        return BEYOND
+    return IN_VAIN if dt <= 0.0 else IN_TIME
+
+
+@inline_kernel
+def count_frame(clock, counters):
+    """Count a frame, used or not."""
+    clock.next_frame += 1
+    counters.frames += 1
+
+
+@kernel
+def end_take(clock):
+    """End the take; the next one has the next number, and frames are numbered from 0."""
+    clock.open = 0
+    clock.take += 1
+    clock.next_frame = 0

@@ -1,0 +1,122 @@
+"""Decision: the oldest undecided key frame leaves the window for good."""
+
+import numpy as np
+
+from mossar_stream.algorithm.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
+from mossar_stream.algorithm.pose_history import place_back
+from mossar_stream.algorithm.remerging import forget
+from mossar_stream.algorithm.window import point_of, put_segment
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
+from mossar_stream.memory.slots import free
+from mossar_stream.similarity.protocol import close, merge_into
+
+OLDEST, ONE = np.arange(2)
+
+
+@kernel
+def decide_oldest(w, settled, open_slot, end_frame):
+    """Decide the oldest key frame: final where it is kept at the level, merged if not.
+
+    Args:
+        w: Window.
+        settled: Slot of the open segment that follows the newest key frame.
+        open_slot: Slot with the summary of everything since the newest key frame.
+        end_frame: A final key frame moves to a frame before this one, up to which the settled slot is complete.
+
+    Returns:
+        The slot of the open segment that follows the newest key frame from now on.
+    """
+    key, state = w.keys[0], w.state
+    if key.kept == 0:
+        _put_decided(w, OLDEST, MERGED, key.frame, key.time)
+        following = w.order[1] if state.undecided > 1 else settled
+        # The earlier segment takes the later one in, and then its place.
+        merge_into(w.params, w.summaries[w.order[0]], w.summaries[following])
+        close(w.params, w.summaries[w.order[0]])
+        free(w.slots, w.unused, following)
+        if state.undecided > 1:
+            w.order[1] = w.order[0]
+        else:
+            settled = w.order[0]
+        _shift(w, ONE)
+        return settled
+    frame, time, passed = _locate(w, open_slot, end_frame)
+    _put_decided(w, OLDEST, FINAL, frame, time)
+    for i in range(1, passed + 1):
+        _put_decided(w, i, MERGED, w.keys[i].frame, w.keys[i].time)
+    put_segment(w, state.left_ordinal, OLDEST, SEGMENT_FINAL)
+    w.events[w.events[0].row].until_frame = frame
+    w.events[w.events[0].row].until_time = time
+    _leave(w, settled, passed, frame, time)
+    return settled
+
+
+@inline_kernel
+def _locate(w, open_slot, end_frame):
+    """Return frame and time where the oldest key frame had better be, and how many others it passes."""
+    key, location = w.keys[0], w.plan.location
+    if location == CANDIDATES:
+        passed = best_candidate(w, open_slot)
+        return w.keys[passed].frame, w.keys[passed].time, passed
+    if location == FREE:
+        back = best_pose(w, open_slot, end_frame)
+        if back >= 0:
+            mark = w.history.marks[place_back(w.history, back)]
+            passed = 0
+            while passed + 1 < w.state.undecided and w.keys[passed + 1].frame <= mark.frame:
+                passed += 1
+            return mark.frame, mark.time, passed
+    return key.frame, key.time, 0
+
+
+@kernel
+def _put_decided(w, place, status, frame, time):
+    """Put the last message about a key frame into the event buffer."""
+    key = w.keys[place]
+    key.rev += 1
+    put_key_frame(w.clock, w.events, point_of(key, frame, time, key.strength), status, key.rev, DECIDED)
+
+
+@inline_kernel
+def _leave(w, settled, passed, frame, time):
+    """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
+    state, summaries = w.state, w.summaries
+    oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame
+    ended = w.order[0]
+    for i in range(1, passed + 1):
+        merge_into(w.params, summaries[ended], summaries[w.order[i]])
+        free(w.slots, w.unused, w.order[i])
+    close(w.params, summaries[ended])
+    _shift(w, passed + 1)
+    following = w.order[0] if state.undecided > 0 else settled
+    if frame < oldest:
+        move_poses(w, ended, following, frame, oldest)
+    elif frame > origin:
+        move_poses(w, following, ended, origin, frame)
+    if state.has_before == 1:
+        free(w.slots, w.unused, state.before)
+    state.before = ended
+    state.has_before = 1
+    state.left_frame = frame
+    state.left_id = oldest
+    state.left_time = time
+    state.left_ordinal = ordinal
+    places = w.plan.capacity + 2
+    for i in range(w.counts.shape[1]):
+        w.counts[places, i] = w.counts[ordinal % places, i]
+    if frame != oldest:
+        # The first segment is no longer what it was; what was remembered of it is void.
+        forget(w.memo, ordinal)
+
+
+@kernel
+def _shift(w, count):
+    """Drop the leftmost key frames and segments; if none is left, the newest key frame stays in place 0."""
+    undecided = w.state.undecided
+    if count == undecided:
+        w.keys[0] = w.keys[count - 1]
+    for i in range(undecided - count):
+        w.keys[i] = w.keys[i + count]
+        w.order[i] = w.order[i + count]
+    w.state.undecided -= count

@@ -1,0 +1,251 @@
+"""Frame step: what happens to each frame, in order.
+
+    clock       in order? or does the take end here?
+    joints      present, held, left out; path of each relative to the centre
+    velocity    equation 1, smoothing, normalisation
+    splitter    Algorithms 1 and 2: candidates, key frames
+    summary     the frame before joins the open segment, now that it is known on which side of a candidate it lies
+    pose        what is kept of where the joints are
+
+One compiled call takes a chunk of frames in; it stops early only to ask something of its caller.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
+from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
+from mossar_stream.algorithm.noise import calm_noise, start_noise
+from mossar_stream.algorithm.normalisation import normalise
+from mossar_stream.algorithm.one_euro import filter_joints
+from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
+from mossar_stream.algorithm.pose_history import (
+    MARK,
+    PoseHistory,
+    follow_speeds,
+    keep_pose,
+    start_history,
+)
+from mossar_stream.algorithm.remerging import MEMO, start_memo
+from mossar_stream.algorithm.row import ROW
+from mossar_stream.algorithm.splitter import start_curve
+from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
+from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
+from mossar_stream.algorithm.window import start_window
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.views import part
+from mossar_stream.memory.joint_pages import (
+    LIVE,
+    PAGE,
+    POINT,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    STEP,
+    STEP_BEFORE,
+    X,
+    Y,
+    Z,
+    center_of,
+    flatten,
+    page_of,
+)
+from mossar_stream.memory.slots import start_slots
+from mossar_stream.similarity.protocol import add_pose
+
+DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL = range(5)  # stop codes
+STOPS = 5
+# In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
+MOST_STEPS = 1 << 14
+AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
+
+
+class Arrays(NamedTuple):
+    """A row's arrays, as frames need them."""
+
+    joints: Joints
+    segment: OpenSegment
+    history: PoseHistory
+    filtered: NDArray[np.float64]  # (6, padded_joints), or none
+    ring_time: NDArray[np.float64]  # (ring,)
+    ring_step: NDArray[np.int64]  # (ring,)
+    average: NDArray[np.int64]  # (smoothing_window,)
+    memo: NDArray[np.void]  # (memo,) MEMO
+
+
+@entry_point(makes_arrays=False)
+def advance(
+    memory: NDArray[np.uint8],
+    index: int,
+    params: NDArray[np.void],
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+) -> int:
+    """Take frames of one performer in until they are used up or something happens.
+
+    Args:
+        memory: (P, row) bytes, the pool.
+        index: Row of the performer.
+        params: One-element record array of the similarity measure.
+        positions: (n, J, 3) float32 m.
+        times: (n,) s.
+
+    Returns:
+        STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
+        TAKE_ENDS end the take before the next frame, RING_FULL or WINDOW_FULL make more room for displacements or for
+        key frames (offline) before it. One number, because a second one would cost as much as the frame.
+    """
+    row = memory[index]
+    state = part(row, 0, ROW, (1,))[0]
+    plan, clock = state.plan, state.clock
+    if plan.offline == 1 and clock.open == 1 and state.window.undecided >= plan.capacity:
+        return WINDOW_FULL
+    a = _arrays_of(state, row, params)
+    points = part(positions, 0, POINT, (len(times) * plan.joints,))
+    for i in range(len(times)):
+        time = times[i]
+        place = place_in_time(clock, time, plan.max_pause)
+        if place == BEYOND:
+            return STOPS * i + TAKE_ENDS
+        if (
+            place != IN_VAIN
+            and clock.open == 1
+            and ring_is_full(state.velocity, a.ring_time, time, plan.window)
+        ):
+            if plan.ring < MOST_STEPS:
+                return STOPS * i + RING_FULL
+            place = IN_VAIN
+        if place == IN_VAIN:
+            state.counters.out_of_order += 1
+            count_frame(clock, state.counters)
+            continue
+        _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
+        if state.curve.found.happened != 0 or time >= state.window.due_time:
+            return STOPS * (i + 1) + HAPPENED
+    return STOPS * len(times) + DONE
+
+
+@inline_kernel(returns_views=True)
+def _arrays_of(state, row, params):
+    plan, at = state.plan, state.at
+    body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
+    return Arrays(
+        Joints(
+            plan, state.joints, state.counters, part(row, at.seen, np.float64, (plan.padded_joints,)), body
+        ),
+        OpenSegment(
+            plan,
+            state.open_segment,
+            state.slots,
+            params[0],
+            part(row, at.unused, np.int64, (plan.slot_count,)),
+            part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
+            body,
+            part(row, at.pose, np.float32, (4, plan.padded_joints)),
+        ),
+        PoseHistory(
+            state.history,
+            part(row, at.marks, MARK, (plan.history_size,)),
+            part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+        ),
+        part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
+        part(row, at.ring_time, np.float64, (plan.ring,)),
+        part(row, at.ring_step, np.int64, (plan.ring,)),
+        part(row, at.average, np.int64, (plan.average_size,)),
+        part(row, at.memo, MEMO, (plan.memo_size,)),
+    )
+
+
+@inline_kernel
+def _take_in(state, a, frame, time):
+    """Take one frame in, all the way to its summary."""
+    plan, clock = state.plan, state.clock
+    first = clock.open == 0
+    dt = 0.0 if first else min(time - clock.time, plan.max_gap)
+    if first:
+        _open_take(state, a, time)
+    velocity = _velocity(state, a, frame, time, dt, first)
+    value, scale = normalise(state.range, plan, state.noise.floor, velocity, dt)
+    clock.time = time
+    clock.used_frame = clock.next_frame
+    count_frame(clock, state.counters)
+    if first:
+        start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
+    else:
+        split(a.segment, state.curve, clock, value, scale)
+    _describe(state, a, dt, first)
+    if first and plan.pre_roll > 0.0:
+        segment = a.segment
+        settled = segment.summaries[segment.state.settled]
+        add_pose(segment.params, settled, segment.pose, plan.joints, time, plan.pre_roll)
+    note_last_frame(state.open_segment, time, dt, state.curve.moving)
+
+
+@kernel
+def _open_take(state, a, time):
+    """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
+    clock, segment = state.clock, a.segment
+    clock.open = 1
+    start_velocity(state.velocity, state.average)
+    start_noise(state.noise.recent)
+    start_history(state.history)
+    start_slots(segment.slots, segment.unused)
+    start_open_segment(segment)
+    start_window(state.window, clock.next_frame, time)
+    start_memo(a.memo)
+
+
+@inline_kernel
+def _velocity(state, a, frame, time, dt, first):
+    """Return the velocity of a frame (equation 1), smoothed; the first one of a take has none."""
+    plan, clock, body = state.plan, state.clock, a.joints.body
+    displacement = 0.0
+    if first:
+        start_joints(a.joints, frame, time)
+    else:
+        state.counters.gaps += 1 if time - clock.time > plan.max_gap else 0
+        displacement = step_joints(a.joints, frame, clock.time, time)
+    if plan.smoothing == FILTERED:
+        displacement = filter_joints(plan, body, a.filtered, dt)
+    if plan.noise_margin > 0.0:
+        displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
+    velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
+    if plan.smoothing == AVERAGED:
+        velocity = moving_average(state.average, a.average, velocity)
+    return velocity
+
+
+@inline_kernel
+def _describe(state, a, dt, first):
+    """Set the features of the frame, and let what is kept of the pose follow."""
+    plan, clock, body = state.plan, state.clock, a.joints.body
+    _localise(plan, body)
+    follow_speeds(a.history, body, clock.time)
+    if plan.flat == 1 or first:
+        flatten(body, a.segment.pose)
+    if plan.tempo == 1:
+        if first:
+            start_tempo(state.tempo, plan, body)
+        follow_speed(state.tempo, body, dt)
+    stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
+    if plan.tempo == 1 and stood_for > 0.0:
+        follow_mean(state.tempo, body, stood_for)
+
+
+@inline_kernel
+def _localise(plan, body):
+    """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
+    cx, cy, cz = center_of(plan, body)
+    for first in range(0, plan.padded_joints, PAGE):
+        _shift(page_of(body, first), cx, cy, cz)
+
+
+@inline_kernel
+def _shift(page, cx, cy, cz):
+    for j in range(PAGE):
+        page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]
+        page[j + POSE_Y] = (page[j + Y] - cy) * page[j + LIVE]
+        page[j + POSE_Z] = (page[j + Z] - cz) * page[j + LIVE]
+        page[j + STEP_BEFORE] = page[j + STEP]

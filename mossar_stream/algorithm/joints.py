@@ -1,0 +1,252 @@
+"""Joints of one frame: who is there, how far each moved relative to the body centre.
+
+Localisation is step 1 of the paper's preprocessing (3.1.1): positions relative to the body centre, so that the
+place where the performer stands does not matter. Displacements of localised joints are differences of
+displacements, which is what is computed here.
+
+Live joints come and go. A joint that is missing, or faster than `max_speed`, is held where it was for `max_gap`
+seconds; after that it is left out until it is back, without a displacement across the gap.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_within
+from mossar_stream.memory.joint_pages import (
+    GOOD_X,
+    GOOD_Y,
+    GOOD_Z,
+    LIVE,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    PAGE,
+    STEP,
+    WORK,
+    X,
+    Y,
+    Z,
+    line_sum,
+    page_of,
+    place,
+)
+
+FARTHEST = 1e5  # m; a coordinate beyond this is no position
+JOINTS = np.dtype([("complete", "i8")])  # whether all joints were there in the last frame
+
+
+class Joints(NamedTuple):
+    """A performer's joints, as the functions below need them."""
+
+    plan: np.void  # PLAN
+    state: np.void  # JOINTS
+    counters: np.void  # COUNTERS
+    seen: NDArray[np.float64]  # (padded_joints,) s, when each joint was last there
+    body: NDArray[np.float32]  # see joint_pages.py
+
+
+@kernel
+def start_joints(joints, frame, time):
+    """Take the first frame of a take in: no joint has moved yet.
+
+    Args:
+        joints: Joints.
+        frame: (J,) POINT, m, NaN where missing.
+        time: s.
+    """
+    body = joints.body
+    joints.state.complete = 1
+    for j in range(joints.plan.joints):
+        k = place(j)
+        body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
+        if _is_position(frame[j]):
+            joints.seen[j] = time
+            _keep(body, k, frame[j])
+        else:
+            joints.seen[j] = -np.inf
+            joints.state.complete = 0
+        _hold(body, k)
+
+
+@inline_kernel
+def step_joints(joints, frame, before, time):
+    """Take one frame's joints in and set each joint's way relative to the centre.
+
+    Args:
+        joints: Joints; positions, displacements and their lengths are set.
+        frame: (J,) POINT, m, NaN where missing.
+        before: s, of the last frame.
+        time: s, later.
+
+    Returns:
+        Path summed over the joints, scaled up for those left out, m.
+    """
+    plan = joints.plan
+    if joints.state.complete == 1:
+        dt = time - before
+        if dt <= plan.max_gap and _step_complete(plan, joints.body, frame, plan.max_speed * dt):
+            return line_sum(joints.body, STEP)
+        for j in range(plan.joints):
+            joints.seen[j] = before
+    return _step_partial(joints, frame, time)
+
+
+@inline_kernel
+def _step_complete(plan, body, frame, reach):
+    """Step when every joint was there in the last frame; False, with nothing kept, if one is not there now."""
+    joints = plan.joints
+    for first in range(0, joints, PAGE):
+        page = page_of(body, first)
+        points = frame[first : min(first + PAGE, joints)]
+        for j in range(len(points)):
+            page[j + X] = points[j].x
+            page[j + Y] = points[j].y
+            page[j + Z] = points[j].z
+    for first in range(0, plan.padded_joints, PAGE):
+        page = page_of(body, first)
+        _measure(page)
+        if not page_within(page, WORK, reach * reach):
+            return False
+    cx, cy, cz = _center_step(plan, body)
+    for first in range(0, plan.padded_joints, PAGE):
+        _displace(page_of(body, first), cx, cy, cz)
+    return True
+
+
+@inline_kernel
+def _measure(page):
+    """Set the squared distances of a page's joints from where they were last there; NaN for those missing."""
+    for j in range(PAGE):
+        x = page[j + X] - page[j + GOOD_X]
+        y = page[j + Y] - page[j + GOOD_Y]
+        z = page[j + Z] - page[j + GOOD_Z]
+        page[j + WORK] = x * x + y * y + z * z
+
+
+@inline_kernel
+def _center_step(plan, body):
+    """Return how far the centre moved when all joints are there."""
+    if plan.center >= 0:
+        return _way(body, place(plan.center))
+    x = y = z = 0.0
+    for j in range(plan.joints):
+        u, v, w = _way(body, place(j))
+        x += u
+        y += v
+        z += w
+    return np.float32(x / plan.joints), np.float32(y / plan.joints), np.float32(z / plan.joints)
+
+
+@inline_kernel
+def _way(body, k):
+    """Return how far a joint is from where it was last there."""
+    return body[k + X] - body[k + GOOD_X], body[k + Y] - body[k + GOOD_Y], body[k + Z] - body[k + GOOD_Z]
+
+
+@inline_kernel
+def _displace(page, cx, cy, cz):
+    """Set the displacements of a page's joints relative to the centre, and keep where the joints are."""
+    for j in range(PAGE):
+        x = (page[j + X] - page[j + GOOD_X] - cx) * page[j + LIVE]
+        y = (page[j + Y] - page[j + GOOD_Y] - cy) * page[j + LIVE]
+        z = (page[j + Z] - page[j + GOOD_Z] - cz) * page[j + LIVE]
+        page[j + GOOD_X], page[j + GOOD_Y], page[j + GOOD_Z] = page[j + X], page[j + Y], page[j + Z]
+        page[j + MOVED_X], page[j + MOVED_Y], page[j + MOVED_Z] = x, y, z
+        page[j + STEP] = np.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def _is_position(joint):
+    return abs(joint.x) <= FARTHEST and abs(joint.y) <= FARTHEST and abs(joint.z) <= FARTHEST
+
+
+@kernel
+def _keep(body, k, joint):
+    """Note where a joint is."""
+    body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
+
+
+@kernel
+def _hold(body, k):
+    """Let a joint be where it was last there."""
+    body[k + X], body[k + Y], body[k + Z] = body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z]
+
+
+@kernel
+def _step_partial(joints, frame, time):
+    """Step joint by joint, when one is missing, is back, or is too fast."""
+    plan, body, counters = joints.plan, joints.body, joints.counters
+    joints.state.complete = 1
+    cx = cy = cz = 0.0
+    counted = 0
+    for j in range(plan.joints):
+        k = place(j)
+        lasted = time - joints.seen[j]
+        there = _is_position(frame[j])
+        body[k + X], body[k + Y], body[k + Z] = frame[j].x, frame[j].y, frame[j].z
+        x, y, z = _way(body, k)
+        reach = plan.max_speed * lasted
+        if there and lasted <= plan.max_gap and x * x + y * y + z * z > reach * reach:
+            counters.outliers += 1
+            there = False
+        # In STEP: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
+        body[k + STEP] = -1.0 if lasted > plan.max_gap else (1.0 if there else 0.0)
+        if body[k + STEP] > 0.0 and (plan.center < 0 or j == plan.center):
+            cx += x
+            cy += y
+            cz += z
+        counted += 1 if body[k + STEP] >= 0.0 else 0
+        if not there:
+            joints.state.complete = 0
+            counters.held += 1 if lasted <= plan.max_gap else 0
+    if plan.center < 0 and counted > 0:
+        cx /= counted
+        cy /= counted
+        cz /= counted
+    lost = counted == 0 or (plan.center >= 0 and body[place(plan.center) + STEP] < 0.0)
+    return _partial_sum(joints, frame, time, (cx, cy, cz), lost)
+
+
+@kernel
+def _partial_sum(joints, frame, time, center_step, lost):
+    """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
+    plan, body = joints.plan, joints.body
+    cx, cy, cz = center_step
+    moving = 0
+    for j in range(plan.joints):
+        k = place(j)
+        mark = body[k + STEP]
+        x = y = z = 0.0
+        back = mark < 0.0 and _is_position(frame[j])
+        if mark > 0.0:
+            x, y, z = _way(body, k)
+        if mark > 0.0 or back:
+            joints.seen[j] = time
+            _keep(body, k, frame[j])
+        body[k + STEP] = 0.0
+        if mark >= 0.0 and j != plan.center and not lost:
+            moving += 1
+            x, y, z = x - cx, y - cy, z - cz
+            body[k + STEP] = np.sqrt(x * x + y * y + z * z)
+        else:
+            x = y = z = 0.0
+        body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
+        _hold(body, k)
+    return line_sum(body, STEP) * plan.moving_joints / moving if moving > 0 else 0.0
+
+
+def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:
+    """Return positions relative to the body centre (paper 3.1.1, localisation).
+
+    Args:
+        positions: (n, J, 3) m.
+        root: Index of the root, -1 for the centroid.
+
+    Returns:
+        (n, J, 3) m.
+    """
+    center = positions[:, root : root + 1] if root >= 0 else positions.mean(axis=1, keepdims=True)
+    return positions - center

@@ -1,0 +1,212 @@
+"""Row: where one performer's state lives.
+
+Everything that is remembered of one performer is one row of bytes: the records of all concepts (each declared beside
+the functions that write it), then arrays whose sizes follow from the joints and the settings. A snapshot is a copy of
+the row, a pool of performers is a matrix of rows, and nothing is allocated while frames come in. Compiled code looks
+at a row through views; where the arrays begin stands in the record `at`, in bytes from the row's start.
+"""
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.clock import CLOCK, COUNTERS
+from mossar_stream.algorithm.joints import JOINTS
+from mossar_stream.algorithm.noise import NOISE
+from mossar_stream.algorithm.normalisation import RANGE
+from mossar_stream.algorithm.open_segment import OPEN_SEGMENT
+from mossar_stream.algorithm.pose_history import HISTORY, MARK
+from mossar_stream.algorithm.remerging import MEMO
+from mossar_stream.algorithm.splitter import CURVE
+from mossar_stream.algorithm.tempo import TEMPO
+from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
+from mossar_stream.algorithm.window import KEY, WINDOW
+from mossar_stream.memory.joint_pages import body_size, pad
+from mossar_stream.memory.slots import SLOTS
+
+CACHE_LINE = 64  # bytes
+
+# A row's arrays: (name, dtype). Sizes are given by `region_sizes`.
+REGIONS: tuple[tuple[str, str], ...] = (
+    ("body", "f4"),  # positions and displacements of the joints, see joint_pages.py
+    ("seen", "f8"),  # (padded_joints,) s, when each joint was last there; -inf if never
+    ("filtered", "f8"),  # (6, padded_joints) m and m/s, One-Euro filter
+    ("pose", "f4"),  # (4, padded_joints) last frame's features as one array, see joint_pages.flatten
+    ("ring_time", "f8"),  # (ring,) s, ends of the displacements in the velocity window
+    ("ring_step", "i8"),  # (ring,) 2^-40 m, those displacements summed over the joints
+    ("average", "i8"),  # (smoothing_window,) 2^-40 m, velocities under the moving average
+    ("summaries", "f8"),  # (slots, slot) summaries of segments, see summary.py
+    ("unused", "i8"),  # (slots,) stack of unused slots
+    ("order", "i8"),  # (W + 2,) slots of the window's segments, from left to right
+    ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
+    ("counts", "i8"),  # (W + 3, W + 2) messages sent about each segment of the window
+    ("memo", "MEMO"),  # (memo,) merge costs computed before
+    ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
+    ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
+)
+
+PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
+    [
+        # Sizes.
+        ("joints", "i8"),
+        ("padded_joints", "i8"),
+        ("center", "i8"),  # index of the root, -1 for the centroid
+        ("flat", "i8"),  # whether the similarity takes the pose as one array
+        ("moving_joints", "i8"),  # joints that can move relative to the centre
+        ("filtered_joints", "i8"),  # padded joints, or 0 without a One-Euro filter
+        ("average_size", "i8"),
+        ("ring", "i8"),
+        ("slot", "i8"),
+        ("slot_count", "i8"),
+        ("memo_size", "i8"),
+        ("history_size", "i8"),
+        ("capacity", "i8"),  # W
+        ("most_events", "i8"),  # that one frame, or the end of a take, can cause
+        # Settings; the row's own, so that a level can move while others stay.
+        ("window", "f8"),  # s
+        ("smoothing", "i8"),
+        ("one_euro_cutoff", "f8"),
+        ("one_euro_beta", "f8"),
+        ("theta", "f8"),  # sigThre, share of the range
+        ("range_policy", "i8"),
+        ("range_min", "f8"),
+        ("range_max", "f8"),
+        ("range_half_life", "f8"),
+        ("range_floor", "f8"),  # m, for all joints together
+        ("noise_margin", "f8"),  # 0 if it is off
+        ("max_gap", "f8"),  # s
+        ("max_speed", "f8"),  # m/s
+        ("max_pause", "f8"),  # s
+        ("hold", "f8"),  # s, after which a key frame is decided
+        (
+            "alpha",
+            "i8",
+        ),  # α of Algorithm 3: this many key frames are kept whatever their strength; 0 for none
+        ("beta", "f8"),  # β of Algorithm 3, the level, as a strength
+        ("location", "i8"),
+        ("refine", "f8"),  # s
+        ("pre_roll", "f8"),  # s
+        ("post_roll", "f8"),  # s
+        ("tempo", "i8"),
+        ("offline", "i8"),  # keep every key frame until the take ends, and decide then
+    ],
+)
+ROW = np.dtype(
+    [
+        ("plan", PLAN),
+        ("clock", CLOCK),
+        ("counters", COUNTERS),
+        ("joints", JOINTS),
+        ("noise", NOISE),
+        ("velocity", VELOCITY),
+        ("average", AVERAGE),
+        ("range", RANGE),
+        ("curve", CURVE),
+        ("open_segment", OPEN_SEGMENT),
+        ("slots", SLOTS),
+        ("history", HISTORY),
+        ("tempo", TEMPO),
+        ("window", WINDOW),
+        ("at", [(name, "i8") for name, _ in REGIONS]),
+    ],
+)
+ROW_BYTES = ROW.itemsize
+_DTYPES = {"KEY": KEY, "MARK": MARK, "MEMO": MEMO}
+
+
+class Shape(msgspec.Struct, frozen=True):
+    """Sizes from which a row's layout follows.
+
+    Args:
+        joints: J.
+        ring: Displacements that the velocity window can hold.
+        slot: Length of one segment summary, float64 numbers.
+        window: W.
+        smoothing_window: Frames under the moving average; 0 if off.
+        one_euro: Whether the joints are filtered.
+        history: Poses kept.
+        counted: Whether messages about segments are counted; not offline, where each has one.
+    """
+
+    joints: int
+    ring: int
+    slot: int
+    window: int
+    smoothing_window: int
+    one_euro: bool
+    history: int
+    counted: bool
+
+    @property
+    def padded_joints(self) -> int:
+        """Joints, padded."""
+        return pad(self.joints)
+
+    @property
+    def slots(self) -> int:
+        """W + 1 segments of the window, the one before it, three of the open segment, one to spare."""
+        return self.window + 6
+
+    @property
+    def memo(self) -> int:
+        """Places for remembered costs, a power of two."""
+        return int(2 ** math.ceil(math.log2(4 * self.window + 4)))
+
+    def region_sizes(self) -> dict[str, int]:
+        """Return the number of items of each region."""
+        joints, window = self.padded_joints, self.window
+        return {
+            "body": body_size(self.joints),
+            "seen": joints,
+            "filtered": 6 * joints * self.one_euro,
+            "pose": 4 * joints,
+            "ring_time": self.ring,
+            "ring_step": self.ring,
+            "average": self.smoothing_window,
+            "summaries": self.slots * self.slot,
+            "unused": self.slots,
+            "order": window + 2,
+            "keys": window + 2,
+            "counts": (window + 3) * (window + 2) * self.counted,
+            "memo": self.memo,
+            "marks": self.history,
+            "poses": self.history * 3 * joints,
+        }
+
+    def offsets(self) -> tuple[dict[str, int], int]:
+        """Return the offset of each region and the length of the row, bytes."""
+        place, at = {}, -(-ROW_BYTES // CACHE_LINE) * CACHE_LINE
+        sizes = self.region_sizes()
+        for name, kind in REGIONS:
+            place[name] = at
+            at += -(-sizes[name] * _item(kind).itemsize // CACHE_LINE) * CACHE_LINE
+        return place, at
+
+
+def _item(kind: str) -> np.dtype[np.generic]:
+    return _DTYPES[kind] if kind in _DTYPES else np.dtype(kind)
+
+
+def new_memory(count: int, size: int) -> NDArray[np.uint8]:
+    """Return (count, size) bytes, zero, that begin with a line of the cache.
+
+    The compiled loops work on 64 bytes at a time; where these lie in two lines each, they take half as long again.
+    """
+    spare = np.zeros(count * size + CACHE_LINE, np.uint8)
+    begin = -spare.ctypes.data % CACHE_LINE
+    return spare[begin : begin + count * size].reshape(count, size)
+
+
+def records(row: NDArray[np.uint8]) -> Any:
+    """Return a row's records as one numpy record that writes through to the row."""
+    return row[:ROW_BYTES].view(ROW)[0]
+
+
+def region(row: NDArray[np.uint8], shape: Shape, name: str) -> NDArray[Any]:
+    """Return one of a row's arrays, flat, as a view."""
+    kind = _item(dict(REGIONS)[name])
+    start = shape.offsets()[0][name]
+    return row[start : start + shape.region_sizes()[name] * kind.itemsize].view(kind)

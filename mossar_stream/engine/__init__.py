@@ -1,0 +1,1 @@
+"""The loop around the kernels, the pools of performers, and what a performer needs."""

@@ -1,0 +1,67 @@
+"""State: the velocity curve at the last frame, for people who watch."""
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.row import records, region
+from mossar_stream.engine.plan import Plan
+from mossar_stream.memory.joint_pages import LINES, PAGE, POSE_X
+
+
+class CurveState(msgspec.Struct, frozen=True):
+    """The curve at one frame, as shares of the range.
+
+    Args:
+        frame: Number of the frame.
+        time: s.
+        value: Velocity.
+        ceiling: Ceiling of Algorithm 1.
+        floor: Floor of Algorithm 1.
+        threshold: θ.
+        scale: What 1 is, m of path over the window summed over the joints; 1 with a fixed range.
+        moving: Whether this is a moving period.
+        pace: Tempo factor that merge costs were divided by when key frames were ranked last.
+        pose: (J, 3) m relative to the centre.
+    """
+
+    frame: int
+    time: float
+    value: float
+    ceiling: float
+    floor: float
+    threshold: float
+    scale: float
+    moving: bool
+    pace: float
+    pose: NDArray[np.float32]
+
+
+def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
+    """Return the curve at the last frame of a row."""
+    state = records(row)
+    curve = state["curve"]
+    fixed = plan.settings.range == "fixed"
+    scale = (
+        1.0
+        if fixed
+        else max(
+            float(value)
+            for value in (state["range"]["largest"], state["plan"]["range_floor"], state["noise"]["floor"])
+        )
+    )
+    per = 1.0 / scale if scale > 0 else 0.0
+    lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
+    pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
+    return CurveState(
+        frame=int(state["clock"]["used_frame"]),
+        time=float(state["clock"]["time"]),
+        value=float(curve["value"]) * per,
+        ceiling=float(curve["ceiling"]) * per,
+        floor=float(curve["floor"]) * per,
+        threshold=plan.settings.sig_threshold,
+        scale=scale,
+        moving=bool(curve["moving"]),
+        pace=float(state["window"]["pace"]),
+        pose=np.ascontiguousarray(pose, np.float32),
+    )

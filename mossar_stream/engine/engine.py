@@ -1,0 +1,170 @@
+"""Engine: the one loop around the kernels. It does what they ask for and turns what they found into events.
+
+`Segmenter` is a pool of one, `Performers` pools of many, `segment_recording` a pool of one that decides at the end.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.frame_step import (
+    DONE,
+    HAPPENED,
+    RING_FULL,
+    STOPS,
+    TAKE_ENDS,
+    WINDOW_FULL,
+    advance,
+)
+from mossar_stream.algorithm.window_step import END, FOLLOW, update_window
+from mossar_stream.engine.pool import Pool, Row
+from mossar_stream.engine.run import BUFFER_FULL, run
+from mossar_stream.events import Event, StreamChange, StreamEvent
+
+ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
+_BEGIN = np.zeros(1, np.int64)
+
+
+def push(
+    row: Row,
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    first_frame: int | None = None,
+) -> list[Event]:
+    """Take frames of one performer in and return the events they cause, after those that were pending.
+
+    Args:
+        row: The performer's.
+        positions: (n, J, 3) m.
+        times: (n,) s.
+        first_frame: Number of the first frame; None to count on.
+    """
+    if first_frame is not None:
+        row.clock["next_frame"] = first_frame
+    events = row.take_pending()
+    cursor, ends = np.zeros(2, np.int64), np.array([len(times)])
+    stop = BUFFER_FULL
+    while stop != DONE:
+        batch = row.indices, _BEGIN, ends, cursor
+        stop = _run(row.pool, [row], batch, (positions, times), events)
+        used = int(cursor[1])
+        if stop == TAKE_ENDS:
+            later = times[used] > row.clock["time"]
+            events += end_take(row, "gap" if later else "clock stepped back")
+            if first_frame is not None:
+                row.clock["next_frame"] = first_frame + used
+        elif stop == RING_FULL:  # the source is quicker than its nominal rate
+            row.grow(row.plan.larger(ring=2))
+        elif stop == WINDOW_FULL:
+            row.grow(row.plan.larger(window=2))
+    return events
+
+
+def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event]:
+    """Take one frame of a take that goes on in: `push`, without what would cost more than the frame itself.
+
+    Args:
+        row: The performer's, whose take is live.
+        position: (1, J, 3) m.
+        time: (1,) s.
+    """
+    code = advance(row.memory, 0, row.params, position, time)
+    if code == ONE_DONE and not row.pending:
+        return []
+    if code == ONE_HAPPENED:
+        events = row.take_pending()
+        events += update(row, FOLLOW)
+        return events
+    return row.take_pending() if code == ONE_DONE else push(row, position, time)
+
+
+def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
+    """Take as many frames of each of many performers in, pool by pool, and return the events they cause.
+
+    Args:
+        rows: P rows.
+        positions: (P, n, J, 3) m.
+        times: (P, n) s.
+    """
+    count = positions.shape[1]
+    positions, times = positions.reshape(-1, *positions.shape[2:]), times.reshape(-1)
+    by_pool: dict[Pool, list[int]] = defaultdict(list)
+    for k, row in enumerate(rows):
+        by_pool[row.pool].append(k)
+    events: list[Event] = []
+    # First those who have a pool of their own.
+    for pool, members in sorted(by_pool.items(), key=lambda item: len(item[0].memory)):
+        own, begins = [rows[k] for k in members], np.array(members) * count
+        for row in own:
+            if row.pending:
+                events += row.take_pending()
+        indices, ends, cursor = np.array([row.index for row in own]), begins + count, np.zeros(2, np.int64)
+        stop = BUFFER_FULL
+        while stop != DONE:
+            stop = _run(pool, own, (indices, begins, ends, cursor), (positions, times), events)
+            if stop not in (DONE, BUFFER_FULL):
+                # This performer needs more than the others, who go on after it.
+                k, used = cursor.tolist()
+                rest = slice(int(begins[k]) + used, int(ends[k]))
+                events += push(own[k], positions[rest], times[rest])
+                cursor[:] = k + 1, 0
+    return events
+
+
+def _run(
+    pool: Pool,
+    rows: Sequence[Row],
+    batch: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
+    frames: tuple[NDArray[np.float32], NDArray[np.float64]],
+    events: list[Event],
+) -> int:
+    """Take frames in until the kernels ask for something, tell of takes that began, and add the events there are.
+
+    Args:
+        pool: Of the rows.
+        rows: Performers.
+        batch: Their indices, where their frames begin and end, and the cursor; see `run`.
+        frames: (n, J, 3) m; (n,) s.
+        events: Is added to.
+
+    Returns:
+        The stop code.
+    """
+    silent = [row for row in rows if not row.is_live]
+    stop = run(pool.memory, pool.plan.params, pool.buffers.for_run, batch, *frames)
+    for row in silent:
+        if pool.is_open[row.index]:
+            row.is_live = True
+            events.append(stream_event(row, "started"))
+    events += pool.take_events()
+    return stop
+
+
+def update(row: Row, reason: int) -> list[Event]:
+    """Let the compiled part do what is due for one performer, and return its events.
+
+    Args:
+        row: The performer's.
+        reason: See `update_window`.
+    """
+    buffers = row.pool.buffers
+    update_window(row.memory, 0, row.params, buffers.scratch, buffers.events, reason)
+    return row.pool.take_events()
+
+
+def end_take(row: Row, reason: str = "") -> list[Event]:
+    """End a performer's take: decide everything, and return the events, after those that were pending."""
+    events = row.take_pending()
+    if row.clock["open"]:
+        ended = stream_event(row, "ended", reason)
+        events += update(row, END)
+        events.append(ended)
+        row.is_live = False
+    return events
+
+
+def stream_event(row: Row, change: StreamChange, reason: str = "") -> StreamEvent:
+    """Return the event that tells of a change of the stream in the take that is open, or the next one."""
+    return StreamEvent(performer=row.name, event=change, take=int(row.clock["take"]), reason=reason)

@@ -1,0 +1,208 @@
+"""Plan: what a performer needs, as follows from skeleton, settings and rate."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.location import LOCATIONS
+from mossar_stream.algorithm.normalisation import POLICIES
+from mossar_stream.algorithm.pose_history import history_size
+from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
+from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE, pad
+from mossar_stream.presets import bundle_name, level_strength
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.similarity import protocol as similarity
+from mossar_stream.skeleton import Skeleton
+
+SMOOTHINGS = ("none", "moving_average", "one_euro")
+ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
+LONGEST_HISTORY = 30.0  # s
+
+
+class Plan:
+    """How rows are laid out and filled in: follows from skeleton, settings and rate.
+
+    Args:
+        skeleton: Joints.
+        settings: As the user gave them.
+        fps: Nominal rate, Hz, or None.
+        ring: Places in the velocity ring; None to follow from the rate.
+        offline: Whether every key frame is kept until the take ends.
+        window: Key frames there is room for, if not the setting.
+        history: Poses kept, if not what the settings call for.
+    """
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        settings: Settings,
+        fps: float | None = None,
+        ring: int | None = None,
+        *,
+        window: int | None = None,
+        history: int | None = None,
+        offline: bool = False,
+    ) -> None:
+        self.skeleton = skeleton
+        self.given = settings
+        self.bundle = bundle_name(settings)
+        self.settings = resolved = settings.resolved()
+        if resolved.range == "file":
+            raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
+        self.fps = fps
+        self.offline = offline
+        self.center = skeleton.root if resolved.center == "root" else -1
+        joints = len(skeleton)
+        padded = pad(joints)
+        self.params = similarity.make_params(resolved, joints, padded, self.center)
+        kept = (
+            resolved.refine + min(resolved.remerge_seconds, LONGEST_HISTORY)
+            if resolved.location == "free"
+            else 0.0
+        )
+        self.shape = Shape(
+            joints=joints,
+            ring=ring or math.ceil(resolved.window * max(fps or ASSUMED_FPS, 1.0)) + 8,
+            slot=similarity.slot_size(resolved, self.params),
+            window=window or resolved.remerge_window,
+            smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
+            one_euro=resolved.smoothing == "one_euro",
+            history=history or history_size(kept),
+            counted=not offline,
+        )
+
+    @cached_property
+    def row_bytes(self) -> int:
+        """Length of a row."""
+        return self.shape.offsets()[1]
+
+    @property
+    def most_events(self) -> int:
+        """Most events that one frame, or the end of a take, can cause."""
+        return 8 * self.shape.window + 32
+
+    def strength(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for with these settings."""
+        return level_strength(level, self.settings, self.bundle)
+
+    def continues(self, other: "Plan") -> bool:
+        """Tell whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""
+        mine, theirs = self.settings, other.settings
+        return (
+            self.shape == other.shape
+            and self.params.tobytes() == other.params.tobytes()
+            and self.center == other.center
+            and (mine.window, mine.smoothing, mine.range, mine.tempo)
+            == (theirs.window, theirs.smoothing, theirs.range, theirs.tempo)
+        )
+
+    def prepare(self, row: NDArray[np.uint8], index: int) -> None:
+        """Fill in the part of a row that does not change while frames come in.
+
+        Args:
+            row: Bytes of the row; zeros, or a row of the same plan.
+            index: Its place in the pool.
+        """
+        state, shape, chosen = records(row), self.shape, self.settings
+        moving = max(1, shape.joints - 1 if self.center >= 0 else shape.joints)
+        noisy = chosen.sig_threshold > 0 and chosen.range != "fixed"
+        state["clock"]["row"] = index
+        values: dict[str, float] = {
+            "joints": shape.joints,
+            "padded_joints": shape.padded_joints,
+            "center": self.center,
+            "flat": similarity.takes_pose(chosen, self.params),
+            "moving_joints": moving,
+            "filtered_joints": shape.padded_joints * shape.one_euro,
+            "average_size": shape.smoothing_window,
+            "ring": shape.ring,
+            "slot": shape.slot,
+            "slot_count": shape.slots,
+            "memo_size": shape.memo,
+            "history_size": shape.history,
+            "capacity": shape.window,
+            "most_events": self.most_events,
+            "window": chosen.window,
+            "smoothing": SMOOTHINGS.index(chosen.smoothing),
+            "one_euro_cutoff": chosen.one_euro_cutoff,
+            "one_euro_beta": chosen.one_euro_beta,
+            "theta": chosen.sig_threshold,
+            "range_policy": POLICIES.index(chosen.range),
+            "range_min": chosen.range_min,
+            "range_max": chosen.range_max or 0.0,
+            "range_half_life": chosen.range_half_life,
+            "range_floor": chosen.range_floor * moving,
+            "noise_margin": chosen.noise_margin if noisy else 0.0,
+            "max_gap": chosen.max_gap,
+            "max_speed": chosen.max_speed,
+            "max_pause": math.inf if self.offline else chosen.max_pause,
+            "hold": chosen.remerge_seconds,
+            "alpha": 0,
+            "beta": self.strength(chosen.level),
+            "location": LOCATIONS.index(chosen.location),
+            "refine": chosen.refine,
+            "pre_roll": chosen.pre_roll,
+            "post_roll": chosen.post_roll,
+            "tempo": chosen.tempo,
+            "offline": self.offline,
+        }
+        for name in PLAN.names or ():
+            state["plan"][name] = values[name]
+        for name, offset in shape.offsets()[0].items():
+            state["at"][name] = offset
+        region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE].flat[: shape.joints] = 1.0
+
+    def new_memory(self, count: int) -> NDArray[np.uint8]:
+        """Return memory for so many rows, (count, row_bytes), not prepared."""
+        return new_memory(count, self.row_bytes)
+
+    def new_rows(self, count: int) -> NDArray[np.uint8]:
+        """Return prepared rows, (count, row_bytes)."""
+        rows = self.new_memory(count)
+        for index, row in enumerate(rows):
+            self.prepare(row, index)
+        return rows
+
+    def larger(self, *, ring: int = 1, window: int = 1) -> "Plan":
+        """Return the same plan with so many times the places in the velocity ring, or in the window."""
+        return Plan(
+            self.skeleton,
+            self.given,
+            self.fps,
+            ring * self.shape.ring,
+            window=window * self.shape.window,
+            history=self.shape.history,
+            offline=self.offline,
+        )
+
+
+def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after: Plan) -> None:
+    """Copy a performer's state into a row with more room.
+
+    Args:
+        old: The row so far.
+        before: Its plan.
+        new: The row from now on, prepared.
+        after: Its plan.
+    """
+    was, now = records(old), records(new)
+    index = int(now["clock"]["row"])
+    for name in was.dtype.names:
+        if name not in ("plan", "at"):
+            now[name] = was[name]
+    now["clock"]["row"] = index
+    now["plan"]["alpha"], now["plan"]["beta"] = was["plan"]["alpha"], was["plan"]["beta"]
+    velocity, slots = now["velocity"], now["slots"]
+    tail = (int(velocity["head"]) - int(velocity["filled"])) % before.shape.ring
+    for name, _ in REGIONS:
+        source, target = region(old, before.shape, name), region(new, after.shape, name)
+        if name.startswith("ring_"):
+            source = np.roll(source, -tail)
+        if name != "memo":
+            target[: len(source)] = source
+    velocity["head"] = velocity["filled"]
+    added = np.arange(before.shape.slots, after.shape.slots)
+    region(new, after.shape, "unused")[int(slots["unused_count"]) :][: len(added)] = added
+    slots["unused_count"] += len(added)

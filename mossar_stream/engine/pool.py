@@ -1,0 +1,159 @@
+"""Pool: rows of memory for performers who share skeleton, settings and rate, so that one call serves many."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.row import ROW, ROW_BYTES, records
+from mossar_stream.engine.buffers import Buffers
+from mossar_stream.engine.plan import Plan, move_row
+from mossar_stream.events import Event
+
+ROWS = 64  # of a pool for many; memory is taken when a row is used first
+
+
+class Pool:
+    """Rows of one plan.
+
+    Args:
+        plan: How the rows are laid out.
+        buffers: May be shared with other pools of the plan, if they are used one after the other.
+        memory: (n, row) bytes.
+    """
+
+    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8]) -> None:
+        self.plan = plan
+        self.buffers = buffers
+        self.memory = memory
+        self.is_open = memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["open"]
+        self.names: dict[int, str] = {}  # by row
+        self._free = list(range(len(memory)))[::-1]
+        self._used: set[int] = set()
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there is no row left."""
+        return not self._free
+
+    def allocate(self, name: str) -> "Row":
+        """Return a free row, prepared, for a performer of this name."""
+        index = self._free.pop()
+        if index in self._used:
+            self.memory[index] = 0
+        self._used.add(index)
+        self.plan.prepare(self.memory[index], index)
+        self.names[index] = name
+        return Row(self, index)
+
+    def free(self, index: int) -> None:
+        """Take back a row."""
+        del self.names[index]
+        self._free.append(index)
+
+    def take_events(self) -> list[Event]:
+        """Return what lies in the event buffer, and empty it."""
+        return self.buffers.take_events(self.names)
+
+
+class Row:
+    """A performer's row: in a pool, until it needs one with more room.
+
+    Args:
+        pool: The pool.
+        index: Which row of it.
+
+    Attributes:
+        plan: How the row is laid out and filled in.
+        name: The performer's.
+        memory: (1, row) bytes.
+        state: ROW, the row's records.
+        clock: CLOCK, one of them.
+        is_live: Whether the take that is open has been told of.
+        pending: Events for the next push.
+    """
+
+    def __init__(self, pool: Pool, index: int) -> None:
+        self.name = pool.names[index]
+        self.pending: list[Event] = []
+        self._enter(pool, index)
+
+    def _enter(self, pool: Pool, index: int) -> None:
+        self.pool, self.index, self.plan = pool, index, pool.plan
+        self.memory = pool.memory[index : index + 1]
+        self.params = pool.plan.params
+        self.state = records(self.memory[0])
+        self.clock = self.state["clock"]
+        self.is_live = bool(self.clock["open"])
+        self.indices = np.array([index])
+
+    def take_pending(self) -> list[Event]:
+        """Return the events that wait for the next push."""
+        events, self.pending = self.pending, []
+        return events
+
+    def replan(self, plan: Plan) -> None:
+        """Go on with another plan for rows that are laid out the same."""
+        self.plan = plan
+        plan.prepare(self.memory[0], self.index)
+
+    def restart(self, plan: Plan) -> None:
+        """Begin in a row of another plan, but count takes and frames on."""
+        take, counters = int(self.clock["take"]), self.state["counters"].copy()
+        self._leave_for(plan)
+        self.clock["take"] = take
+        self.state["counters"] = counters
+
+    def grow(self, plan: Plan) -> None:
+        """Go on in a row with more room.
+
+        Args:
+            plan: The same, but larger.
+        """
+        old, before, is_live = self.memory[0].copy(), self.plan, self.is_live
+        self._leave_for(plan)
+        move_row(old, before, self.memory[0], plan)
+        self.is_live = is_live
+
+    def _leave_for(self, plan: Plan) -> None:
+        self.release()
+        other = pool_of_one(plan, self.name)
+        self._enter(other.pool, other.index)
+
+    def release(self) -> None:
+        """Give the row back."""
+        self.pool.free(self.index)
+
+
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None) -> Row:
+    """Return the row of a performer who has a pool for itself.
+
+    Args:
+        plan: How the row is laid out.
+        name: The performer's.
+        content: Bytes of such a row that there is already.
+    """
+    row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
+    if content is not None:
+        row.memory[0] = content
+        row.is_live = bool(row.clock["open"])
+    return row
+
+
+class Pools:
+    """Pools of one plan, as many as are needed.
+
+    Args:
+        plan: How the rows are laid out.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._buffers = Buffers(plan)
+        self._pools: list[Pool] = []
+
+    def allocate(self, name: str) -> Row:
+        """Return a free row, prepared, for a performer of this name."""
+        if not self._pools or self._pools[-1].is_full:
+            self._pools = [pool for pool in self._pools if not pool.is_full]
+            if not self._pools:
+                self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(ROWS)))
+        return self._pools[-1].allocate(name)

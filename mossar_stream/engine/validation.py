@@ -1,0 +1,82 @@
+"""Validation: whether a row that comes from outside can be worked on.
+
+Compiled code does not check its indices. A row from a snapshot is therefore looked through before any kernel sees
+it: whatever is used as an index must point into the row. Numbers that are only calculated with may be anything.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm.row import records, region
+from mossar_stream.algorithm.window import NOT_KEPT
+from mossar_stream.engine.plan import Plan
+from mossar_stream.similarity import protocol as similarity
+
+
+def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
+    """Tell whether all indices in a row point into it.
+
+    Args:
+        row: Bytes of the row, as long as the plan says, prepared.
+        plan: Of the row.
+    """
+    state, shape = records(row), plan.shape
+    if state["clock"]["open"] == 0:
+        return True  # a new take sets everything
+    undecided = int(state["window"]["undecided"])
+    limits = {
+        ("clock", "open"): (1, 1),
+        ("velocity", "head"): (0, shape.ring - 1),
+        ("velocity", "filled"): (0, shape.ring),
+        ("average", "head"): (0, max(0, shape.smoothing_window - 1)),
+        ("average", "filled"): (0, max(0, shape.smoothing_window)),
+        ("history", "head"): (0, shape.history - 1),
+        ("history", "filled"): (0, shape.history),
+        ("window", "undecided"): (0, shape.window),
+        ("window", "ordinal"): (undecided, 2**60),
+        ("window", "has_before"): (0, 1),
+        ("open_segment", "closed"): (-1, -1),
+        ("open_segment", "fed"): (0, shape.slots - 1),
+    }
+    within = (low <= int(state[record][name]) <= high for (record, name), (low, high) in limits.items())
+    if state["curve"]["found"]["happened"] != 0 or not all(within):
+        return False
+    return _slots_are_shared_out(row, plan) and _keys_follow_each_other(row, plan)
+
+
+def _slots_are_shared_out(row: NDArray[np.uint8], plan: Plan) -> bool:
+    """Tell whether every slot is used once or free, and holds a summary."""
+    state, shape = records(row), plan.shape
+    window, segment, unused_count = (
+        state["window"],
+        state["open_segment"],
+        int(state["slots"]["unused_count"]),
+    )
+    unused, order = region(row, shape, "unused"), region(row, shape, "order")
+    used = [int(segment[name]) for name in ("settled", "since", "run")]
+    used += order[: int(window["undecided"])].tolist()
+    used += [int(window["before"])] if window["has_before"] else []
+    if unused_count != shape.slots - len(used):
+        return False
+    used += unused[:unused_count].tolist()
+    summaries = region(row, shape, "summaries").reshape(shape.slots, shape.slot)
+    return sorted(used) == list(range(shape.slots)) and similarity.are_sound(
+        plan.settings, plan.params, summaries
+    )
+
+
+def _keys_follow_each_other(row: NDArray[np.uint8], plan: Plan) -> bool:
+    """Tell whether the undecided key frames are numbered through and refer to one another."""
+    window = records(row)["window"]
+    count, left = int(window["undecided"]), int(window["left_ordinal"])
+    keys = region(row, plan.shape, "keys")[:count]
+    first = int(window["ordinal"]) - count
+    numbers, before = keys["ordinal"], keys["before"]
+    earlier = (before >= first) & (before < numbers)
+    return bool(
+        -1 <= left < first
+        and (numbers == np.arange(first, first + count)).all()
+        and (earlier | (before == left) | (before == NOT_KEPT)).all()
+        and ((keys["kind"] >= 0) & (keys["kind"] <= 2)).all()
+        and ((keys["kept"] == 0) | (keys["kept"] == 1)).all()
+    )

@@ -1,0 +1,180 @@
+"""Instructions written by hand: what `simd_twin` and `views` say in Python, as LLVM's vectors and pointers say it.
+
+A loop that adds up is carried out number by number, unless the compiler may reorder sums, and then the result
+depends on the machine. Here the order is written down: halves are combined with halves until one number is left.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
+
+from mossar_stream.jit.simd_twin import BITS_OF_ONE, EXPONENT_BIAS, FACTORS, FRACTION, FRACTION_BITS, WIDTH
+
+_float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64), ir.IntType(32)
+
+
+@intrinsic
+def page_sum(_context, page, line):
+    """Sum a line of a page of the body in double precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return _sum(builder, _load(context, builder, signature, values, 0, values[1], WIDTH))
+
+    return types.float64(page, line), generate
+
+
+@intrinsic
+def page_product(_context, page, one, other):
+    """Sum the products of two lines of a page in double precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        lines = [_load(context, builder, signature, values, 0, line, WIDTH) for line in values[1:]]
+        return _sum(builder, builder.fmul(*lines))
+
+    return types.float64(page, one, other), generate
+
+
+@intrinsic
+def page_within(_context, page, line, limit):
+    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        lanes = _load(context, builder, signature, values, 0, values[1], WIDTH)
+        most = context.cast(builder, values[2], signature.args[2], types.float32)
+        beyond = builder.fcmp_unordered(">", lanes, _spread(builder, most, WIDTH))
+        return builder.icmp_signed("==", builder.bitcast(beyond, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
+
+    return types.boolean(page, line, limit), generate
+
+
+@intrinsic
+def variance_product(_context, sums, squares, begin, end, scale, floor):
+    """Multiply variances: Π max(q_d · scale - (s_d · scale)², 0) + floor for d = begin … end - 1.
+
+    Args:
+        _context: Given by the compiler.
+        sums: (any,) float64, s.
+        squares: (any,) float64, q.
+        begin: First of them.
+        end: The last one plus 1; so many blocks of `FACTORS`, with no product of every eighth beyond a float64.
+        scale: What turns a sum into a mean.
+        floor: > 0.
+
+    Returns:
+        Mantissa, product of `FACTORS` numbers in 1..2, and exponent: the product is mantissa · 2^exponent.
+    """
+    found = types.Tuple((types.float64, types.int64))
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        begin, end, scale, floor = values[2:]
+        scales, floors = _spread(builder, scale, FACTORS), _spread(builder, floor, FACTORS)
+        product = cgutils.alloca_once_value(builder, _all(ir.Constant(_double, 1.0), FACTORS))
+        with cgutils.for_range_slice(builder, begin, end, _int(FACTORS), _int) as (place, _):
+            s, q = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+            mean = builder.fmul(s, scales)
+            variance = builder.fsub(builder.fmul(q, scales), builder.fmul(mean, mean))
+            none = _all(ir.Constant(_double, 0.0), FACTORS)
+            variance = builder.select(builder.fcmp_ordered(">", variance, none), variance, none)
+            factor = builder.fadd(variance, floors)
+            builder.store(builder.fmul(builder.load(product), factor), product)
+        bits = builder.bitcast(builder.load(product), ir.VectorType(_int, FACTORS))
+        fractions = builder.or_(
+            builder.and_(bits, _all(_int(FRACTION), FACTORS)), _all(_int(BITS_OF_ONE), FACTORS)
+        )
+        mantissas = builder.bitcast(fractions, ir.VectorType(_double, FACTORS))
+        exponents = builder.sub(
+            builder.ashr(bits, _all(_int(FRACTION_BITS), FACTORS)), _all(_int(EXPONENT_BIAS), FACTORS)
+        )
+        both = _fold(builder, mantissas, builder.fmul), _fold(builder, exponents, builder.add)
+        return context.make_tuple(builder, found, both)
+
+    return found(sums, squares, begin, end, scale, floor), generate
+
+
+@intrinsic
+def lowest_bit(_context, _mask):
+    """Return the position of the lowest set bit of an int64 other than 0: one instruction numba lacks."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
+def part(_context: Any, memory: Any, begin: Any, kind: Any, shape: Any) -> Any:
+    """Return a part of an array's memory as another array; that it lies within is for the caller to see.
+
+    Slices, `view` and `reshape` do the same, but look at everything twice: those that a row needs took as long as
+    two frames.
+
+    Args:
+        _context: Given by the compiler.
+        memory: Contiguous array.
+        begin: Where in it the part begins, bytes.
+        kind: Numpy type of the numbers, or of the records.
+        shape: Tuple.
+    """
+    found = types.Array(kind.dtype, len(shape), "C")
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        whole = make_array(signature.args[0])(context, builder, values[0])
+        data = builder.gep(builder.bitcast(whole.data, cgutils.voidptr_t), [values[1]])
+        sizes = [
+            context.cast(builder, size, own, types.intp)
+            for size, own in zip(cgutils.unpack_tuple(builder, values[3]), signature.args[3], strict=True)
+        ]
+        item = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+        strides = [context.get_constant(types.intp, item)]
+        for size in sizes[:0:-1]:
+            strides.insert(0, builder.mul(strides[0], size))
+        array = make_array(found)(context, builder)
+        pointer = builder.bitcast(data, array.data.type)
+        populate_array(array, pointer, sizes, strides, item, meminfo=None)
+        return array._getvalue()  # noqa: SLF001 - numba's own way to end
+
+    return found(memory, begin, kind, shape), generate
+
+
+def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, begin: Any, count: int) -> Any:
+    """Return `count` numbers of an array among the arguments as one vector."""
+    array = context.make_array(signature.args[which])(context, builder, values[which])
+    kind = ir.VectorType(context.get_data_type(signature.args[which].dtype), count)
+    return builder.load(
+        builder.bitcast(builder.gep(array.data, [begin]), kind.as_pointer()),
+        align=4 if kind.element == _float else 8,
+    )
+
+
+def _sum(builder: Any, lanes: Any) -> Any:
+    return _fold(builder, builder.fpext(lanes, ir.VectorType(_double, WIDTH)), builder.fadd)
+
+
+def _fold(builder: Any, lanes: Any, combine: Callable[[Any, Any], Any]) -> Any:
+    """Combine the first half of a vector with the second until one number is left."""
+    size = lanes.type.count
+    while size > 1:
+        size //= 2
+        halves = (
+            builder.shuffle_vector(lanes, lanes, ir.Constant(ir.VectorType(_index, size), list(part)))
+            for part in (range(size), range(size, 2 * size))
+        )
+        lanes = combine(*halves)
+    return builder.extract_element(lanes, _index(0))
+
+
+def _spread(builder: Any, value: Any, count: int) -> Any:
+    """Return a vector of one number."""
+    one = builder.insert_element(
+        ir.Constant(ir.VectorType(value.type, count), ir.Undefined), value, _index(0)
+    )
+    return builder.shuffle_vector(one, one, _all(_index(0), count))
+
+
+def _all(constant: Any, count: int) -> Any:
+    return ir.Constant(ir.VectorType(constant.type, count), [constant] * count)

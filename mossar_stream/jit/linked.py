@@ -1,0 +1,62 @@
+"""Kernels that are compiled once and called by name.
+
+numba copies every kernel into each kernel that calls it, and optimises the copy again. A large kernel at the
+bottom of a deep stack is thus compiled a dozen times. One that is linked is compiled once for one signature;
+its callers hold no more than its name, which is resolved when they are loaded. `publish` must therefore come
+before the first call of any kernel that calls it.
+
+On the plain path it is an entry point as any other, called as numba calls kernels.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+from mossar_stream.jit.acceleration import is_accelerated
+from mossar_stream.jit.cache import open_cache
+from mossar_stream.jit.decorators import entry_point
+
+_kernels: dict[str, tuple[Any, Any]] = {}  # by name: kernel, signature or type of the result
+_published: set[tuple[str, tuple[Any, ...]]] = set()
+
+
+def linked(name: str, signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Let a kernel be called by name (decorator). Only kernels can call the result.
+
+    Args:
+        name: Unique in the process.
+        signature: Types of result and arguments, as numba writes them; only that of the result for a kernel that
+            is compiled for every kind of arguments it is called with. Callers pass arguments of these very types.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        kernel: Any = function if hasattr(function, "py_func") else entry_point(function)
+        _kernels[name] = kernel, signature
+        if not is_accelerated():
+            return kernel  # type: ignore[no-any-return]
+        from mossar_stream.jit.linked_calls import callable_by_name  # noqa: PLC0415 - private parts
+
+        return callable_by_name(name, kernel, signature)
+
+    return decorate
+
+
+def publish(name: str, *arguments: Any) -> None:
+    """Make a linked kernel callable: compile it, or load it from the cache.
+
+    Args:
+        name: Of the kernel.
+        *arguments: Values like those it is called with, if it was not made for one signature.
+    """
+    kernel, signature = _kernels[name]
+    types = tuple(map(numba.typeof, arguments)) or signature.args
+    if (name, types) in _published:
+        return
+    open_cache(accelerated=is_accelerated())
+    kernel.compile(types)
+    if is_accelerated():
+        from mossar_stream.jit.linked_calls import make_known  # noqa: PLC0415 - private parts
+
+        make_known(name, kernel, types)
+    _published.add((name, types))

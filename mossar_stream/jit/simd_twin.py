@@ -1,0 +1,83 @@
+"""The plain-Python twins of `instructions`: what they compute, number by number and in the same order.
+
+Kernels on the plain path use them; tests compare the two bit by bit.
+"""
+
+import numpy as np
+from numba.extending import register_jitable
+
+WIDTH = 32  # numbers of a line that are added up at once
+FACTORS = 8  # numbers that are multiplied at once
+FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
+FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
+
+
+@register_jitable
+def page_sum(page, line):
+    """Sum a line of a page in double precision, in halves; see `_sum`."""
+    numbers = np.empty(WIDTH)
+    for j in range(WIDTH):
+        numbers[j] = page[line + j]
+    return _sum(numbers)
+
+
+@register_jitable
+def page_product(page, one, other):
+    """Sum the products of two lines of a page; each is rounded to float32, their sum to float64."""
+    numbers = np.empty(WIDTH)
+    for j in range(WIDTH):
+        numbers[j] = page[one + j] * page[other + j]
+    return _sum(numbers)
+
+
+@register_jitable
+def page_within(page, line, limit):
+    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
+    most = np.float32(limit)
+    for j in range(WIDTH):  # noqa: SIM110 - `all` does not compile
+        if not page[line + j] <= most:
+            return False
+    return True
+
+
+@register_jitable
+def variance_product(sums, squares, begin, end, scale, floor):
+    """Multiply variances, in `FACTORS` products side by side; see `instructions.variance_product`."""
+    product = np.ones(FACTORS)
+    for place in range(begin, end, FACTORS):
+        for d in range(FACTORS):
+            mean = sums[place + d] * scale
+            variance = squares[place + d] * scale - mean * mean
+            product[d] *= (max(0.0, variance)) + floor
+    bits = product.view(np.int64)
+    exponent = 0
+    for d in range(FACTORS):
+        exponent += (bits[d] >> FRACTION_BITS) - EXPONENT_BIAS
+        bits[d] = (bits[d] & FRACTION) | BITS_OF_ONE
+    size = FACTORS
+    while size > 1:
+        size //= 2
+        for d in range(size):
+            product[d] *= product[d + size]
+    return product[0], exponent
+
+
+@register_jitable
+def lowest_bit(mask):
+    """Return the position of the lowest set bit of an int64 other than 0."""
+    position = 0
+    while mask & 1 == 0:
+        mask >>= 1
+        position += 1
+    return position
+
+
+@register_jitable
+def _sum(numbers):
+    """Add the second half to the first until one number is left; `numbers` is overwritten."""
+    size = len(numbers)
+    while size > 1:
+        size //= 2
+        for j in range(size):
+            numbers[j] += numbers[j + size]
+    return numbers[0]

@@ -1,0 +1,162 @@
+"""Event buffer: through it compiled code hands events out.
+
+Record 0 counts the others. `events.py` has the records that users see; `take_events` makes them.
+"""
+
+import struct
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.events import (
+    KEY_FRAME_KINDS,
+    KEY_FRAME_STATUSES,
+    SEGMENT_STATES,
+    SEGMENT_STATUSES,
+    Event,
+    KeyFrameEvent,
+    SegmentEvent,
+)
+from mossar_stream.jit.decorators import kernel
+
+PATH_JOINTS = 5  # joints named as active in a segment
+EVENT = np.dtype(
+    [
+        ("row", "i8"),  # which performer; in record 0 the number of records in use
+        ("code", "i8"),  # KEY_FRAME or SEGMENT
+        ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
+        ("nature", "i8"),  # index into KEY_FRAME_KINDS or SEGMENT_STATES
+        ("take", "i8"),
+        ("rev", "i8"),
+        ("id", "i8"),  # Algorithm 2's frame; of a segment the start's
+        ("end_id", "i8"),  # of a segment the end's
+        ("frame", "i8"),
+        ("until_frame", "i8"),  # decided_frame; of a segment end_frame
+        ("decided", "i8"),
+        ("time", "f8"),
+        ("until_time", "f8"),
+        ("velocity", "f8"),
+        ("strength", "f8"),  # of a segment its similarity; NaN for None
+    ]
+    + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
+)
+EVENT_BYTES = EVENT.itemsize
+NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
+_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
+KEY_FRAME, SEGMENT = np.arange(2)
+# As numpy integers: a Python integer would make numba compile a version for each value.
+CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
+ONSET, OFFSET, MINIMUM = np.arange(3)
+SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
+FIRST_MESSAGE, SECOND_MESSAGE = np.int64(1), np.int64(2)  # about a key frame: revisions
+UNDECIDED, DECIDED = np.int64(0), np.int64(1)
+UNKNOWN_STRENGTH = np.float64(np.nan)
+
+
+class Point(NamedTuple):
+    """A key frame as a message tells of it."""
+
+    kind: np.signedinteger  # ONSET, OFFSET or MINIMUM
+    id: int  # Algorithm 2's frame
+    frame: int  # where it is now
+    time: float  # s
+    velocity: float  # share of the range
+    strength: float  # NaN where it is not known
+
+
+def new_event_buffer(most: int) -> NDArray[np.uint8]:
+    """Return a buffer for `most` events."""
+    return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
+
+
+@kernel
+def next_event(clock, events, code):
+    """Return a fresh record of the buffer, of the performer and the take that a clock is of."""
+    used = events[0].row + 1
+    events[0].row = used
+    event = events[used]
+    event.row = clock.row
+    event.code = code
+    event.take = clock.take
+    return event
+
+
+@kernel
+def put_key_frame(clock, events, point, status, rev, decided):
+    """Put a message about a key frame into the buffer; the last used frame is what caused it."""
+    event = next_event(clock, events, KEY_FRAME)
+    event.status = status
+    event.nature = point.kind
+    event.id = point.id
+    event.frame = point.frame
+    event.time = point.time
+    event.velocity = point.velocity
+    event.strength = point.strength
+    event.rev = rev
+    event.decided = decided
+    event.until_frame = clock.used_frame
+    event.until_time = clock.time
+
+
+def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple[str, ...]) -> list[Event]:
+    """Return the events in a buffer, and empty it.
+
+    Args:
+        buffer: Its bytes.
+        performers: Names by row.
+        joints: Their names.
+    """
+    (count,) = _COUNT.unpack_from(buffer)
+    if not count:
+        return []
+    _COUNT.pack_into(buffer, 0, 0)
+    events: list[Event] = []
+    last = of = -1
+    performer = prefix = ""
+    # Making events takes as long as finding them: so no call for each, and no part of a record copied.
+    # fmt: off
+    for (
+        row, code, status, nature, take, rev, begin, end, frame, until, decided,
+        time, until_time, velocity, strength, a, b, c, d, e,
+    ) in _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size]):
+        # fmt: on
+        if row != last or take != of:
+            last, of, performer = row, take, performers[row]
+            prefix = f"{performer}/{take}/"
+        value = None if strength != strength else strength  # noqa: PLR0124 - NaN
+        if code == 0:
+            event: Event = KeyFrameEvent(
+                performer=performer,
+                id=f"{prefix}{begin}",
+                rev=rev,
+                status=KEY_FRAME_STATUSES[status],
+                decided=decided == 1,
+                kind=KEY_FRAME_KINDS[nature],
+                take=take,
+                frame=frame,
+                time=time,
+                decided_frame=until,
+                decided_time=until_time,
+                velocity=velocity,
+                strength=value,
+            )
+        else:
+            joint = joints[a], joints[b], joints[c], joints[d], joints[e]
+            event = SegmentEvent(
+                performer=performer,
+                id=f"{prefix}{begin}-{end}",
+                rev=rev,
+                status=SEGMENT_STATUSES[status],
+                state=SEGMENT_STATES[nature],
+                take=take,
+                start_frame=frame,
+                end_frame=until,
+                start_time=time,
+                end_time=until_time,
+                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NO_JOINT)],
+                similarity=value,
+            )
+        events.append(event)
+    return events

@@ -1,0 +1,1 @@
+"""How alike two neighbouring segments are: the protocol and the measures behind it."""

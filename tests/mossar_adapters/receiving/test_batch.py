@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.receiving.batch import MAX_PERFORMERS, SILENT, Batch
+from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.source import Left, Meta
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import Frames
+from mossar_stream.skeleton import Skeleton
+
+SKELETON = Skeleton(("hip", "hand"), (-1, 0))
+
+
+def pose(performer="p1", arrival=0.0, joints=2, **fields):
+    return Pose(performer, np.zeros((joints, 3)), arrival, **fields)
+
+
+def test_who_moves_is_not_forgotten_in_a_flood_of_names():
+    batch = Batch()
+    batch.put(Meta("ann", SKELETON))
+    refused = 0
+    for k in range(2000):
+        now = k * 0.001
+        batch.put(pose("ann", now))
+        try:
+            batch.put(pose(f"stranger{k}", now, 5))
+        except FrameError:
+            refused += 1
+    assert refused == 2000 - MAX_PERFORMERS + 1
+    assert [item for item in batch.take() if isinstance(item, Meta) and item.performer == "ann"] == [
+        Meta("ann", SKELETON)
+    ]
+    batch.put(pose("ann", 10.0))
+    assert [type(item) for item in batch.take()] == [Frames], "announced once, with its own skeleton"
+
+
+def test_who_was_silent_makes_room():
+    batch = Batch()
+    for k in range(MAX_PERFORMERS):
+        batch.put(pose(f"p{k}", k * 0.001))
+    with pytest.raises(FrameError, match="all of them move; new is refused"):
+        batch.put(pose("new", 1.0))
+    batch.put(pose("new", SILENT + 0.001))
+    assert len(batch._lines) == MAX_PERFORMERS
+    found = batch.take()
+    assert sum(len(item) for item in found if isinstance(item, Frames)) == MAX_PERFORMERS + 1, (
+        "nothing is lost"
+    )
+
+
+def test_frames_with_and_without_confidence_do_not_share_a_chunk():
+    batch = Batch(fps=10.0)
+    batch.put(pose(confidence=np.array([2.0, np.nan])))
+    batch.put(pose())
+    _, first, second = batch.take()
+    assert first.confidence.tolist() == [[1.0, 0.0]]
+    assert second.confidence is None
+    assert [first.times[0], second.times[0]] == [0.0, 0.1]
+
+
+def test_what_does_not_fit_is_refused_and_what_is_too_far_is_missing():
+    batch = Batch()
+    batch.put(Meta("p1", SKELETON))
+    with pytest.raises(FrameError, match="3 joints does not fit the skeleton: it has 2"):
+        batch.put(pose(joints=3))
+    with pytest.raises(FrameError, match="is no time"):
+        batch.put(pose(time=float("nan")))
+    far = pose()
+    far.positions[1] = 1e39  # more than float32 holds
+    batch.put(far)
+    positions = batch.take()[1].positions
+    assert np.isfinite(positions[0, 0]).all()
+    assert np.isnan(positions[0, 1]).all()
+
+
+def test_who_was_never_announced_does_not_leave():
+    batch = Batch()
+    batch.put(Left("p1", "lost user"))
+    assert batch.take() == []

@@ -1,0 +1,136 @@
+"""Sums and products over many joints against their twins in Python, bit by bit, for odd numbers, too."""
+
+import numpy as np
+import pytest
+
+from mossar_stream.jit import simd, simd_twin
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.memory import joint_pages
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP, WORK, body_size, place
+
+ODD = np.float32(
+    [0.0, -0.0, 1e-45, -1e-38, 1e-20, 1.0, -1.0, 1 + 2**-23, 3e38, -3e38, np.inf, -np.inf, np.nan]
+)
+JOINTS = [1, 2, 31, 32, 33, 64, 65, 100]
+
+
+@entry_point
+def line_sum(body, line):
+    return joint_pages.line_sum(body, line)
+
+
+@entry_point
+def page_sum(page, line):
+    return simd.page_sum(page, line)
+
+
+@entry_point
+def page_product(page, one, other):
+    return simd.page_product(page, one, other)
+
+
+@entry_point
+def page_within(page, line, limit):
+    return simd.page_within(page, line, limit)
+
+
+@entry_point
+def variance_product(sums, squares, begin, end, scale, floor):
+    return simd.variance_product(sums, squares, begin, end, scale, floor)
+
+
+@entry_point
+def lowest_bit(mask):
+    return simd.lowest_bit(mask)
+
+
+def page_with(line, values):
+    page = np.full(PAGE_SIZE, np.float32(7.0))
+    page[line : line + PAGE] = values
+    return page
+
+
+def odd_lines(count):
+    rng = np.random.default_rng(count)
+    for share in (0.0, 0.03, 0.5):
+        for _ in range(20):
+            values = rng.normal(0, 10.0 ** rng.integers(-6, 6), PAGE).astype(np.float32)
+            odd = rng.random(PAGE) < share
+            values[odd] = rng.choice(ODD, odd.sum())
+            yield values
+
+
+def same(found, expected):
+    np.testing.assert_array_equal(np.float64(found), np.float64(expected), strict=True)
+
+
+@pytest.mark.parametrize("joints", JOINTS)
+def test_a_line_is_summed_in_double_precision_page_by_page(joints):
+    rng = np.random.default_rng(joints)
+    body = np.zeros(body_size(joints), np.float32)
+    for j in range(joints):
+        body[place.py_func(j) + WORK] = rng.normal(0, 10.0 ** rng.integers(-3, 3))
+    total = 0.0
+    for first in range(0, len(body), PAGE_SIZE):
+        total += simd_twin.page_sum(body[first : first + PAGE_SIZE], WORK)
+    same(line_sum(body, WORK), total)
+    assert total == pytest.approx(body.astype(float).sum(), rel=1e-12, abs=1e-9)
+
+
+@np.errstate(all="ignore")
+def test_sums_and_products_are_those_of_the_twin():
+    for one, other in zip(odd_lines(1), odd_lines(2), strict=True):
+        page = page_with(STEP, one)
+        page[WORK : WORK + PAGE] = other
+        same(page_sum(page, STEP), simd_twin.page_sum(page, STEP))
+        same(page_product(page, STEP, WORK), simd_twin.page_product(page, STEP, WORK))
+
+
+def test_products_are_rounded_once_and_summed_in_halves():
+    page = page_with(STEP, np.linspace(0.1, 3.0, PAGE, dtype=np.float32))
+    page[WORK : WORK + PAGE] = np.float32(1.1)
+    values = (page[STEP : STEP + PAGE] * page[WORK : WORK + PAGE]).astype(np.float64)
+    while len(values) > 1:
+        values = values[: len(values) // 2] + values[len(values) // 2 :]
+    same(page_product(page, STEP, WORK), values[0])
+
+
+def test_a_line_is_within_a_limit_that_it_reaches_and_never_with_nan():
+    for values in odd_lines(3):
+        page = page_with(WORK, values)
+        for limit in (0.0, 1.0, 3e38, np.inf, -np.inf, np.nan, *np.float64(values[:3])):
+            expected = (values <= np.float32(limit)).all()
+            assert page_within(page, WORK, limit) == simd_twin.page_within(page, WORK, limit) == expected
+    for place_of_nan in range(PAGE):
+        page = page_with(WORK, np.zeros(PAGE))
+        assert page_within(page, WORK, 0.0)
+        page[WORK + place_of_nan] = np.nan
+        assert not page_within(page, WORK, np.inf)
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize("odd", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("blocks", [0, 1, 2, 24])
+def test_variances_are_multiplied_as_the_twin_does_and_never_below_the_floor(blocks, odd):
+    rng = np.random.default_rng(blocks)
+    size = 8 * blocks
+    for floor in (1e-12, 1e-3, 1e3):
+        sums, squares = rng.normal(0, 1, size + 16), rng.uniform(0, 1e3, size + 16)
+        for values in (sums, squares):
+            chosen = rng.random(len(values)) < odd
+            values[chosen] = rng.choice(ODD.astype(np.float64), chosen.sum())
+        found = variance_product(sums, squares, 8, 8 + size, 0.25, floor)
+        expected = simd_twin.variance_product(sums, squares, 8, 8 + size, 0.25, floor)
+        same(found[0], expected[0])
+        assert found[1] == expected[1]
+        if odd == 0.0:
+            inner = slice(8, 8 + size)
+            factors = np.maximum(squares[inner] * 0.25 - (sums[inner] * 0.25) ** 2, 0.0) + floor
+            assert np.log(found[0]) + found[1] * np.log(2) == pytest.approx(np.log(factors).sum())
+
+
+def test_the_lowest_bit_is_found_wherever_it_is():
+    for bit in range(64):
+        for above in (0, -1, 0x5A5A5A5A5A5A5A5A):
+            mask = int(np.array(1 << bit | (above << bit & (2**64 - 1)), np.uint64).astype(np.int64))
+            assert lowest_bit(mask) == simd_twin.lowest_bit(mask) == bit

@@ -1,0 +1,69 @@
+"""Parts are what slices, views and shapes would be, and those of a row stay within it."""
+
+import numpy as np
+import pytest
+
+from mossar_stream import Segmenter, Settings
+from mossar_stream.algorithm.row import CACHE_LINE, new_memory
+from mossar_stream.algorithm.window_step import new_scratch
+from mossar_stream.engine.buffers import Buffers
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Pool
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.views import part
+
+UNTOUCHED = 0xA5
+
+
+@entry_point
+def look(memory, begin, lines, columns):
+    numbers = part(memory, begin, np.int16, (lines, 3, columns))
+    numbers[lines - 1, 2, columns - 1] = -7
+    return numbers.shape, numbers.strides, numbers.sum()
+
+
+def test_a_part_is_a_view_of_the_same_bytes():
+    memory = np.arange(400).astype(np.uint8)
+    other = memory.copy()
+    view = other[64 : 64 + 2 * 4 * 3 * 8].view(np.int16).reshape(4, 3, 8)
+    view[3, 2, 7] = -7
+    assert look(memory, 64, 4, 8) == (view.shape, view.strides, view.sum())
+    assert (memory == other).all()
+
+
+def guarded(size):
+    """Return bytes, zero, between two lines that must stay as they are, and those lines."""
+    memory = new_memory(1, size + 2 * CACHE_LINE)[0]
+    ends = memory[:CACHE_LINE], memory[-CACHE_LINE:]
+    for end in ends:
+        end[:] = UNTOUCHED
+    return memory[CACHE_LINE:-CACHE_LINE], ends
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {},
+        {"level": "cluster", "smoothing": "one_euro", "remerge_window": 1},
+        {"smoothing": "moving_average", "smoothing_window": 5, "remerge_seconds": 0.3},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("joints", [1, 8, 33])
+def test_nothing_is_written_outside_the_row_and_the_scratch(core, joints, chosen):
+    plan = Plan(core.skeleton(joints), Settings(range_floor=0.01, window=0.05, **chosen), 60.0)
+    buffers = Buffers(plan)
+    row, row_ends = guarded(plan.row_bytes)
+    size = len(new_scratch(plan.shape))
+    scratch, scratch_ends = guarded(-(-size // CACHE_LINE) * CACHE_LINE)
+    beyond = scratch[size:]
+    beyond[:] = UNTOUCHED
+    buffers.scratch = scratch[:size]
+    buffers.for_run = buffers.scratch, *buffers.for_run[1:]
+    segmenter = Segmenter.of_row(Pool(plan, buffers, row.reshape(1, -1)).allocate("p1"))
+    positions, times = core.moving_people(joints, frames=600, joints=joints)
+    events = segmenter.push(positions, times) + segmenter.end_take()
+    decided = [e for e in events if e.__struct_config__.tag == "key_frame" and e.decided]
+    assert len(decided) > (5 if joints > 1 else -1)  # the centre alone does not move
+    for untouched in (*row_ends, *scratch_ends, beyond):
+        assert (untouched == UNTOUCHED).all()

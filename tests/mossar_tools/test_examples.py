@@ -1,0 +1,100 @@
+"""Every example runs as its first lines say, against a real `mossar run`."""
+
+import ast
+import json
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from checks.run_process import free_port
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+RUN_HERE = {
+    "send_poses.py",
+    "receive_events.py",
+    "receive_osc.py",
+    "segment_recording.py",
+    "segment_frames.py",
+    "change_level.py",
+}
+
+
+@pytest.fixture
+def example(request):
+    """Start an example as a process of its own; it is killed at the end if it still runs."""
+
+    def start(name, *arguments):
+        places = [ROOT, ROOT / "adapters", ROOT / "tools"]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, places))}
+        running = subprocess.Popen(
+            [sys.executable, ROOT / "examples" / name, *map(str, arguments)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        request.addfinalizer(lambda: (running.kill(), running.communicate()))
+        return running
+
+    return start
+
+
+def output(running, patience=120):
+    out, err = running.communicate(timeout=patience)
+    assert running.returncode == 0, err
+    return out
+
+
+def test_every_example_is_run_here_and_short():
+    assert {path.name for path in EXAMPLES} == RUN_HERE
+    for path in (ROOT / "examples").rglob("*"):
+        if path.is_file() and path.suffix != ".md" and "__pycache__" not in path.parts:
+            assert len(path.read_text().splitlines()) <= 60, path
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
+def test_every_example_says_what_it_is(path):
+    assert ast.get_docstring(ast.parse(path.read_text()))
+
+
+def test_frames_can_be_pushed(example):
+    said = output(example("segment_frames.py"))
+    assert "onset" in said
+    assert "final" not in said
+    assert ": moving" in said
+
+
+def test_a_recording_is_segmented(example, swing):
+    said = output(example("segment_recording.py", swing))
+    assert "key frames of Algorithm 2" in said
+    assert " moving " in said
+
+
+def test_poses_arrive_and_their_events_are_received(example, process):
+    frames, events, osc = free_port(), free_port(), free_port(socket.SOCK_DGRAM)
+    control = free_port()
+    heard, heard_osc = (
+        example("receive_events.py", f"tcp://127.0.0.1:{events}"),
+        example("receive_osc.py", osc),
+    )
+    run = process(
+        *("run", f"zmq+bind://127.0.0.1:{frames}", "--to", "-", "--seconds", "7"),
+        *("--to", f"zmq+bind://127.0.0.1:{events}?encoding=json", "--to", f"osc://127.0.0.1:{osc}"),
+        *("--control", f"zmq+bind://127.0.0.1:{control}"),
+    )
+    asked = output(example("change_level.py", f"tcp://127.0.0.1:{control}"))
+    assert "{'set': {'level': 'posture'}} -> {'level': 'posture'}" in asked
+    example("send_poses.py", f"tcp://127.0.0.1:{frames}", "20")
+    out, err = run.communicate(timeout=120)
+    assert run.returncode == 0, err
+    found = [json.loads(line) for line in out.splitlines()]
+    confirmed = [e for e in found if e["type"] == "key_frame" and e["status"] == "confirmed"]
+    assert len(confirmed) > 2
+    expected = [f"{event['time']:7.2f} s  p1: {event['kind']}" for event in confirmed]
+    assert output(heard).splitlines() == expected
+    assert len(output(heard_osc).splitlines()) == len(expected)

@@ -1,0 +1,86 @@
+"""The JSON Schema of the events: what is printed, shipped and documented is what comes out."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from mossar_stream.events import to_json
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import Settings
+from mossar_tools.evaluation.takes import load_folder
+from mossar_tools.event_schema import event_schema
+
+ROOT = Path(__file__).parents[2]
+LABELLED = ROOT.parent / "shared" / "data" / "labelled"
+
+
+@pytest.fixture(scope="module")
+def valid():
+    """Return what is wrong with an event, by a schema that allows no further fields."""
+    schema = event_schema()
+    for definition in schema["$defs"].values():
+        definition["additionalProperties"] = False
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    return lambda event: [error.message for error in validator.iter_errors(event)] == []
+
+
+def test_it_is_printed_and_documented(mossar):
+    printed = json.loads(mossar("schema")[1])
+    assert printed == event_schema()
+    assert json.loads((ROOT / "docs" / "events.schema.json").read_text()) == printed, (
+        "mossar schema > docs/events.schema.json"
+    )
+
+
+def test_every_event_of_a_run_fits(events, valid):
+    found = events("demo", "--speed", "max", "--seconds", "20", "--stats", "5", "--to", "-")
+    assert {event["type"] for event in found} == {"key_frame", "segment", "stream", "stats"}
+    assert {e["status"] for e in found if e["type"] == "key_frame"} >= {
+        "candidate",
+        "withdrawn",
+        "merged",
+        "final",
+    }
+    assert all(valid(event) for event in found)
+
+
+@pytest.mark.parametrize(
+    "change", [{"status": "perhaps"}, {"rev": "1"}, {"more": 1}, {"strength": "x"}, {"type": "segment"}]
+)
+def test_what_is_no_event_does_not_fit(events, valid, change):
+    event = next(e for e in events("demo", "--speed", "max", "--seconds", "5") if e["type"] == "key_frame")
+    assert valid(event)
+    assert not valid({**event, **change})
+    assert not valid({name: value for name, value in event.items() if name != "velocity"})
+
+
+def test_every_event_of_the_labelled_recordings_fits(valid):
+    if not LABELLED.is_dir():
+        pytest.skip("no labelled recordings in ../shared/data/labelled")
+    takes = [take for take in load_folder(LABELLED) if len(take.times) < 3000][:12]
+    for take in takes:
+        segmenter = Segmenter(take.skeleton, Settings(level=take.level), take.name.replace("/", "_"))
+        found = [*segmenter.push(take.positions, take.times), *segmenter.end_take()]
+        assert len(found) > 2
+        assert all(valid(json.loads(to_json(event))) for event in found)
+
+
+def test_the_events_in_the_documentation_fit(valid):
+    shown = re.findall(r'\{"type".*?\n?.*?\}\n', (ROOT / "docs" / "events.md").read_text())
+    found = [json.loads(line) for line in shown if '"type":"frame"' not in line]
+    assert {event["type"] for event in found} == {"key_frame", "segment", "stream", "stats"}
+    assert all(valid(event) for event in found)
+    text = (ROOT / "README.md").read_text()
+    example = re.search(r'\{"type":"key_frame".*?\}', text, re.DOTALL).group()
+    assert valid(json.loads(example))
+
+
+def test_every_field_is_explained():
+    text = (ROOT / "docs" / "events.md").read_text()
+    for definition in event_schema()["$defs"].values():
+        for name in definition["properties"]:
+            assert f"`{name}`" in text or f'"{name}"' in text, name

@@ -1,0 +1,51 @@
+"""Every setting is explained, with the value that counts."""
+
+import csv
+import json
+
+import pytest
+
+from mossar_stream.settings import Settings
+from mossar_tools.settings_guide import SETTINGS_GUIDE
+
+
+def test_every_setting_has_a_guide():
+    assert set(SETTINGS_GUIDE) == set(Settings.__struct_fields__)
+    assert all(guide.effect for guide in SETTINGS_GUIDE.values())
+
+
+@pytest.mark.parametrize("arguments", [[], ["--preset", "paper"], ["--level", "cluster"], ["--level", "0.3"]])
+def test_values_are_those_that_count(mossar, arguments):
+    status, out, _ = mossar("settings", "--json", *arguments)
+    found = json.loads(out)["settings"]
+    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
+    level = given.get("--level", "motion")
+    expected = Settings.build(given.get("--preset", "default"), {"level": level}).resolved()
+    assert status == 0
+    assert found["window"]["value"] == expected.window
+    assert found["remerge_seconds"]["value"] == expected.remerge_seconds
+    assert found["features"]["value"]["log_speed"] == expected.features.log_speed
+
+
+def test_where_a_value_comes_from_is_said(mossar):
+    out = mossar(
+        "settings", "--preset", "game", "--level", "cluster", "--set", "sig_threshold=0.03", "--csv"
+    )[1]
+    rows = {row["name"]: row for row in csv.DictReader(out.splitlines())}
+    origins = {name: rows[name]["from"] for name in ("window", "refine", "sig_threshold", "level", "max_gap")}
+    assert origins == {
+        "window": "preset game",
+        "refine": "level cluster",
+        "sig_threshold": "you",
+        "level": "you",
+        "max_gap": "default",
+    }
+    assert rows["sig_threshold"]["value"] == "0.03"
+    assert rows["features.log_speed"]["value"] == "0.75"
+    assert rows["max_gap"]["legal"] == "0 to 60"
+
+
+def test_a_table_comes_without_an_option(mossar):
+    status, out, _ = mossar("settings")
+    assert status == 0
+    assert all(any(line.startswith(name) for line in out.splitlines()) for name in SETTINGS_GUIDE)

@@ -1,0 +1,32 @@
+"""What is installed: the three packages with their types, and no check."""
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = {"mossar_stream", "mossar_adapters", "mossar_tools"}
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory):
+    builders = pytest.importorskip("hatchling.builders.wheel", reason="hatchling is not installed")
+    folder = tmp_path_factory.mktemp("wheel")
+    path = next(builders.WheelBuilder(str(ROOT)).build(directory=str(folder)))
+    with zipfile.ZipFile(path) as wheel:
+        return wheel.namelist()
+
+
+def test_the_wheel_holds_the_three_packages_and_no_check(names):
+    tops = {name.partition("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES
+    assert not [name for name in names if "checks" in name or "tests" in name]
+    assert {f"{package}/py.typed" for package in PACKAGES} <= set(names)
+
+
+def test_every_module_is_in_it(names):
+    for home in ("mossar_stream", "adapters/mossar_adapters", "tools/mossar_tools"):
+        parent = (ROOT / home).parent
+        sources = {path.relative_to(parent).as_posix() for path in (ROOT / home).rglob("*.py")}
+        assert sources <= set(names)

@@ -1,0 +1,5 @@
+"""Fuzz: damaged input for everything that reads what others wrote.
+
+`python -m checks.fuzz --inputs N --seed S` prints for each target how many inputs it was given, which of them it
+failed on, and the slowest. `python -m checks.fuzz.guided TARGET` looks for new code with atheris instead of by chance.
+"""

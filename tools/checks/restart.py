@@ -1,0 +1,153 @@
+"""Kill and restart: `python -m checks.restart --times 50`.
+
+A run of the built-in performers is killed (-9) at a random moment and started again. What a consumer has heard in
+the end, after dropping what repeats an id and a rev, must be what an undisturbed run says; and so must the file of
+events, without dropping anything.
+"""
+
+import argparse
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.files import MskWriter
+from mossar_adapters.pipeline import read_snapshot
+from mossar_adapters.source import Meta
+from mossar_stream.frames import Frames
+
+SPEED = 5.0  # times real time, of the runs that are killed
+EVERY = 0.3  # s between two snapshots
+_CLOCK = ("stalled", "resumed")  # say how the machine was, not what was moved
+
+
+class Moment(msgspec.Struct, frozen=True):
+    """How one kill went.
+
+    Args:
+        seconds: When the run was killed, s after it was started.
+        frames: Frames that its snapshot had used, None without a snapshot.
+        repeated: Events that were heard twice.
+        equal: Whether the consumer heard what it should.
+        file_equal: Whether the file of events is what it should be.
+    """
+
+    seconds: float
+    frames: int | None
+    repeated: int
+    equal: bool
+    file_equal: bool
+
+
+def main() -> int:
+    """Kill and restart as often as asked for, print a line for each, and return 1 if a set differed."""
+    parser = argparse.ArgumentParser(
+        prog="python -m checks.restart",
+        description="Kill runs with -9 and restart them; the events must be those of an undisturbed run.",
+    )
+    parser.add_argument("--times", metavar="N", type=int, default=50)
+    parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the moments")
+    parser.add_argument("--seconds", metavar="S", type=float, default=30.0, help="of motion")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        equal = 0
+        for i, moment in enumerate(killed_at_random(Path(folder), given.times, given.seconds, given.seed), 1):
+            right = moment.equal and moment.file_equal
+            equal += right
+            place = (
+                "before the first snapshot" if moment.frames is None else f"snapshot at frame {moment.frames}"
+            )
+            print(
+                f"{i:>3}: killed after {moment.seconds:.2f} s, {place}, {moment.repeated} events repeated:"
+                f" {'equal' if right else 'DIFFERENT'}",
+                flush=True,
+            )
+    print(f"{equal} of {given.times} event sets are identical")
+    return 0 if equal == given.times else 1
+
+
+def killed_at_random(folder: Path, times: int, seconds: float, seed: int) -> Iterator[Moment]:
+    """Kill runs at random moments, let each come to its end, and yield how it went.
+
+    Args:
+        folder: For recordings, events and snapshots.
+        times: How many.
+        seconds: Of motion in the recording.
+        seed: Of the moments.
+    """
+    take = folder / "take.msk"
+    with MskWriter(take) as writer:
+        for item in DemoSource(5, performers=2, seconds=seconds, speed="max").items():
+            if isinstance(item, Meta | Frames):
+                writer.write(item)
+    started = time.monotonic()
+    whole = _lines(_run(folder, "whole", [take, "--speed", SPEED]))
+    longest = time.monotonic() - started
+    rng = random.Random(seed)  # noqa: S311 - not for secrets
+    while times:
+        moment = _killed(folder, take, whole, rng.uniform(0.0, longest))
+        if moment is not None:
+            times -= 1
+            yield moment
+
+
+def _killed(folder: Path, take: Path, whole: Sequence[str], seconds: float) -> Moment | None:
+    """Run, kill after so many seconds, run again to the end; return None if the first run was quicker."""
+    for name in ("state", "state.new", "events.jsonl"):
+        (folder / name).unlink(missing_ok=True)
+    again = [take, "--to", "-", "--to", folder / "events.jsonl", "--snapshot", folder / "state"]
+    again += ["--snapshot-every", EVERY]
+    first = _run(folder, "first", [*again, "--speed", SPEED], kill_after=seconds)
+    kept = read_snapshot(folder / "state")
+    if kept is not None and kept.complete:
+        return None
+    second = _run(folder, "second", [*again, "--speed", "max"])
+    heard = [*_lines(first), *_lines(second)]
+    return Moment(
+        seconds,
+        sum(kept.sources[0].frames.values()) if kept else None,
+        len(heard) - len({_key(line) for line in heard}),
+        {_key(line): line for line in heard} == {_key(line): line for line in whole},
+        sorted(_lines(folder / "events.jsonl")) == sorted(whole),
+    )
+
+
+def _run(folder: Path, name: str, arguments: Sequence[object], kill_after: float | None = None) -> Path:
+    """Run `mossar run`; return the file with its standard output."""
+    out = folder / f"{name}.out"
+    command = [sys.executable, "-m", "mossar_tools", "run", *map(str, arguments)]
+    with out.open("wb") as file, subprocess.Popen(command, stdout=file) as running:  # noqa: S603 - our own
+        try:
+            status = running.wait(kill_after)
+        except subprocess.TimeoutExpired:
+            running.kill()
+            return out
+    if status != 0:
+        raise SystemExit(f"mossar run ended with status {status}")
+    return out
+
+
+def _lines(path: Path) -> list[str]:
+    """Return the whole lines of a file of events, without those about the machine's speed."""
+    lines = path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
+    return [line for line in lines if json.loads(line).get("event") not in _CLOCK]
+
+
+def _key(line: str) -> tuple[Any, ...]:
+    """Return what tells an event from others: two lines with the same key say the same."""
+    event = json.loads(line)
+    if "id" in event:
+        return event["type"], event["id"], event["rev"]
+    return event["type"], event["performer"], event["take"], event["event"]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,93 @@
+"""Stages: what each part of the way from positions to events costs.
+
+Velocity and envelope are driven alone; the rest is what the whole stream costs more.
+"""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
+from mossar_stream.algorithm.frame_step import HAPPENED, STOPS, advance
+from mossar_stream.algorithm.window_step import FOLLOW, update_window
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import pool_of_one
+from mossar_stream.settings import Settings
+from mossar_tools.bench.measurement import Measurement, Took, duration, timed
+from mossar_tools.bench.motion import Chunk, Motion
+from mossar_tools.bench.work import Work
+
+# Calls of some microseconds are timed by the processor's clock where it ticks quickly enough.
+_FINE = time.get_clock_info("thread_time").resolution <= 1e-6
+_ticks = time.thread_time if _FINE else time.perf_counter
+
+
+class _Drive:
+    """The stream's loop by hand, with a stopwatch at each part."""
+
+    def __init__(self, motion: Motion) -> None:
+        self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
+        self.acting = 0.0  # s, remerge
+        self.telling = 0.0  # s, making event records
+        self.acts = 0
+        self.events = 0
+
+    def run(self, chunks: list[Chunk]) -> None:
+        row = self._row
+        for positions, times in chunks:
+            done = 0
+            while done < len(times):
+                code = advance(row.memory, 0, row.params, positions[done:], times[done:])
+                done += code // STOPS
+                if code % STOPS == HAPPENED:
+                    self._act()
+
+    def _act(self) -> None:
+        began = _ticks()
+        buffers = self._row.pool.buffers
+        update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
+        acted = _ticks()
+        self.events += len(self._row.pool.take_events())
+        self.telling += _ticks() - acted
+        self.acting += acted - began
+        self.acts += 1
+
+
+def measure(work: Work) -> Iterator[Measurement]:
+    """Yield the stages, ns per frame, and the remerge for each call."""
+    motion = work.single
+    part = "stages"
+    frames, travelling = runs_of_splitting(work, motion, VELOCITY)
+    _, splitting = runs_of_splitting(work, motion, SPLITTING)
+    yield duration(part, "joints and velocity", "ns/frame", travelling, each=frames, note=motion.name)
+    envelope = _less(splitting, travelling)
+    yield duration(part, "range, envelope, splitter", "ns/frame", envelope, each=frames)
+    chunks = motion.chunks(frames, SIZE)
+    _Drive(motion).run(chunks[:2])
+    drives, whole = [], []
+    for _ in range(work.repeats):
+        drive = _Drive(motion)
+        whole.append(timed(drive.run, chunks))
+        drives.append(drive)
+    acting = [Took(drive.acting, drive.acting) for drive in drives]
+    telling = [Took(drive.telling, drive.telling) for drive in drives]
+    rest = _less(_less(_less(whole, splitting), acting), telling)
+    note = "what joins the open segment, noise, tempo, poses kept"
+    yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
+    yield duration(part, "remerge", "ns/frame", acting, each=frames)
+    yield duration(part, "event records", "ns/frame", telling, each=frames)
+    acts, events = (
+        max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("acts", "events")
+    )
+    note = f"{acts} calls, {events} events in {frames} frames"
+    yield duration(part, "remerge, each call", "us", acting, each=acts, note=note)
+
+
+def _less(runs: list[Took], others: list[Took]) -> list[Took]:
+    """Return what runs took more than others."""
+    less = (
+        float(np.median([other.wall for other in others])),
+        float(np.median([other.cpu for other in others])),
+    )
+    return [Took(max(0.0, run.wall - less[0]), max(0.0, run.cpu - less[1])) for run in runs]

@@ -1,0 +1,142 @@
+"""Batch: whole recordings, one after the other or in several processes; one that cannot be read stops nothing.
+
+Each recording is segmented in a process of a pool, so that what kills it (a damaged file, too little memory) costs that
+recording only. Results come in the order of the files, however long each takes.
+"""
+
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import Any
+
+import msgspec
+import msgspec.structs
+
+from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
+from mossar_stream.errors import MossarError
+from mossar_stream.recording import Result, Segmentation, segment_recording
+from mossar_tools.loaded_recording import LoadedRecording, Tell, load_recording
+from mossar_tools.options import Options
+
+AHEAD = 4  # recordings of each process that are under way or wait to be written
+FEW = 3  # recordings for which a second process would only cost its start
+
+
+class Segmented(msgspec.Struct, frozen=True):
+    """What came of one recording.
+
+    Args:
+        name: The file.
+        report: As `--json` has it.
+        rows: As `--csv` has them.
+        frames: Of the recording.
+        error: Why it could not be segmented; then there is no report.
+    """
+
+    name: str
+    report: dict[str, Any] = {}  # msgspec copies it
+    rows: list[dict[str, Any]] = []
+    frames: int = 0
+    error: str = ""
+
+
+def segment_whole(
+    options: Options, tell: Tell = lambda _: None, *, curves: bool = False
+) -> tuple[LoadedRecording, Result, Segmentation]:
+    """Return the recording that `options.file` names, what was found in it, and the level that is wanted.
+
+    Args:
+        options: Which file, and how to segment it.
+        tell: Is told how reading goes.
+        curves: Whether to keep the velocity curve.
+
+    Raises:
+        MossarError: If it cannot be read, or the options do not fit it.
+    """
+    settings = options.settings(range="file")
+    loaded = load_recording(options, tell)
+    result = segment_recording(
+        loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times, curves=curves
+    )
+    chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
+    return loaded, result, chosen
+
+
+def report_of(
+    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+) -> dict[str, Any]:
+    """Return what `--json` has of a recording."""
+    return {
+        "v": 1,
+        "recording": loaded.name,
+        "fps": loaded.fps,
+        "level": options.settings().level if options.keep is None else None,
+        "key_frames": result.key_frames,
+        "segments": chosen.segments,
+    }
+
+
+def rows_of(loaded: LoadedRecording, chosen: Segmentation) -> list[dict[str, Any]]:
+    """Return what `--csv` has of a recording: a row for each segment."""
+    endings = {key.frame: Ending(key.kind, key.strength) for key in chosen.key_frames}
+    rows = [
+        segment_row(loaded.name, loaded.performer, 0, part, endings.get(part.end_frame, Ending()))
+        for part in chosen.segments
+    ]
+    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+
+
+def segment_all(files: Sequence[str], options: Options) -> Iterator[Segmented]:
+    """Yield what came of each recording, in their order."""
+    processes = min(os.cpu_count() or 1, len(files) // FEW)
+    if processes < 2:
+        yield from (_segmented(options, name) for name in files)
+        return
+    waiting = list(files)
+    while waiting:
+        try:
+            for done in _in_processes(waiting, options, processes):
+                waiting.pop(0)
+                yield done
+        except BrokenProcessPool:
+            # The oldest is not to blame for certain: by itself it shows whether it is.
+            yield _alone(waiting.pop(0), options)
+
+
+def _in_processes(files: Sequence[str], options: Options, processes: int) -> Iterator[Segmented]:
+    under_way: list[Future[Segmented]] = []
+    rest = iter(files)
+    with ProcessPoolExecutor(processes, get_context("spawn"), _leave_ctrl_c_to_the_parent) as pool:
+        try:
+            while True:
+                for _, name in zip(range(processes * AHEAD - len(under_way)), rest, strict=False):
+                    under_way.append(pool.submit(_segmented, options, name))
+                if not under_way:
+                    return
+                yield under_way.pop(0).result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _alone(name: str, options: Options) -> Segmented:
+    try:
+        return next(_in_processes([name], options, 1))
+    except BrokenProcessPool:
+        return Segmented(name, error=f"{name}: the process that segments it died; too little memory?")
+
+
+def _leave_ctrl_c_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _segmented(options: Options, name: str) -> Segmented:
+    own = msgspec.structs.replace(options, file=name)
+    try:
+        loaded, result, chosen = segment_whole(own)
+    except MossarError as error:
+        return Segmented(name, error=str(error))
+    report = msgspec.to_builtins(report_of(own, loaded, result, chosen))
+    return Segmented(name, report, rows_of(loaded, chosen), len(loaded.times))

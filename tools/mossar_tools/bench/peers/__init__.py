@@ -1,6 +1,0 @@
-"""Peers: other libraries that find changes in streams, beside ours on the same recordings; `mossar bench --peers`.
-
-Each peer gets what it can take frame by frame: the velocity curve of equation 1, computed beforehand and free of
-charge, or the poses. Its settings are the best of a coarse grid for each level (`python -m mossar_tools.bench.peers
-DIR` searches again).
-"""

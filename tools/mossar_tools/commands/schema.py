@@ -1,0 +1,28 @@
+"""`mossar schema`: the JSON Schema of the events."""
+
+import argparse
+
+import msgspec
+
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE
+from mossar_tools.options import Options, add_messages
+
+DESCRIPTION = """Print the JSON Schema of the events, for programs that check what they receive or make types of it.
+docs/events.md explains them with examples."""
+EXAMPLES = """  mossar schema > events.schema.json
+  mossar schema | jq '."$defs".KeyFrameEvent.properties | keys'
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:  # noqa: ARG001 - every command gets them
+    """Run the command and return the exit status."""
+    from mossar_tools.event_schema import event_schema
+
+    console.line(msgspec.json.format(msgspec.json.encode(event_schema()), indent=2).decode())
+    return DONE

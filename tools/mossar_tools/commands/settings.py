@@ -1,0 +1,108 @@
+"""`mossar settings`: the value of every setting, where it comes from, and what moving it does."""
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from mossar_stream.settings import CHOICES, LIMITS, Settings
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE
+from mossar_tools.options import Options, add_messages, add_output, add_settings
+from mossar_tools.outputs import Outputs
+from mossar_tools.settings_guide import SETTINGS_GUIDE
+
+DESCRIPTION = """Print the value that every setting has, with its unit, where it comes from (default, preset, the level's
+bundle, or you), and what moving it does. Any of them goes with --set NAME=VALUE into the commands that segment."""
+EXAMPLES = """  mossar settings
+  mossar settings --level cluster --preset game --set window=0.3
+  mossar settings --json | jq '.settings.window.value'
+"""
+
+LONG = 20  # characters of legal values that are not repeated in the table
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    add_settings(parser)
+    group = parser.add_argument_group("what to put out")
+    add_output(group, "json", "the settings as one JSON object")
+    add_output(group, "csv", "a row for each setting")
+    group.add_argument("--force", action="store_true", help="replace files that are there")
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    outputs = Outputs.of(options)
+    found = explained(options)
+    outputs.write_json({"v": 1, "preset": options.preset, "settings": found}, console)
+    rows = _rows(found)
+    outputs.write_csv(rows, console)
+    if not outputs.silent:
+        for line in _table(rows):
+            console.line(line)
+    return DONE
+
+
+def _rows(found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return a row for each setting, and for each part of those that have parts, as `--set` names them."""
+    rows = []
+    for name, row in found.items():
+        parts = row["value"] if isinstance(row["value"], dict) else {"": row["value"]}
+        for part, value in parts.items():
+            rows.append({"name": f"{name}.{part}".rstrip("."), **row, "value": _shown(value)})
+    return rows
+
+
+def _table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    columns = {"name": "setting", "value": "value", "unit": "unit", "from": "from", "legal": "legal"}
+    shown = [{**row, "legal": row["legal"] if len(row["legal"]) < LONG else "see the right"} for row in rows]
+    widths = {key: max(len(title), *(len(row[key]) for row in shown)) for key, title in columns.items()}
+    for row in ({**columns, "effect": "what moving it does"}, *shown):
+        yield "  ".join(f"{row[key]:<{width}}" for key, width in widths.items()) + f"  {row['effect']}"
+
+
+def explained(options: Options) -> dict[str, dict[str, Any]]:
+    """Return for each setting its value, unit, legal values, where the value comes from and what moving it does."""
+    chosen = options.settings()
+    resolved = chosen.resolved()
+    found = {}
+    for name, guide in SETTINGS_GUIDE.items():
+        found[name] = {
+            "value": msgspec.to_builtins(getattr(resolved, name)),
+            "unit": guide.unit,
+            "from": _origin(name, options, chosen),
+            "legal": _legal(name),
+            "effect": guide.effect,
+        }
+    return found
+
+
+def _origin(name: str, options: Options, chosen: Settings) -> str:
+    if name in {full.partition(".")[0] for full in options.set}:
+        return "you"
+    if name == "level" and options.level is not None:
+        return "you"
+    if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
+        return f"level {chosen.level}" if isinstance(chosen.level, str) else "level motion"
+    preset, default = Settings.build(options.preset), Settings()
+    return "default" if getattr(preset, name) == getattr(default, name) else f"preset {options.preset}"
+
+
+def _legal(name: str) -> str:
+    if name in CHOICES:
+        return ", ".join(choice for choice in CHOICES[name] if choice)
+    if name in LIMITS:
+        low, high = LIMITS[name]
+        return f"{low:g} to {high:g}"
+    return {"level": "posture, motion, cluster or a strength from 0", "tempo": "true, false"}.get(
+        name, "parts"
+    )
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else "-" if value is None else str(value)

@@ -1,0 +1,60 @@
+"""Acts: what people ask for, carried out one after another.
+
+viser calls back from a pool of threads, where two presses of a key may read the same number and both add one to it,
+and an old place of a slider may overtake a newer one. Here one thread does all of it, in the order of arrival.
+"""
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from mossar_stream.errors import MossarError
+from mossar_tools.console import LOGGER
+
+
+class Acts:
+    """Carries out acts in the order in which they were asked for. Any thread may call any method.
+
+    Args:
+        failed: Told in a line what went wrong.
+    """
+
+    def __init__(self, failed: Callable[[str], None]) -> None:
+        self._failed = failed
+        self._thread = ThreadPoolExecutor(1, "dashboard acts")
+        self._latest: dict[object, Callable[[], None]] = {}
+        self._lock = threading.Lock()
+
+    def ask(self, act: Callable[[], None]) -> "Future[None]":
+        """Have something done after all that was asked for before."""
+        return self._thread.submit(self._carry_out, act)
+
+    def ask_latest(self, key: object, act: Callable[[], None]) -> "Future[None]":
+        """Have something done in place of what was asked for under the same key and has not begun."""
+        with self._lock:
+            self._latest[key] = act
+        return self._thread.submit(self._carry_out_latest, key)
+
+    def waits(self, key: object) -> bool:
+        """Tell whether something asked for under this key has not begun."""
+        return key in self._latest
+
+    def close(self) -> None:
+        """Forget what has not begun."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+    def _carry_out_latest(self, key: object) -> None:
+        with self._lock:
+            act = self._latest.pop(key, None)
+        if act is not None:
+            self._carry_out(act)
+
+    def _carry_out(self, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except MossarError as error:
+            self._failed(str(error))
+            LOGGER.warning("%s", error)
+        except Exception as error:  # noqa: BLE001 - the page goes on, whatever one button does
+            self._failed(f"that went wrong: {error}")
+            LOGGER.exception("dashboard: %s", error)

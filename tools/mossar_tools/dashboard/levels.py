@@ -1,0 +1,56 @@
+"""Levels: what their names and their numbers mean on the page.
+
+A named level is what `--level` gives: a strength and the bundle of features that the strengths are of. A number is a
+strength within the bundle that is in force; it never borrows a name from another one.
+"""
+
+import msgspec
+
+from mossar_stream.presets import bundle_name, bundle_values, level_strength
+from mossar_stream.settings import LEVEL_NAMES, LevelName, Settings
+
+
+def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
+    """Tell whether a level is of other features than those of the settings.
+
+    Example:
+        >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), "posture")
+        (True, False)
+    """
+    return isinstance(level, str) and bundle_name(settings.replace(level=level)) != bundle_name(settings)
+
+
+def bundle_changes(settings: Settings) -> dict[str, object]:
+    """Return the fields that the bundle of the settings fills in, with their values."""
+    values = msgspec.structs.asdict(settings.resolved())
+    return {name: values[name] for name in bundle_values(settings)}
+
+
+def strength_of(settings: Settings, level: LevelName | float) -> float:
+    """Return the strength that a level stands for within the bundle of the settings."""
+    return level_strength(level, settings.resolved(), bundle_name(settings))
+
+
+def highest_strength(settings: Settings) -> float:
+    """Return how far a slider of strengths goes."""
+    return 2.0 * max(0.5, *(strength_of(settings, name) for name in LEVEL_NAMES))  # type: ignore[arg-type]
+
+
+def level_words(settings: Settings, level: LevelName | float, strength: float, count: int | None) -> str:
+    """Return what is shown, in words.
+
+    Args:
+        settings: Those in force.
+        level: A name or a strength.
+        strength: What it stands for.
+        count: Number of key frames asked for instead; None if none was.
+
+    Example:
+        >>> level_words(Settings(), "motion", 0.45, None)
+        'level motion: strength 0.45 and more'
+    """
+    if count is not None:
+        return f"the {count} strongest, with the features of {bundle_name(settings)}"
+    if isinstance(level, str):
+        return f"level {level}: strength {strength:.2f} and more"
+    return f"strength {strength:.2f} and more, with the features of {bundle_name(settings)}"

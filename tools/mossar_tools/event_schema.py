@@ -1,0 +1,42 @@
+"""Event schema: the JSON Schema of everything that `mossar run` puts out, made from the event records themselves."""
+
+import inspect
+from typing import Any
+
+import msgspec
+
+from mossar_stream import Event, KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
+
+_EVENTS = (KeyFrameEvent, SegmentEvent, StreamEvent, StatsEvent)
+
+
+def event_schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of one event: one line of JSON, one WebSocket message, one ZeroMQ map."""
+    schema = msgspec.json.schema(Event)
+    for event in _EVENTS:
+        definition = schema["$defs"][event.__name__]
+        summary, fields = _explained(event)
+        definition["description"] = summary
+        # Every field is always sent, though a reader of msgspec could leave those with defaults out.
+        definition["required"] = list(definition["properties"])
+        for name, text in fields.items():
+            definition["properties"][name]["description"] = text
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "An event of mossar-stream",
+        **schema,
+    }
+
+
+def _explained(event: type) -> tuple[str, dict[str, str]]:
+    """Return the first line of a record's docstring, and what it says of each field."""
+    text = inspect.getdoc(event) or ""
+    fields: dict[str, str] = {}
+    name = ""
+    for line in text.partition("Args:\n")[2].splitlines():
+        if line.startswith("    ") and line[4] != " ":
+            name, _, rest = line.strip().partition(": ")
+            fields[name] = rest
+        elif line.strip() and name:
+            fields[name] += " " + line.strip()
+    return text.partition("\n")[0], fields

@@ -1,5 +1,0 @@
-"""Fuzz: damaged input for everything that reads what others wrote.
-
-`python -m mossar_tools.fuzz --inputs N --seed S` prints for each target how many inputs it was given, which of them it
-failed on, and the slowest. `python -m mossar_tools.fuzz.guided TARGET` looks for new code with atheris instead of by chance.
-"""

@@ -1,0 +1,142 @@
+"""Outputs: where results go, as JSON, as a table or as a picture; the same for every command."""
+
+import contextlib
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import msgspec
+
+from mossar_adapters.files.output import OutputError
+from mossar_tools.console import Console
+from mossar_tools.errors import UsageError
+from mossar_tools.options import STANDARD_OUTPUT, Options
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+class Outputs(NamedTuple):
+    """What the user wants besides a table to read.
+
+    Args:
+        json: File for one JSON object, `-` for standard output, None if it is not wanted.
+        csv: The same for a table with a heading.
+        picture: File to be drawn.
+    """
+
+    json: str | None
+    csv: str | None
+    picture: Path | None
+
+    @classmethod
+    def of(cls, options: Options) -> Self:
+        """Return what the options ask for, after a look whether it can be written: before the work, not after it.
+
+        Raises:
+            MossarError: If something cannot be written, or is there already and `--force` is not given.
+        """
+        if options.json == options.csv == STANDARD_OUTPUT:
+            raise UsageError(
+                "--json and --csv cannot both go to standard output; name a file for one of them"
+            )
+        picture = None
+        if options.plot is not None:
+            from mossar_tools.figures import check_picture
+
+            picture = check_picture(options.plot)
+        named = [
+            name for name in (options.json, options.csv, options.plot) if name not in {None, STANDARD_OUTPUT}
+        ]
+        if len(set(named)) < len(named):
+            raise UsageError(f"{named[0]}: every output needs a file of its own")
+        for name in named:
+            _check(Path(name or ""), force=options.force)
+        return cls(options.json, options.csv, picture)
+
+    @property
+    def piped(self) -> bool:
+        """Whether standard output is taken, so that nothing else may be written there."""
+        return STANDARD_OUTPUT in {self.json, self.csv}
+
+    @property
+    def silent(self) -> bool:
+        """Whether there is nothing left to be shown as a table to read."""
+        return any(place is not None for place in self)
+
+    def write_json(self, value: Mapping[str, Any], console: Console) -> None:
+        """Write one JSON object, if that is wanted."""
+        with self.json_lines(console) as write:
+            write(value)
+
+    @contextlib.contextmanager
+    def json_lines(self, console: Console) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+        """Yield what writes one JSON object a line, each as soon as it is there; nothing if that is not wanted."""
+        with _lines(self.json, console) as write:
+            yield lambda value: write(msgspec.json.encode(value).decode() + "\n")
+
+    @contextlib.contextmanager
+    def csv_rows(self, columns: Sequence[str], console: Console) -> Iterator[Callable[[Rows], None]]:
+        """Yield what writes rows of a table, each as soon as they are there; nothing if that is not wanted."""
+        with _lines(self.csv, console) as write:
+            write(_csv_text(columns, [dict(zip(columns, columns, strict=True))]))
+            yield lambda rows: write(_csv_text(columns, rows))
+
+    def write_csv(self, rows: Rows, console: Console, columns: Sequence[str] | None = None) -> None:
+        """Write a table, if that is wanted.
+
+        Args:
+            rows: Each has all columns.
+            console: Where standard output is.
+            columns: Its heading; that of the first row if it is None.
+        """
+        columns = columns or (list(rows[0]) if rows else [])
+        with self.csv_rows(columns, console) as write:
+            write(rows)
+
+
+def _check(path: Path, *, force: bool) -> None:
+    if path.is_dir():
+        raise UsageError(f"{path}: this is a folder; name a file")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {path.parent}")
+    if path.exists() and not force:
+        raise UsageError(f"{path}: there is a file already; --force replaces it")
+
+
+def _csv_text(columns: Sequence[str], rows: Rows) -> str:
+    text = io.StringIO()
+    csv.DictWriter(text, columns, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+@contextlib.contextmanager
+def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None]]:
+    """Yield what writes whole lines to a place, to nowhere if it is None."""
+    if place is None:
+        yield lambda _: None
+    elif place == STANDARD_OUTPUT:
+        yield lambda text: console.line(text.rstrip("\n")) if text else None
+    else:
+        with _telling(place):
+            file = Path(place).open("w", encoding="utf-8", newline="")  # noqa: SIM115 - closed below
+
+        def write(text: str) -> None:
+            with _telling(place):
+                file.write(text)
+
+        try:
+            yield write
+        finally:
+            with _telling(place):
+                file.close()
+        console.say(f"written: {place}")
+
+
+@contextlib.contextmanager
+def _telling(place: str) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{place}: cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,34 @@
+"""Whole file: a baseline that knows what no stream does, the whole recording and how many cuts it has."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from mossar_tools.evaluation.found import Found
+from mossar_tools.evaluation.takes import Take
+from mossar_tools.peers.feeds import PoseFeed
+from mossar_tools.peers.runner import PeerRun, TakeRun, summed
+
+NAME = "ruptures KernelCPD (rbf)"
+KNOWS = "the whole recording and the number of cuts"
+RATE = 15.0  # Hz to which frames are thinned out
+
+
+def told_the_number(takes: Sequence[Take]) -> PeerRun:
+    """Return what ruptures' exact kernel search finds when it is told how many cuts there are."""
+    return summed(takes, [_search(take) for take in takes])
+
+
+def _search(take: Take) -> TakeRun:
+    from ruptures import KernelCPD
+
+    feed = PoseFeed(take)
+    cpu, began = time.process_time(), time.perf_counter()
+    poses = np.array([feed.sample(own, 0.0) for own in take.positions], np.float64)
+    ready = time.perf_counter()
+    step = max(1, round(take.fps / RATE))
+    found = KernelCPD(kernel="rbf", min_size=2).fit(poses[::step]).predict(n_bkps=len(take.cuts))
+    ended, cpu = time.perf_counter(), time.process_time() - cpu
+    cuts = [float(take.times[place * step]) for place in found[:-1]]
+    return TakeRun(Found(cuts, seconds=ended - began), ended - ready, cpu, np.full(len(take.times), np.nan))
