@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
-    from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
+    from mossar_stream.events import (
+        Event,
+        KeyFrameEvent,
+        RepetitionEvent,
+        SegmentEvent,
+        StatsEvent,
+        StreamEvent,
+    )
     from mossar_stream.frames import Frames
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.performers import Performers
@@ -25,6 +32,7 @@ _HOMES = {
     "KeyFrameEvent": "events",
     "MossarError": "errors",
     "Performers": "performers",
+    "RepetitionEvent": "events",
     "SegmentEvent": "events",
     "Segmenter": "segmenter",
     "Settings": "settings",
@@ -44,6 +52,7 @@ __all__ = [
     "KeyFrameEvent",
     "MossarError",
     "Performers",
+    "RepetitionEvent",
     "SegmentEvent",
     "Segmenter",
     "Settings",

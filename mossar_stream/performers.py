@@ -180,6 +180,9 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
+        if any(segmenter.settings.repetitions for segmenter in segmenters):
+            pushed = zip(segmenters, frames, moments, strict=True)
+            return [event for segmenter, own, when in pushed for event in segmenter.push(own, when)]
         return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:

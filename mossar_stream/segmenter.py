@@ -15,6 +15,7 @@ from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
@@ -69,6 +70,16 @@ class Segmenter:
         self._level = level
         self._one_shape = (self.joints, 3)
         self._one_time = np.zeros(1)
+        self._renew_counter()
+
+    def _renew_counter(self) -> None:
+        """Begin to count repetitions anew, or stop, as the settings say."""
+        row, given = self._row, self._row.plan.given
+        self._counter = (
+            RepetitionCounter(row.plan.skeleton, row.name, int(row.clock["take"]), given.max_pause)
+            if given.repetitions
+            else None
+        )
 
     @classmethod
     def of_row(cls, row: Row) -> "Segmenter":
@@ -87,6 +98,8 @@ class Segmenter:
         self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
             self._row.state["counters"][name] = counts[name]
+        if self._counter is not None:
+            self._counter.take = counts["take"]
 
     @property
     def skeleton(self) -> Skeleton:
@@ -160,6 +173,9 @@ class Segmenter:
         else:
             events = self.end_take("settings changed")
             row.restart(plan)
+        if (plan.given.repetitions, plan.given.max_pause) != (before.given.repetitions, before.given.max_pause):
+            events += [] if self._counter is None else self._counter.end_take()
+            self._renew_counter()
         self.level = level
         return events
 
@@ -198,12 +214,52 @@ class Segmenter:
         ):
             # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
             self._one_time[0] = times
-            return engine.push_frame(row, positions[None], self._one_time)
+            if self._counter is None:
+                return engine.push_frame(row, positions[None], self._one_time)
+            return self._push_counted(self._counter, positions[None], self._one_time, None)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         chunk, moments = self._check(positions, times, confidence, first_frame)
+        if self._counter is not None:
+            return self._push_counted(self._counter, chunk, moments, first_frame)
         return engine.push(row, chunk, moments, first_frame)
+
+    def _push_counted(
+        self,
+        counter: RepetitionCounter,
+        chunk: NDArray[np.float32],
+        moments: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
+        row, begin = self._row, 0
+        end, stop = counter.follow(chunk, moments)
+        if len(moments) == 1 and stop == NOTHING and row.is_live and first_frame is None:
+            return engine.push_frame(row, chunk, moments)
+        events: list[Event] = []
+        while True:
+            first = None if first_frame is None else first_frame + begin
+            if end > begin or begin == 0:
+                events += engine.push(row, chunk[begin:end], moments[begin:end], first)
+            if stop == TAKE_ENDS:
+                events += counter.end_take()
+            elif stop != NOTHING:
+                events += counter.news()
+            if stop == NOTHING or (end == len(moments) and stop != TAKE_ENDS):
+                return events
+            begin = end
+            end, stop = counter.follow(chunk, moments, begin)
+
+    @property
+    def repetitions(self) -> int:
+        """Repetitions counted in the open take; 0 without the setting."""
+        return 0 if self._counter is None else self._counter.total
+
+    @property
+    def phase(self) -> float | None:
+        """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
+        return None if self._counter is None else self._counter.phase()
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -214,7 +270,8 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        return engine.end_take(self._row, reason)
+        counted: list[Event] = [] if self._counter is None else [*self._counter.end_take()]
+        return counted + engine.end_take(self._row, reason)
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
@@ -227,7 +284,8 @@ class Segmenter:
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
         row = self._row
-        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0])
+        counted = b"" if self._counter is None else self._counter.snapshot()
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], counted)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -236,11 +294,13 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, content = unpack_snapshot(blob)
+        plan, performer, level, pending, content, counted = unpack_snapshot(blob)
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level)  # noqa: SLF001 - its own class
+        if segmenter._counter is not None:  # noqa: SLF001 - its own class
+            segmenter._counter.restore(counted)  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(

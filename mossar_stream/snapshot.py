@@ -25,7 +25,7 @@ VERSION = 3  # the next one whenever rows are laid out, or their numbers are mea
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
-class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     settings: Settings
     skeleton: Skeleton
     fps: float | None
@@ -34,6 +34,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     level: LevelName | float
     pending: list[Event]
     row: bytes
+    repetitions: bytes = b""  # of the counter, if there is one
 
 
 def pack_snapshot(
@@ -42,6 +43,7 @@ def pack_snapshot(
     level: LevelName | float,
     pending: list[Event],
     row: NDArray[np.uint8],
+    repetitions: bytes = b"",
 ) -> bytes:
     """Return a snapshot of a performer.
 
@@ -51,6 +53,7 @@ def pack_snapshot(
         level: As it is now.
         pending: Events that have not been handed out.
         row: Bytes of the performer.
+        repetitions: What the counter of repetitions knows.
     """
     content = _Content(
         plan.given,
@@ -61,6 +64,7 @@ def pack_snapshot(
         level,
         pending,
         row.tobytes(),
+        repetitions,
     )
     body = msgspec.msgpack.encode(content)
     return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
@@ -68,8 +72,8 @@ def pack_snapshot(
 
 def unpack_snapshot(
     blob: bytes,
-) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8]]:
-    """Return plan, performer, level, pending events and row of a snapshot.
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], bytes]:
+    """Return plan, performer, level, pending events, row and repetitions of a snapshot.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -98,4 +102,5 @@ def unpack_snapshot(
     records(row)["plan"]["beta"] = level
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
-    return plan, performer_name(content.performer), content.level, content.pending, row
+    name = performer_name(content.performer)
+    return plan, name, content.level, content.pending, row, content.repetitions

@@ -7,19 +7,19 @@ of neighbours whose descriptions agree; the agreement of all pairs of a run must
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
 POSTURES = 9
 LONGEST_RATIO = 2.5  # of the durations of neighbours
-LEAST_AMPLITUDE_RATIO = 0.5
-LEAST_AGREEMENT = 0.2
-ENOUGH = 0.6
-MUCH = 2.0
-STRONG = 0.83
+LEAST_AMPLITUDE_RATIO = 0.4
+LEAST_AGREEMENT = 0.3  # of two neighbours
+ENOUGH = 0.6  # of a run's pairs together
+STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
+MUCH = 1.8  # or as much of a run's pairs together
 
 
-@compiled
+@kernel
 def cycles_between(turns, found, direction, first, cycles):
     """Write the cycles that begin and end at extremes of one direction.
 
@@ -47,7 +47,7 @@ def cycles_between(turns, found, direction, first, cycles):
     return count
 
 
-@compiled
+@kernel
 def crossing(scores, start, end, share):
     """Return where a component passes a share of the way between two samples, between samples."""
     goal = scores[start] + np.float32(share) * (scores[end] - scores[start])
@@ -61,7 +61,7 @@ def crossing(scores, start, end, share):
     return i + step * float((goal - scores[i]) / (scores[i + step] - scores[i]))
 
 
-@compiled
+@kernel
 def describe(samples, component, cycle, out):
     """Write the postures by which a cycle is compared.
 
@@ -85,14 +85,14 @@ def describe(samples, component, cycle, out):
             out[4 + 2 * q, k] = _between(samples.scores[k], back)
 
 
-@compiled
+@kernel
 def _between(row, place):
     i = int(place)
     rest = np.float32(place - i)
     return row[i] if rest == 0 else row[i] * (1 - rest) + row[i + 1] * rest
 
 
-@compiled
+@kernel
 def agreement(one, other):
     """Return how alike two descriptions are: 1 the same, 0 no more than by chance."""
     apart, spread = np.float32(0.0), np.float32(1e-9)
@@ -107,7 +107,7 @@ def agreement(one, other):
     return 1.0 - float(apart / spread)
 
 
-@compiled
+@kernel
 def _pair(scores, cycles, i):
     """Return whether durations and amplitudes of a cycle and the next are near enough."""
     one = cycles[2, i] - cycles[0, i]
@@ -119,12 +119,13 @@ def _pair(scores, cycles, i):
     return min(a, b) >= LEAST_AMPLITUDE_RATIO * max(a, b)
 
 
-@compiled
+@kernel
 def keep_alike(samples, component, cycles, count):
     """Keep the cycles of runs that agree enough.
 
     Returns:
-        How many are left, and the samples that they cover, weighted by their agreement.
+        How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
+        a movement repeats.
     """
     kept, covered, i, clear = 0, 0.0, 0, False
     scores = samples.scores[component]
@@ -153,7 +154,7 @@ def keep_alike(samples, component, cycles, count):
     return kept, covered, clear
 
 
-@compiled
+@kernel
 def dwelling(scores, n, cycles, count):
     """Return how much longer cycles dwell where they begin than at their other extreme, from -1 to 1."""
     home, far = 0, 0

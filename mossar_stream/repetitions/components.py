@@ -6,11 +6,11 @@ is enough; the first look of a take makes a few.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
 
-@compiled
+@kernel
 def find_components(header, samples, first_look):
     """Set axes and scores, in the order of time, for the samples in the window.
 
@@ -34,7 +34,7 @@ def find_components(header, samples, first_look):
     return n
 
 
-@compiled
+@kernel
 def _first_axes(samples, n):
     """Begin with the departures from the first pose at four times."""
     d = samples.pose.size
@@ -45,7 +45,7 @@ def _first_axes(samples, n):
     _orthonormalise(samples.axes)
 
 
-@compiled
+@kernel
 def _project(samples, n):
     """Set the centred scores of the window in the order of the ring."""
     for k in range(COMPONENTS):
@@ -64,7 +64,7 @@ def _project(samples, n):
             row[i] -= total
 
 
-@compiled
+@kernel
 def _turn_axes(samples, n):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
     for k in range(COMPONENTS):
@@ -78,7 +78,7 @@ def _turn_axes(samples, n):
     _orthonormalise(samples.axes)
 
 
-@compiled
+@kernel
 def _orthonormalise(axes):
     """Gram and Schmidt; an axis of which nothing is left becomes zero."""
     for k in range(COMPONENTS):
@@ -96,7 +96,7 @@ def _orthonormalise(axes):
             axes[k, j] *= scale
 
 
-@compiled
+@kernel
 def _in_order(samples, oldest):
     """Turn the scores of a full ring so that the oldest sample comes first."""
     scratch = np.empty(SAMPLES, np.float32)

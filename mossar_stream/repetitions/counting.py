@@ -7,22 +7,23 @@ what was counted in the last part of the window; what is older stands.
 
 import numpy as np
 
-from mossar_stream.compiled import compiled, entry_point
+from mossar_stream.jit.decorators import entry_point, kernel
 from mossar_stream.repetitions.alike import crossing, cycles_between, dwelling, keep_alike
 from mossar_stream.repetitions.components import find_components
 from mossar_stream.repetitions.sampling import close_sample, take_pose
 from mossar_stream.repetitions.state import CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
+NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
+
 PROPOSING = 3  # components
 LEAST_SAMPLES = 8
 OPEN_TO_CHANGE = 0.6  # of the window
-DWELL = 0.0
-FIRST = 0.0
+DWELL = 0.1  # for beginning where the movement rests
 BONUS = 0.3  # for beginning where cycles were counted before
 NEAR = 0.15  # of a cycle
 OVERLAP = 0.35  # of a cycle, that may overlap the one before
-LEAST_GAP, LONGEST_GAP = 0.65, 2.4  # cycles, that were missed if the movement went on
+LEAST_GAP, LONGEST_GAP = 0.65, 1.5  # cycles, that were missed if the movement went on
 GOES_ON = 0.5  # of a swing
 LONGEST_PAUSE = 0.5  # cycles, within a bout
 
@@ -39,13 +40,16 @@ def count_frames(header, memory, positions, times, begin):
         begin: The first frame to take.
 
     Returns:
-        The first frame that was not taken; `header.changed` is below `header.cycles` or -1 if nothing changed.
+        The first frame that was not taken, and one of NOTHING, CHANGED and TAKE_ENDS (before that frame).
     """
     samples = views(memory, header.joints)
-    header.changed = -1
     for i in range(begin, len(times)):
         if header.begun == 0:
             header.begun, header.origin, header.latest = 1, times[i], times[i]
+        elif abs(times[i] - header.latest) > header.max_pause:
+            return i, TAKE_ENDS
+        elif times[i] <= header.latest:
+            continue
         changed = False
         sample = int((times[i] - header.origin) * RATE + 1e-6)
         while header.open < sample:
@@ -55,22 +59,21 @@ def count_frames(header, memory, positions, times, begin):
         header.latest = times[i]
         take_pose(header, samples, positions[i])
         if changed:
-            return i + 1
-    return len(times)
+            return i + 1, CHANGED
+    return len(times), NOTHING
 
 
 @entry_point
 def count_rest(header, memory):
     """Look once more when a take ends; return whether that changed what is counted."""
     samples = views(memory, header.joints)
-    header.changed = -1
     if header.begun == 0:
         return False
     close_sample(header, samples)
     return look(header, samples)
 
 
-@compiled
+@kernel
 def look(header, samples):
     """Look at the window and renew what is counted in it; return whether anything changed."""
     first = header.looked == 0
@@ -80,15 +83,34 @@ def look(header, samples):
     n = find_components(header, samples, first)
     cycles = np.empty((3, SAMPLES), np.int64)
     best = np.empty((3, SAMPLES), np.int64)
-    count, component = _best_proposal(header, samples, n, cycles, best)
+    count, component, clear = _best_proposal(header, samples, n, cycles, best)
     if count == 0:
         return False
-    return _renew(header, samples, n, component, best, count)
+    was_clear = header.clear
+    header.clear |= clear
+    changed = _renew(header, samples, n, component, best, count)
+    if header.clear and not was_clear:
+        _forget_doubtful(header, n)
+        header.changed = 0
+        return header.cycles > 0
+    return changed and header.clear == 1
 
 
-@compiled
+@kernel
+def _forget_doubtful(header, n):
+    """Forget cycles from before the window in which it became clear that a movement repeats."""
+    first = 0
+    while first < header.cycles and header.cycle[first].end < header.open - n:
+        first += 1
+    for q in range(first, header.cycles):
+        header.cycle[q - first] = header.cycle[q]
+    header.cycles -= first
+    header.dropped = 0
+
+
+@kernel
 def _best_proposal(header, samples, n, cycles, best):
-    """Write the cycles of the proposal that wins; return their number and its component."""
+    """Write the cycles of the proposal that wins; return their number, its component and whether it is clear."""
     turns = np.empty((2, SAMPLES), np.int64)
     spread = np.float64(1e-12)
     for k in range(len(samples.scores)):
@@ -105,17 +127,13 @@ def _best_proposal(header, samples, n, cycles, best):
             count, covered, clear = keep_alike(samples, k, cycles, count)
             covered *= share * (1.0 + BONUS * _agreeing(header, n, cycles, count))
             covered *= 1.0 + DWELL * dwelling(samples.scores[k], n, cycles, count)
-            if found > 0 and n == header.open and turns[1, 0] == direction:
-                covered *= 1.0 + FIRST
             if covered > most:
                 winner, most, component, sure = count, covered, k, clear
                 best[:, :count] = cycles[:, :count]
-    if winner:
-        header.clear |= sure
-    return winner, component
+    return winner, component, sure
 
 
-@compiled
+@kernel
 def _square(row, n):
     total = 0.0
     for i in range(n):
@@ -123,7 +141,7 @@ def _square(row, n):
     return total
 
 
-@compiled
+@kernel
 def _agreeing(header, n, cycles, count):
     """Return the share of proposed cycles that begin where one was counted before."""
     if count == 0:
@@ -139,7 +157,7 @@ def _agreeing(header, n, cycles, count):
     return hits / count
 
 
-@compiled
+@kernel
 def _renew(header, samples, n, component, cycles, count):
     """Replace the counted cycles that the window shows anew; return whether anything changed."""
     oldest = header.open - n
@@ -170,7 +188,7 @@ def _renew(header, samples, n, component, cycles, count):
     return header.changed >= 0
 
 
-@compiled
+@kernel
 def _missed(scores, cycle, begin):
     """Return how many cycles were missed between an earlier one and this: the movement went on, but not alike."""
     gap, period = cycle[0] - begin, cycle[2] - cycle[0]
@@ -184,7 +202,7 @@ def _missed(scores, cycle, begin):
     return int(gap / period + 0.5)
 
 
-@compiled
+@kernel
 def _write(header, samples, component, cycle, oldest, before):
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
     if header.cycles == CYCLES:
@@ -211,7 +229,7 @@ def _write(header, samples, component, cycle, oldest, before):
     return before
 
 
-@compiled
+@kernel
 def _measure(header, samples, component, cycle, oldest, row):
     """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
     scores = samples.scores[component]
@@ -223,7 +241,7 @@ def _measure(header, samples, component, cycle, oldest, row):
     row.joint = _leading_joint(header, samples.axes[component])
 
 
-@compiled
+@kernel
 def _leading_joint(header, axis):
     """Return the joint that moves most along an axis."""
     most, leading = np.float32(-1.0), 0

@@ -6,11 +6,11 @@ frames the mean without the least and the most is their median, so a joint that 
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import SAMPLES
 
 
-@compiled
+@kernel
 def take_pose(header, samples, positions):
     """Add a frame to the open sample; what is missing stays where it was.
 
@@ -43,7 +43,7 @@ def take_pose(header, samples, positions):
     header.frames += 1
 
 
-@compiled
+@kernel
 def _appear(header, samples, k, value):
     """Let a coordinate that is seen for the first time have been there all along."""
     for i in range(SAMPLES):
@@ -54,7 +54,7 @@ def _appear(header, samples, k, value):
     samples.least[k] = samples.most[k] = value
 
 
-@compiled
+@kernel
 def close_sample(header, samples):
     """Put the open sample into the ring; without frames it repeats the latest pose."""
     place = header.open % SAMPLES

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mossar_stream.compiled import spliced
+from mossar_stream.jit.decorators import inline_kernel
 
 RATE = 10.0  # Hz, of the samples
 SAMPLES = 120  # kept, which is 12 s
@@ -33,6 +33,7 @@ HEADER = np.dtype(
     [
         ("joints", "i8"),
         ("root", "i8"),
+        ("max_pause", "f8"),  # s
         ("begun", "i8"),  # 1 after the first frame of a take
         ("origin", "f8"),  # s, time of that frame
         ("latest", "f8"),  # s, time of the latest frame
@@ -42,7 +43,6 @@ HEADER = np.dtype(
         ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is told before
         ("dropped", "i8"),  # cycles that are no longer remembered
         ("cycles", "i8"),  # remembered ones
-        ("told", "i8"),  # cycles that events have told of, with those dropped
         ("changed", "i8"),  # the first remembered cycle that the last look changed
         ("cycle", CYCLE, (CYCLES,)),
     ]
@@ -67,7 +67,7 @@ def length(joints: int) -> int:
     return 3 * joints * (2 * SAMPLES + COMPONENTS + 4) + COMPONENTS * SAMPLES
 
 
-@spliced
+@inline_kernel(returns_views=True)
 def views(memory, joints):
     """Return the parts of a performer's array as `Samples`."""
     d = 3 * joints
@@ -94,8 +94,9 @@ def start(header: np.ndarray, memory: np.ndarray) -> None:
         header: (1,) `HEADER`.
         memory: (`length(joints)`,) float32.
     """
-    joints, root = int(header["joints"][0]), int(header["root"][0])
+    kept = {name: header[name].copy() for name in ("joints", "root", "max_pause")}
     header[:] = np.zeros(1, HEADER)
-    header["joints"], header["root"] = joints, root
+    for name, value in kept.items():
+        header[name] = value
     memory[:] = 0.0
-    memory[-3 * joints :] = np.nan
+    memory[-3 * int(header["joints"][0]) :] = np.nan

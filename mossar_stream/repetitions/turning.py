@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.compiled import compiled
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import SAMPLES
 
 HYSTERESIS = 0.4  # of the range from the 10th to the 90th percentile
@@ -10,7 +10,7 @@ RETURNED = 0.7  # of the last swing, after which the extreme that is being made 
 BINS = 64
 
 
-@compiled
+@kernel
 def swing_range(scores, n):
     """Return the range from the 10th to the 90th percentile, from a histogram."""
     low = high = scores[0]
@@ -31,7 +31,7 @@ def swing_range(scores, n):
     return width * np.float32(BINS - above - below - 1)
 
 
-@compiled
+@kernel
 def turning_points(scores, n, least, turns):
     """Find where a component turns back by more than `least`.
 
@@ -59,7 +59,7 @@ def turning_points(scores, n, least, turns):
     return _with_the_last(scores, turns, found, high if direction > 0 else low)
 
 
-@compiled
+@kernel
 def _with_the_last(scores, turns, found, latest):
     """Add the extreme that is being made if it is nearly as far as the swing before."""
     if found < 2 or found >= SAMPLES:
