@@ -214,7 +214,7 @@ class Segmenter:
         ):
             # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
             self._one_time[0] = times
-            if self._counter is None:
+            if self._counter is None or self._counter.hold(positions, times):
                 return engine.push_frame(row, positions[None], self._one_time)
             return self._push_counted(self._counter, positions[None], self._one_time, None)
         if isinstance(positions, Frames):

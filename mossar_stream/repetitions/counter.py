@@ -1,5 +1,7 @@
 """Counter: the repetitions of one performer, frames in, events out."""
 
+import math
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -7,9 +9,10 @@ from numpy.typing import NDArray
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import RepetitionEvent, RepetitionStatus
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
-from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, length, start
+from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, STRIDE, length, start
 from mossar_stream.skeleton import Skeleton
 
+HELD = 64  # frames
 INTERVALS = 3  # cycles over which the period is measured
 LONGEST_SILENCE = 1.5  # cycles without a new one, after which there is no phase
 FARTHEST = 2**48  # samples; no take is as long
@@ -44,12 +47,16 @@ class RepetitionCounter:
         self._header["max_pause"] = max_pause
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]
+        self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
+        self._times = np.zeros(HELD)
         self._begin()
 
     def _begin(self) -> None:
         self._told = 0
         self._revisions: dict[int, int] = {}  # messages by number of the cycle, for those that may still change
+        self._held = 0
         start(self._header, self._memory)
+        self._set_due()
 
     @property
     def total(self) -> int:
@@ -70,8 +77,41 @@ class RepetitionCounter:
         Returns:
             The first frame not taken, and one of `NOTHING`, `CHANGED` and `TAKE_ENDS`.
         """
-        used, stop = count_frames(self._row, self._memory, positions, times, begin)
-        return int(used), int(stop)
+        self._flush()
+        used, stop = count_frames(self._header, self._memory, positions, times, begin)
+        self._set_due()
+        return used, stop
+
+    def hold(self, position: NDArray[np.float32], time: float) -> bool:
+        """Keep one frame for later if no look is due with it, which is quicker than a kernel's call.
+
+        Args:
+            position: (J, 3) m; copied.
+            time: s.
+
+        Returns:
+            Whether it was kept; `follow` must take it otherwise.
+        """
+        held = self._held
+        if held == HELD or not self._last_held < time < self._due:
+            return False
+        self._positions[held] = position
+        self._times[held] = self._last_held = time
+        self._held = held + 1
+        return True
+
+    def _flush(self) -> None:
+        """Count the frames that are held; none of them changes anything."""
+        held, self._held = self._held, 0
+        if held:
+            count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
+
+    def _set_due(self) -> None:
+        """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
+        row = self._header[0]
+        self._last_held = float(row["latest"])
+        look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
+        self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
@@ -88,13 +128,15 @@ class RepetitionCounter:
 
     def end_take(self) -> list[RepetitionEvent]:
         """Return what the last frames change; the next frame begins a new take."""
-        events = self.news() if count_rest(self._row, self._memory) else []
+        self._flush()
+        events = self.news() if count_rest(self._header, self._memory) else []
         self.take += int(self._row["begun"])
         self._begin()
         return events
 
     def phase(self) -> float | None:
         """Return where in the cycle the latest frame is, 0 to 1 from where cycles begin; None out of a bout."""
+        self._flush()
         row, cycles = self._row, int(self._row["cycles"])
         period = self._period(cycles - 1) if cycles and row["clear"] else None
         if period is None:
@@ -142,6 +184,7 @@ class RepetitionCounter:
 
     def snapshot(self) -> bytes:
         """Return everything the counter knows."""
+        self._flush()
         content = _Content(
             self.take, self._told, self._revisions, self._header.tobytes(), self._memory.tobytes()
         )
@@ -165,6 +208,7 @@ class RepetitionCounter:
         self.take, self._told, self._revisions = content.take, content.told, dict(content.revisions)
         self._header[:] = header
         self._memory[:] = np.frombuffer(content.memory, np.float32)
+        self._set_due()
 
     def _is_sound(self, row: np.void) -> bool:
         """Return whether every number that kernels use as an index or count lies where it must."""

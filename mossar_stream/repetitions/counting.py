@@ -1,4 +1,4 @@
-"""Counting: a look at the window every half second, and what it changes of what was counted before.
+"""Counting: a look at the window every second, and what it changes of what was counted before.
 
 Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
@@ -29,11 +29,11 @@ LONGEST_PAUSE = 0.5  # cycles, within a bout
 
 
 @entry_point
-def count_frames(header, memory, positions, times, begin):
+def count_frames(headers, memory, positions, times, begin):
     """Take frames in, up to and with the first that changes what is counted.
 
     Args:
-        header: `HEADER` record.
+        headers: (1,) `HEADER`.
         memory: See `Samples`.
         positions: (n, J, 3) float32, m.
         times: (n,) float64, s.
@@ -42,6 +42,7 @@ def count_frames(header, memory, positions, times, begin):
     Returns:
         The first frame that was not taken, and one of NOTHING, CHANGED and TAKE_ENDS (before that frame).
     """
+    header = headers[0]
     samples = views(memory, header.joints)
     for i in range(begin, len(times)):
         if header.begun == 0:
@@ -64,8 +65,9 @@ def count_frames(header, memory, positions, times, begin):
 
 
 @entry_point
-def count_rest(header, memory):
+def count_rest(headers, memory):
     """Look once more when a take ends; return whether that changed what is counted."""
+    header = headers[0]
     samples = views(memory, header.joints)
     if header.begun == 0:
         return False
