@@ -7,63 +7,169 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mossar_stream.engine.curve_state import CurveState
     from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
     from mossar_stream.events import (
+        KEY_FRAME_KINDS,
+        KEY_FRAME_STATUSES,
+        REPETITION_STATUSES,
+        SEGMENT_STATES,
+        SEGMENT_STATUSES,
         Event,
         KeyFrameEvent,
+        KeyFrameKind,
+        KeyFrameStatus,
         RepetitionEvent,
+        RepetitionStatus,
         SegmentEvent,
+        SegmentState,
+        SegmentStatus,
         StatsEvent,
+        StreamChange,
         StreamEvent,
+        to_json,
     )
-    from mossar_stream.frames import Frames
+    from mossar_stream.frames import Frames, constant_times, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.performers import Performers
-    from mossar_stream.recording import segment_recording
+    from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
     from mossar_stream.segmenter import Segmenter
-    from mossar_stream.settings import Settings
-    from mossar_stream.skeleton import Skeleton
+    from mossar_stream.settings import (
+        LEVEL_NAMES,
+        Center,
+        Features,
+        KernelForm,
+        LevelName,
+        Location,
+        RangePolicy,
+        ResolvedSettings,
+        Settings,
+        SimilarityName,
+        Smoothing,
+        VarianceFloor,
+    )
+    from mossar_stream.similarity.comparison import Comparison
+    from mossar_stream.skeleton import MAX_JOINTS, MAX_NAME, Skeleton
 
-_HOMES = {
-    "Event": "events",
-    "FrameError": "errors",
-    "Frames": "frames",
-    "KeyFrameEvent": "events",
-    "MossarError": "errors",
-    "Performers": "performers",
-    "RepetitionEvent": "events",
-    "SegmentEvent": "events",
-    "Segmenter": "segmenter",
-    "Settings": "settings",
-    "SettingsError": "errors",
-    "Skeleton": "skeleton",
-    "SnapshotError": "errors",
-    "StatsEvent": "events",
-    "StreamEvent": "events",
-    "on_first_compile": "jit.listening",
-    "precompile": "engine.warm_up",
-    "segment_recording": "recording",
+_NAMES = {
+    "engine.curve_state": ("CurveState",),
+    "engine.warm_up": ("precompile",),
+    "errors": (
+        "FrameError",
+        "MossarError",
+        "SettingsError",
+        "SnapshotError",
+    ),
+    "events": (
+        "KEY_FRAME_KINDS",
+        "KEY_FRAME_STATUSES",
+        "REPETITION_STATUSES",
+        "SEGMENT_STATES",
+        "SEGMENT_STATUSES",
+        "Event",
+        "KeyFrameEvent",
+        "KeyFrameKind",
+        "KeyFrameStatus",
+        "RepetitionEvent",
+        "RepetitionStatus",
+        "SegmentEvent",
+        "SegmentState",
+        "SegmentStatus",
+        "StatsEvent",
+        "StreamChange",
+        "StreamEvent",
+        "to_json",
+    ),
+    "frames": (
+        "Frames",
+        "constant_times",
+        "performer_name",
+    ),
+    "jit.listening": ("on_first_compile",),
+    "performers": ("Performers",),
+    "recording": (
+        "KeyFrame",
+        "Result",
+        "Segment",
+        "Segmentation",
+        "segment_recording",
+    ),
+    "segmenter": ("Segmenter",),
+    "settings": (
+        "LEVEL_NAMES",
+        "Center",
+        "Features",
+        "KernelForm",
+        "LevelName",
+        "Location",
+        "RangePolicy",
+        "ResolvedSettings",
+        "Settings",
+        "SimilarityName",
+        "Smoothing",
+        "VarianceFloor",
+    ),
+    "similarity.comparison": ("Comparison",),
+    "skeleton": (
+        "MAX_JOINTS",
+        "MAX_NAME",
+        "Skeleton",
+    ),
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
+    "KEY_FRAME_KINDS",
+    "KEY_FRAME_STATUSES",
+    "LEVEL_NAMES",
+    "MAX_JOINTS",
+    "MAX_NAME",
+    "REPETITION_STATUSES",
+    "SEGMENT_STATES",
+    "SEGMENT_STATUSES",
+    "Center",
+    "Comparison",
+    "CurveState",
     "Event",
+    "Features",
     "FrameError",
     "Frames",
+    "KernelForm",
+    "KeyFrame",
     "KeyFrameEvent",
+    "KeyFrameKind",
+    "KeyFrameStatus",
+    "LevelName",
+    "Location",
     "MossarError",
     "Performers",
+    "RangePolicy",
     "RepetitionEvent",
+    "RepetitionStatus",
+    "ResolvedSettings",
+    "Result",
+    "Segment",
     "SegmentEvent",
+    "SegmentState",
+    "SegmentStatus",
+    "Segmentation",
     "Segmenter",
     "Settings",
     "SettingsError",
+    "SimilarityName",
     "Skeleton",
+    "Smoothing",
     "SnapshotError",
     "StatsEvent",
+    "StreamChange",
     "StreamEvent",
+    "VarianceFloor",
+    "constant_times",
     "on_first_compile",
+    "performer_name",
     "precompile",
     "segment_recording",
+    "to_json",
 ]
 __version__ = "0.1.0"
 
@@ -74,3 +180,7 @@ def __getattr__(name: str) -> object:
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -35,6 +35,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
     "final",
 )
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
+REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
 

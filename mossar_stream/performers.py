@@ -18,6 +18,8 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
+MOST_MEMORY = 1 << 32  # bytes
+ANYBODY = Skeleton(("a", "b"), (-1, 0))
 MOST_KINDS = 8  # of performers that share pools: skeletons and rates
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
@@ -36,6 +38,7 @@ class Performers:
         settings: Defaults to `Settings()`.
         most: How many performers are followed at once; the one idle for longest makes room for a new one, and
             goes on with the next take when it is announced again.
+        most_memory: Bytes that their states may take together; who would need more is refused.
 
     Example:
         >>> import numpy as np
@@ -46,9 +49,15 @@ class Performers:
         'started'
     """
 
-    def __init__(self, settings: Settings | None = None, most: int = MOST_PERFORMERS) -> None:
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        most: int = MOST_PERFORMERS,
+        most_memory: int = MOST_MEMORY,
+    ) -> None:
         if most < 1:
             raise ValueError(f"at least one performer must be followed, not {most}")
+        self._most_memory = most_memory
         self._settings = settings or Settings()
         self._level = self._settings.level
         self._most = most
@@ -87,11 +96,15 @@ class Performers:
 
         Returns:
             The events of takes that this ends.
+
+        Raises:
+            FrameError: If there is no memory for the performer.
         """
         name = performer_name(performer)
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return []
+        self._check_memory(name, skeleton, fps)
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
@@ -104,6 +117,16 @@ class Performers:
             segmenter.change(**before.changes)
         self._segmenters[name] = segmenter
         return events
+
+    def _check_memory(self, name: str, skeleton: Skeleton, fps: float | None) -> None:
+        """Raise FrameError if the state of another performer would be more than there may be."""
+        own = Plan(skeleton, self._settings, fps).row_bytes
+        others = sum(s.row.plan.row_bytes for other, s in self._segmenters.items() if other != name)
+        if own + others > self._most_memory:
+            raise FrameError(
+                f"{len(skeleton)} joints of performer {name!r} need {own / 2**20:,.0f} MiB; with those of the others that is "
+                f"more than the {self._most_memory / 2**20:,.0f} MiB that performers may take"
+            )
 
     def _dismiss(self, name: str, reason: str) -> list[Event]:
         """End a performer's take and free its memory, but keep in mind where it was."""
@@ -199,11 +222,14 @@ class Performers:
                 )
             return self._segmenters[performer].change(**changes)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
-        self._settings = self._settings.replace(**changes)
+        settings = self._settings.replace(**changes)
+        Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
+        plans = [segmenter.planned(**changes, level=level) for segmenter in self._segmenters.values()]
+        self._settings = settings
         self._pools.clear()
         self._level = level
-        changes["level"] = level
-        return [event for segmenter in self._segmenters.values() for event in segmenter.change(**changes)]
+        ready = zip(self._segmenters.values(), plans, strict=True)
+        return [event for segmenter, plan in ready for event in segmenter.adopt(*plan)]
 
     def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
         """End the take of one performer, or of all, and forget the running range.

@@ -5,11 +5,6 @@ that decide what a strength means. Moving the level of a running segmenter chang
 that a name stands for then depends on the bundle that the segmenter was started with.
 """
 
-from collections.abc import Mapping
-
-from mossar_stream.errors import SettingsError
-from mossar_stream.settings import Features, LevelName, Settings
-
 PRESETS: dict[str, dict[str, object]] = {
     "default": {},
     # The paper's values: 1 s window, θ = 0.01, Algorithm 3 with the normalised path kernel, N = 20, L = 1.
@@ -33,7 +28,7 @@ PRESETS: dict[str, dict[str, object]] = {
 
 _MOTION: dict[str, object] = {
     "window": 0.2,
-    "features": Features(positions=0.75, log_speed=0.25),
+    "features": {"positions": 0.75, "log_speed": 0.25},
     "short_segment": 0.0,
     "location": "free",
     "refine": 0.3,
@@ -44,7 +39,7 @@ _MOTION: dict[str, object] = {
 }
 _CLUSTER: dict[str, object] = {
     "window": 0.25,
-    "features": Features(distances=0.25, log_speed=0.75),
+    "features": {"distances": 0.25, "log_speed": 0.75},
     "short_segment": 1.0,
     "location": "candidates",
     "refine": 1.0,
@@ -57,7 +52,7 @@ BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall
 
 # Strengths that the names stand for, by what computes them: (similarity or kernel form, bundle).
-STRENGTHS: dict[tuple[str, str], dict[LevelName, float]] = {
+STRENGTHS: dict[tuple[str, str], dict[str, float]] = {
     ("likelihood", "motion"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
     ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.25},
     ("damped", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
@@ -67,44 +62,3 @@ STRENGTHS: dict[tuple[str, str], dict[LevelName, float]] = {
     ("sum", "motion"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
     ("sum", "cluster"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
 }
-
-
-def preset_values(name: str) -> Mapping[str, object]:
-    """Return the fields that a preset sets.
-
-    Raises:
-        SettingsError: If there is no preset of that name.
-    """
-    try:
-        return PRESETS[name]
-    except KeyError:
-        raise SettingsError(f"no preset called {name!r}; there are {', '.join(PRESETS)}") from None
-
-
-def bundle_name(settings: Settings) -> str:
-    """Return which bundle the level brings: the cluster's for `cluster`, else the motion's."""
-    return "cluster" if settings.level == "cluster" else "motion"
-
-
-def bundle_values(settings: Settings) -> Mapping[str, object]:
-    """Return the values of the fields that are left to the level's bundle."""
-    values = dict(BUNDLES[bundle_name(settings)])
-    if settings.similarity == "path_kernel" and values["location"] == "free":
-        values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
-    window = settings.window if settings.window is not None else values["window"]
-    values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
-    return values
-
-
-def level_strength(level: LevelName | float, settings: Settings, bundle: str) -> float:
-    """Return the strength that a level stands for.
-
-    Args:
-        level: A name or a strength.
-        settings: Resolved settings of the segmenter.
-        bundle: Name of the bundle that it was started with.
-    """
-    if not isinstance(level, str):
-        return float(level)
-    measure = settings.kernel_form if settings.similarity == "path_kernel" else settings.similarity
-    return STRENGTHS[measure, bundle][level]

@@ -1,5 +1,6 @@
 """Segmenter: frames of one performer in, events out."""
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.algorithm.noise import forget_noise
-from mossar_stream.algorithm.window_step import LEVEL
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.plan import Plan
@@ -21,6 +21,8 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
+LARGEST_PERSON = 25.0  # m; who seems larger is not given in metres
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -36,7 +38,10 @@ class Segmenter:
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
 
+    A segmenter is used by one thread at a time; different ones may run in different threads.
+
     Raises:
+        TypeError: If `skeleton` is no `Skeleton`.
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
 
     Example:
@@ -58,6 +63,10 @@ class Segmenter:
         performer: str = "p1",
         fps: float | None = None,
     ) -> None:
+        if not isinstance(skeleton, Skeleton):
+            raise TypeError(
+                f"a segmenter needs a Skeleton, not {type(skeleton).__name__}; Skeleton(names, parents)"
+            )
         if fps is not None:
             constant_times(0, fps)
         plan = Plan(skeleton, settings or Settings(), fps)
@@ -69,7 +78,12 @@ class Segmenter:
         self._row = row
         self._level = level
         self._one_shape = (self.joints, 3)
+        self._fast_shape: tuple[int, int] | None = (
+            self._one_shape
+        )  # None while a moved level waits for a push
+        self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
+        self._is_measured = False
         self._renew_counter()
 
     def _renew_counter(self) -> None:
@@ -145,7 +159,8 @@ class Segmenter:
         self._level = self._row.plan.given.replace(level=level).level
         row = self._row
         row.state["plan"]["beta"] = row.plan.strength(self._level)
-        row.pending += engine.update(row, LEVEL)
+        row.is_level_new = True
+        self._fast_shape = None
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -163,12 +178,19 @@ class Segmenter:
         Raises:
             SettingsError: If a value is illegal; nothing is changed then.
         """
-        level = changes.pop("level", self._level)
-        level = self._row.plan.given.replace(level=level).level
-        row, before = self._row, self._row.plan
-        plan = Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring)
+        return self.adopt(*self.planned(**changes))
+
+    def planned(self, **changes: object) -> tuple[Plan, LevelName | float]:
+        """Return the plan and the level that `change` would bring, and change nothing."""
+        before = self._row.plan
+        level = before.given.replace(level=changes.pop("level", self._level)).level
+        return Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring), level
+
+    def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
+        """Go on with what `planned` returned, and return the events of the take that this ends."""
+        row = self._row
         events: list[Event] = []
-        if plan.continues(before):
+        if plan.continues(row.plan):
             row.replan(plan)
         else:
             events = self.end_take("settings changed")
@@ -198,29 +220,36 @@ class Segmenter:
             first_frame: Number of the first frame; None to count on.
 
         Raises:
-            FrameError: If the shapes do not fit the skeleton.
+            FrameError: If the shapes do not fit the skeleton, or `first_frame` is a number that the take already had.
+            RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
         row = self._row
         if (
-            type(times) is float
+            isinstance(times, NUMBERS)
             and type(positions) is np.ndarray
-            and positions.shape == self._one_shape
-            and positions.dtype is FLOAT32
-            and positions.flags.carray
+            and positions.shape == self._fast_shape
             and confidence is None
             and first_frame is None
             and row.is_live
+            and positions.dtype.kind in "fiu"
         ):
-            # One frame of a take that goes on. Checking and converting would cost more than the frame itself.
+            # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
-            if self._counter is None or self._counter.hold(positions, times):
-                return engine.push_frame(row, positions[None], self._one_time)
-            return self._push_counted(self._counter, positions[None], self._one_time, None)
+            one = positions
+            if not (positions.dtype is FLOAT32 and positions.flags.carray):
+                self._one_frame[0] = positions
+                one = self._one_frame[0]
+            if self._counter is None or self._counter.hold(one, times):
+                return engine.push_frame(row, one[None], self._one_time)
+            return self._push_counted(self._counter, one[None], self._one_time, None)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         chunk, moments = self._check(positions, times, confidence, first_frame)
+        if not row.is_live:
+            self._look_at_size(chunk)
+        self._fast_shape = self._one_shape
         if self._counter is not None:
             return self._push_counted(self._counter, chunk, moments, first_frame)
         return engine.push(row, chunk, moments, first_frame)
@@ -284,6 +313,7 @@ class Segmenter:
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
         row = self._row
+        row.pending = engine.take_pending(row)
         counted = b"" if self._counter is None else self._counter.snapshot()
         return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], counted)
 
@@ -330,6 +360,8 @@ class Segmenter:
             moments = np.atleast_1d(_as_array(times, FLOAT64))
         if moments.shape != chunk.shape[:1]:
             raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
+        if first_frame is not None:
+            self._check_number(first_frame, moments)
         if confidence is not None:
             sure = np.atleast_2d(np.asarray(confidence, np.float32))
             if sure.shape != chunk.shape[:2]:
@@ -338,6 +370,30 @@ class Segmenter:
                 )
             chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
         return chunk, moments
+
+    def _check_number(self, first_frame: int, times: NDArray[np.float64]) -> None:
+        """Raise FrameError for a frame number that would give two key frames one id."""
+        clock = self._row.clock
+        goes_on = (
+            bool(clock["open"])
+            and len(times) > 0
+            and abs(times[0] - clock["time"]) <= self.settings.max_pause
+        )
+        if first_frame < (int(clock["next_frame"]) if goes_on else 0):
+            raise FrameError(
+                f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}"
+            )
+
+    def _look_at_size(self, chunk: NDArray[np.float32]) -> None:
+        """Warn once if a person is far larger or smaller than people are: the unit must be another one."""
+        if self._is_measured or not len(chunk) or not np.isfinite(chunk[0]).any():
+            return
+        self._is_measured = True
+        seen = chunk[0][np.isfinite(chunk[0]).all(axis=1)]
+        size = float(np.ptp(seen, axis=0).max()) if len(seen) else 0.0
+        if size > LARGEST_PERSON:
+            message = f"performer {self.performer} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
+            warnings.warn(message, stacklevel=3)
 
 
 def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:

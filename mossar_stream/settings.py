@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from mossar_stream.errors import SettingsError
+from mossar_stream.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
@@ -70,7 +71,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         post_roll: The same for the last posture, after the take.
         tempo: Whether the level scales with the performer's tempo.
         level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
-        max_key_frames: Alpha of Algorithm 3: stop merging at this many key frames (offline), or None.
+        max_key_frames: Alpha of Algorithm 3 (offline): merging stops when this many key frames are left, so at least so
+            many stand, whatever the level says; None for the level alone.
         remerge_window: W, the undecided key frames kept while streaming.
         remerge_seconds: Time until the oldest undecided key frame is decided, s of frame time.
         max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
@@ -145,9 +147,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         Raises:
             SettingsError: If a name is unknown or a value illegal.
         """
-        from mossar_stream.presets import preset_values  # noqa: PLC0415 - presets are made of settings
-
-        values: dict[str, object] = dict(preset_values(preset))
+        if preset not in PRESETS:
+            raise SettingsError(f"no preset called {preset!r}; there are {', '.join(PRESETS)}")
+        values = dict(PRESETS[preset])
         for name, value in (overrides or {}).items():
             _override(values, name, value)
         return _convert(values, cls)
@@ -163,15 +165,34 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             _override(values, name, value)
         return _convert(values, type(self))
 
+    @property
+    def bundle(self) -> Literal["motion", "cluster"]:
+        """Which bundle the level brings: the cluster's for `cluster`, else the motion's."""
+        return "cluster" if self.level == "cluster" else "motion"
+
+    def bundle_values(self) -> dict[str, object]:
+        """Return what the level's bundle gives to each field that is left to it."""
+        values = dict(BUNDLES[self.bundle])
+        if self.similarity == "path_kernel" and values["location"] == "free":
+            values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
+        window = self.window if self.window is not None else values["window"]
+        values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
+        return values
+
+    def strength(self, level: LevelName | float) -> float:
+        """Return the strength that a level stands for within the bundle of these settings."""
+        if not isinstance(level, str):
+            return float(level)
+        measure = self.kernel_form if self.similarity == "path_kernel" else self.similarity
+        return STRENGTHS[measure, self.bundle][level]
+
     def resolved(self) -> "ResolvedSettings":
         """Return a copy in which every field left to the level's bundle has its value."""
-        from mossar_stream.presets import bundle_values  # noqa: PLC0415 - bundles are made of settings
-
         values = msgspec.structs.asdict(self)
-        for name, value in bundle_values(self).items():
+        for name, value in self.bundle_values().items():
             if values[name] is None:
                 values[name] = value
-        return ResolvedSettings(**values)
+        return msgspec.convert(values, ResolvedSettings)
 
 
 class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -7,7 +7,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
 
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # two letters or more: C:\take.bvh is a path
 _SHOWN = 80  # characters of a URL in a message

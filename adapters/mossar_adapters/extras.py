@@ -2,7 +2,7 @@
 
 import importlib.util
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 def installed(library: str) -> bool:

@@ -7,7 +7,7 @@ Sets without a joint at the middle of the hips have the centroid as their centre
 import re
 from collections.abc import Mapping, Sequence
 
-from mossar_stream.skeleton import MAX_NAME, Skeleton
+from mossar_stream import MAX_NAME, Skeleton
 
 
 def _skeleton(table: str, root: str | None) -> Skeleton:

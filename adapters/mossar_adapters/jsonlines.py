@@ -17,10 +17,8 @@ from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.maps.lines import LineDecoder
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.events import Event
-from mossar_stream.events import to_json as event_to_json
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames, MossarError
+from mossar_stream import to_json as event_to_json
 
 _READ = 1 << 16  # bytes
 _WAITING = 8  # reads ahead; the writer waits beyond that

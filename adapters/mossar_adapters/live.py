@@ -6,8 +6,7 @@ from typing import Any, Protocol
 import msgspec
 
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
 SEEN_LENGTH = 80  # characters of each

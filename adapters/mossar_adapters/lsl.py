@@ -21,10 +21,16 @@ from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.live import Counters
 from mossar_adapters.receiving.batch import FARTHEST
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.events import Event, to_json
-from mossar_stream.frames import Frames, constant_times, performer_name
-from mossar_stream.skeleton import MAX_JOINTS, Skeleton
+from mossar_stream import (
+    MAX_JOINTS,
+    Event,
+    Frames,
+    MossarError,
+    Skeleton,
+    constant_times,
+    performer_name,
+    to_json,
+)
 
 OPTIONS = {
     "name": "name of the stream",

@@ -9,7 +9,7 @@ from mossar_adapters.extras import needed
 from mossar_adapters.metrics_server import MetricsServer
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.counting import counters_of
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 if TYPE_CHECKING:
     from prometheus_client.core import Metric

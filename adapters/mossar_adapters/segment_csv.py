@@ -8,8 +8,7 @@ from typing import NamedTuple
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent
-from mossar_stream.recording import Segment
+from mossar_stream import Event, KeyFrameEvent, Segment, SegmentEvent
 
 COLUMNS = (
     "recording",

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames
 
 
 class Sink(Protocol):

@@ -5,8 +5,7 @@ from typing import Protocol
 
 import msgspec
 
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 
 class Meta(msgspec.Struct, frozen=True):

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 MAX_BYTES = 1 << 20
 

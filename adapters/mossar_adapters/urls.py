@@ -16,7 +16,7 @@ from mossar_adapters.live import Listener
 from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 Speed = float | Literal["max"]
 

@@ -21,9 +21,8 @@ from mossar_adapters.extras import needed
 from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import map_of_meta
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.events import Event
-from mossar_stream.events import to_json as event_to_json
+from mossar_stream import Event, MossarError
+from mossar_stream import to_json as event_to_json
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection

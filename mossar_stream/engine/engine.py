@@ -18,7 +18,8 @@ from mossar_stream.algorithm.frame_step import (
     WINDOW_FULL,
     advance,
 )
-from mossar_stream.algorithm.window_step import END, FOLLOW, update_window
+from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL, update_window
+from mossar_stream.engine.buffers import IN_USE
 from mossar_stream.engine.pool import Pool, Row
 from mossar_stream.engine.run import BUFFER_FULL, run
 from mossar_stream.events import Event, StreamChange, StreamEvent
@@ -40,10 +41,23 @@ def push(
         positions: (n, J, 3) m.
         times: (n,) s.
         first_frame: Number of the first frame; None to count on.
+
+    Raises:
+        RuntimeError: If another thread is using the row's pool.
     """
+    with row.pool.buffers:
+        return _push(row, positions, times, first_frame)
+
+
+def _push(
+    row: Row,
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    first_frame: int | None = None,
+) -> list[Event]:
+    events = _take_pending(row)
     if first_frame is not None:
         row.clock["next_frame"] = first_frame
-    events = row.take_pending()
     cursor, ends = np.zeros(2, np.int64), np.array([len(times)])
     stop = BUFFER_FULL
     while stop != DONE:
@@ -52,7 +66,7 @@ def push(
         used = int(cursor[1])
         if stop == TAKE_ENDS:
             later = times[used] > row.clock["time"]
-            events += end_take(row, "gap" if later else "clock stepped back")
+            events += _end_take(row, "gap" if later else "clock stepped back")
             if first_frame is not None:
                 row.clock["next_frame"] = first_frame + used
         elif stop == RING_FULL:  # the source is quicker than its nominal rate
@@ -70,14 +84,21 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
         position: (1, J, 3) m.
         time: (1,) s.
     """
-    code = advance(row.memory, 0, row.params, position, time)
-    if code == ONE_DONE and not row.pending:
-        return []
-    if code == ONE_HAPPENED:
-        events = row.take_pending()
-        events += update(row, FOLLOW)
-        return events
-    return row.take_pending() if code == ONE_DONE else push(row, position, time)
+    buffers = row.buffers
+    if buffers.is_busy:
+        raise RuntimeError(IN_USE)
+    buffers.is_busy = True
+    try:
+        code = advance(row.memory, 0, row.params, position, time)
+        if code == ONE_DONE and not row.pending:
+            return []
+        if code == ONE_HAPPENED:
+            events = row.take_pending()
+            events += _update(row, FOLLOW)
+            return events
+        return row.take_pending() if code == ONE_DONE else _push(row, position, time)
+    finally:
+        buffers.is_busy = False
 
 
 def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
@@ -97,19 +118,23 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
     # First those who have a pool of their own.
     for pool, members in sorted(by_pool.items(), key=lambda item: len(item[0].memory)):
         own, begins = [rows[k] for k in members], np.array(members) * count
-        for row in own:
-            if row.pending:
-                events += row.take_pending()
-        indices, ends, cursor = np.array([row.index for row in own]), begins + count, np.zeros(2, np.int64)
-        stop = BUFFER_FULL
-        while stop != DONE:
-            stop = _run(pool, own, (indices, begins, ends, cursor), (positions, times), events)
-            if stop not in (DONE, BUFFER_FULL):
-                # This performer needs more than the others, who go on after it.
-                k, used = cursor.tolist()
-                rest = slice(int(begins[k]) + used, int(ends[k]))
-                events += push(own[k], positions[rest], times[rest])
-                cursor[:] = k + 1, 0
+        with pool.buffers:
+            for row in own:
+                events += _take_pending(row)
+            indices, ends, cursor = (
+                np.array([row.index for row in own]),
+                begins + count,
+                np.zeros(2, np.int64),
+            )
+            stop = BUFFER_FULL
+            while stop != DONE:
+                stop = _run(pool, own, (indices, begins, ends, cursor), (positions, times), events)
+                if stop not in (DONE, BUFFER_FULL):
+                    # This performer needs more than the others, who go on after it.
+                    k, used = cursor.tolist()
+                    rest = slice(int(begins[k]) + used, int(ends[k]))
+                    events += _push(own[k], positions[rest], times[rest])
+                    cursor[:] = k + 1, 0
     return events
 
 
@@ -149,17 +174,40 @@ def update(row: Row, reason: int) -> list[Event]:
         row: The performer's.
         reason: See `update_window`.
     """
+    with row.pool.buffers:
+        return _update(row, reason)
+
+
+def _update(row: Row, reason: int) -> list[Event]:
     buffers = row.pool.buffers
     update_window(row.memory, 0, row.params, buffers.scratch, buffers.events, reason)
     return row.pool.take_events()
 
 
+def take_pending(row: Row) -> list[Event]:
+    """Return the events that waited for the next push, those of a level that moved included."""
+    with row.pool.buffers:
+        return _take_pending(row)
+
+
+def _take_pending(row: Row) -> list[Event]:
+    if row.is_level_new:
+        row.is_level_new = False
+        row.pending += _update(row, LEVEL)
+    return row.take_pending()
+
+
 def end_take(row: Row, reason: str = "") -> list[Event]:
     """End a performer's take: decide everything, and return the events, after those that were pending."""
-    events = row.take_pending()
+    with row.pool.buffers:
+        return _end_take(row, reason)
+
+
+def _end_take(row: Row, reason: str) -> list[Event]:
+    events = _take_pending(row)
     if row.clock["open"]:
         ended = stream_event(row, "ended", reason)
-        events += update(row, END)
+        events += _update(row, END)
         events.append(ended)
         row.is_live = False
     return events

@@ -11,7 +11,6 @@ from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.pose_history import history_size
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE, pad
-from mossar_stream.presets import bundle_name, level_strength
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.skeleton import Skeleton
@@ -47,7 +46,6 @@ class Plan:
     ) -> None:
         self.skeleton = skeleton
         self.given = settings
-        self.bundle = bundle_name(settings)
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
             raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
@@ -85,7 +83,7 @@ class Plan:
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
-        return level_strength(level, self.settings, self.bundle)
+        return self.given.strength(level)
 
     def continues(self, other: "Plan") -> bool:
         """Tell whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""

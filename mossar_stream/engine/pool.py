@@ -8,7 +8,8 @@ from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import Event
 
-ROWS = 64  # of a pool for many; memory is taken when a row is used first
+ROWS = 64  # of a pool for many
+MOST_BYTES = 1 << 26  # of a pool for many, unless one row is larger
 
 
 class Pool:
@@ -69,17 +70,19 @@ class Row:
         clock: CLOCK, one of them.
         is_live: Whether the take that is open has been told of.
         pending: Events for the next push.
+        is_level_new: Whether the level moved, and what follows from that waits for the next push, too.
     """
 
     def __init__(self, pool: Pool, index: int) -> None:
         self.name = pool.names[index]
         self.pending: list[Event] = []
+        self.is_level_new = False
         self._enter(pool, index)
 
     def _enter(self, pool: Pool, index: int) -> None:
         self.pool, self.index, self.plan = pool, index, pool.plan
         self.memory = pool.memory[index : index + 1]
-        self.params = pool.plan.params
+        self.params, self.buffers = pool.plan.params, pool.buffers
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
         self.is_live = bool(self.clock["open"])
@@ -155,5 +158,6 @@ class Pools:
         if not self._pools or self._pools[-1].is_full:
             self._pools = [pool for pool in self._pools if not pool.is_full]
             if not self._pools:
-                self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(ROWS)))
+                rows = max(1, min(ROWS, MOST_BYTES // self._plan.row_bytes))
+                self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
         return self._pools[-1].allocate(name)

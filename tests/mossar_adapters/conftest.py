@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"

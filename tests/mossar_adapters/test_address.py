@@ -1,7 +1,7 @@
 import pytest
 
 from mossar_adapters.address import parse_url
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 
 @pytest.mark.parametrize(

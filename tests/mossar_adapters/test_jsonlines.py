@@ -14,9 +14,7 @@ from mossar_adapters.live import OutputClosedError
 from mossar_adapters.segment_csv import SegmentCsvSink
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_source
-from mossar_stream.events import SegmentEvent, StreamEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, SegmentEvent, Skeleton, StreamEvent
 
 STARTED = StreamEvent(performer="p1", event="started", take=0)
 

@@ -8,8 +8,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.jsonlines import JsonLinesSource
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, MossarError
 
 
 def source(*maps, **options):

@@ -8,7 +8,7 @@ import pytest
 from mossar_adapters.address import parse_url
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.lsl import LslSink, LslSource
-from mossar_stream.events import StreamEvent
+from mossar_stream import StreamEvent
 
 
 def outlet(name, labels, unit):

@@ -10,7 +10,7 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.metrics import Metrics
 from mossar_adapters.metrics_server import MAX_CLIENTS
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 @pytest.fixture

@@ -17,8 +17,7 @@ from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream.events import KeyFrameEvent, SegmentEvent, StreamEvent
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import KeyFrameEvent, SegmentEvent, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
 KEY_FRAME = KeyFrameEvent(

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from mossar_adapters.address import parse_url
-from mossar_stream.errors import FrameError, MossarError
+from mossar_stream import FrameError, MossarError
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 

@@ -19,8 +19,7 @@ from mossar_adapters.osc.encode import encode
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink, open_source
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 NASTY = ("hip\x1b[2J", "hand\r\n", "foot\x9b")
 

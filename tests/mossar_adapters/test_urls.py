@@ -8,9 +8,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
-from mossar_stream.errors import FrameError, MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, MossarError, Skeleton
 
 
 def frames_of(source):

@@ -11,9 +11,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_adapters.websocket import QUEUE, WebSocketSink
-from mossar_stream.errors import MossarError
-from mossar_stream.events import StreamEvent
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import MossarError, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
 

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from mossar_stream import Settings, SettingsError
-from mossar_stream.presets import BUNDLES, PRESETS, STRENGTHS, level_strength
+from mossar_stream.presets import BUNDLES, PRESETS, STRENGTHS
 from mossar_stream.settings import LEVEL_NAMES, LIMITS, Features, VarianceFloor
 
 
@@ -137,7 +137,11 @@ def test_the_papers_preset_has_the_papers_values():
 @pytest.mark.parametrize("name", BUNDLES)
 def test_a_named_level_brings_its_bundle_and_what_is_given_stays(name):
     resolved = Settings(level=name).resolved()
-    assert {field: getattr(resolved, field) for field in BUNDLES[name]} == BUNDLES[name]
+    features = Features(**BUNDLES[name]["features"])
+    assert {field: getattr(resolved, field) for field in BUNDLES[name]} == {
+        **BUNDLES[name],
+        "features": features,
+    }
     kept = Settings(level=name, window=0.4, refine=0.05, tempo=None).resolved()
     assert (kept.window, kept.refine) == (0.4, 0.05)
     # The floor of the range follows the window: it is a speed.
@@ -148,8 +152,8 @@ def test_levels_are_strengths_that_rise():
     for values in STRENGTHS.values():
         assert values["posture"] == 0.0
         assert 0 < values["motion"] < values["cluster"]
-    resolved = Settings().resolved()
-    assert level_strength(0.123, resolved, "motion") == 0.123
+    assert Settings().strength(0.123) == 0.123
+    assert Settings(level="cluster").strength("motion") == STRENGTHS["likelihood", "cluster"]["motion"]
 
 
 def test_replace_validates_and_leaves_the_original_alone():

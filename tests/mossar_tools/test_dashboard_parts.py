@@ -1,5 +1,7 @@
 """The parts of the dashboard that need no browser."""
 
+import csv
+import itertools
 import threading
 import time
 import tomllib
@@ -12,25 +14,36 @@ from mossar_adapters.demo import SKELETON, DemoSource, performance
 from mossar_adapters.files import open_recording
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.recording import segment_recording
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import LEVEL_NAMES, Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import (
+    LEVEL_NAMES,
+    Frames,
+    KeyFrame,
+    KeyFrameEvent,
+    Segment,
+    Segmenter,
+    Settings,
+    SettingsError,
+    Skeleton,
+    segment_recording,
+)
 from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.chart import chart
+from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.figures import HIDDEN, balls_of, bones_of
+from mossar_tools.dashboard.framing import FIELD, framed, size_teller
 from mossar_tools.dashboard.live import MOST_PERFORMERS, LiveShow
+from mossar_tools.dashboard.overview import Outline, overview, place
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.saving import as_toml
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
+from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
+from mossar_tools.dashboard.tables import marks_card
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
+from mossar_tools.palette import LIGHT
 
 
 @pytest.fixture(scope="module")
@@ -187,8 +200,8 @@ def test_what_is_asked_for_is_done_in_order_and_nothing_is_lost(medley):
 
     go, done = threading.Event(), []
     acts.ask(lambda: go.wait(20))
-    for place in range(50):
-        last = acts.ask_latest("slider", lambda place=place: done.append(place))
+    for spot in range(50):
+        last = acts.ask_latest("slider", lambda spot=spot: done.append(spot))
     acts.ask(lambda: show.change({"window": -1.0}))
     end = acts.ask(lambda: done.append("end"))
     assert acts.waits("slider")
@@ -201,6 +214,72 @@ def test_what_is_asked_for_is_done_in_order_and_nothing_is_lost(medley):
     acts.close()
     with pytest.raises(SettingsError):
         show.change({"window": -1.0})
+
+
+def test_whole_recordings_are_drawn_well_formed_and_small(medley):
+    show = RecordedShow([("p1", medley)], Settings(range="file"))
+    ET.fromstring(overview(show.outlines(), 0.0, 40.0))
+    ET.fromstring(place(0.0, 40.0, (5.0, 25.0), 20.0))
+    ET.fromstring(chart(show.glimpses(), seeks=True))
+    ET.fromstring(marks_card(show.glimpses(), seeks=True))
+    ET.fromstring(size_teller())
+    times = np.arange(216_000) / 30
+    keys = [KeyFrame(i, i / 2, "minimum", 0.1, float(i % 7)) for i in range(14_000)]
+    parts = [
+        Segment(i, i + 1, i / 2, (i + 1) / 2, ("moving", "resting")[i % 2], (), None) for i in range(14_000)
+    ]
+    assert len(overview([Outline(times, np.sin(times), keys, parts)], 0.0, 7200.0)) < 200_000
+
+
+@pytest.mark.parametrize("whole_take", [True, False])
+@pytest.mark.parametrize(
+    "window",
+    [(1920, 1080), (1280, 800), (1000, 700), (760, 900), (600, 800), (390, 844), (320, 568), (844, 390)],
+)
+def test_who_moves_now_is_in_the_picture_on_any_screen(window, whole_take):
+    width, now = 8.06, 8.06 / 2 - 0.95
+    position, target = map(np.array, framed(window, width, 3.66, whole_take=whole_take))
+    ahead = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(ahead, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    upward = np.cross(right, ahead)
+    phone = window[0] < PHONE
+    across, down = window[0] - (0 if phone else PANEL), window[1]
+    for x, z in itertools.product((now - 0.5, now + 0.5), (0.0, 1.75)):
+        there = np.array([x, -1.0, z]) - position
+        depth = there @ ahead * np.tan(FIELD / 2) / (down / 2)  # m for a px
+        at = (across / 2 + there @ right / depth, down / 2 - there @ upward / depth)
+        chart_high = STRIP + (OVERVIEW if whole_take else 0)
+        top, bottom = (chart_high, down * (1 - SHEET)) if phone else (0, down - chart_high)
+        assert -1 <= at[0] <= across + 1
+        assert top - 8 <= at[1] <= bottom + 8 or bottom - top < 0.2 * down
+
+
+def test_exported_key_frames_are_all_that_the_page_knows(medley, seen):
+    show = RecordedShow([("p1", medley)], Settings(range="file"))
+    rows = list(csv.DictReader(key_frames_csv(show.marks()).decode().splitlines()))
+    assert len(rows) == show.total
+    assert sum(row["stands"] == "yes" for row in rows) == show.standing
+    assert [float(row["time"]) for row in rows] == sorted(float(row["time"]) for row in rows)
+    assert len(key_frames_csv(seen.marks()).splitlines()) > 10
+
+
+def test_an_exported_picture_shows_the_level_of_the_page(medley):
+    pytest.importorskip("matplotlib")
+    show = RecordedShow([("p1", medley)], Settings(range="file"))
+    show.set_level(0.8)
+    one = show.picture(LIGHT)
+    show.set_count(3)
+    assert one[:8] == show.picture(LIGHT)[:8] == b"\x89PNG\r\n\x1a\n"
+    assert one != show.picture(LIGHT)
+
+
+def test_a_key_frame_that_is_visited_stays(medley):
+    show = RecordedShow([("p1", medley)], Settings(range="file"))
+    _, mark = show.marks()[5]
+    show.visit(mark.time)
+    (glimpse,) = show.glimpses()
+    assert (glimpse.now, show.player.paused) == (mark.time, True)
 
 
 def test_stretches_take_the_state_of_most_of_their_samples():

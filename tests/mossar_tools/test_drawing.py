@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import SKELETON, performance
-from mossar_stream.recording import KeyFrame, segment_recording
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import KeyFrame, Skeleton, segment_recording
 from mossar_tools.bars import bar
 from mossar_tools.dendrogram import merges
-from mossar_tools.plot import spread
+from mossar_tools.poses import spread
 from mossar_tools.stick_figures import head_of, project, sides, view_of
 
 

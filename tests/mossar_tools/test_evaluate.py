@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.cli import main
 from mossar_tools.evaluation.metrics import mean_scores, median
 from mossar_tools.evaluation.mossar import mossar_methods, stream

@@ -1,6 +1,6 @@
 import pytest
 
-from mossar_stream.errors import MossarError, SettingsError
+from mossar_stream import MossarError, SettingsError
 from mossar_tools.cli import parser_of
 from mossar_tools.commands import run, segment
 from mossar_tools.options import parse
@@ -81,6 +81,9 @@ def test_tables_in_the_settings_are_parts(options):
         ("stats = -1", "not a positive number"),
         ("settings = 3", "settings must be a table"),
         ("sources = 3", "sources must be a list"),
+        ("[settings]\nfoo = 1", "no setting called 'foo'; there are"),
+        ("[settings]\nwindow = 99", "setting window is 99.0; it must lie between"),
+        ('level = "strong"', "it must be posture, motion, cluster or a number"),
         ("to = [1, [2]]", "to cannot be"),
     ],
 )
@@ -90,9 +93,13 @@ def test_a_wrong_configuration_is_named_with_its_file(options, config, message):
     assert message in str(caught.value)
 
 
-def test_wrong_settings_in_the_configuration_are_refused(options):
-    with pytest.raises(SettingsError, match="no setting called 'foo'"):
-        options("demo:", config="[settings]\nfoo = 1").settings()
+def test_a_setting_of_the_configuration_may_be_completed_on_the_command_line(options):
+    config = '[settings]\nrange = "fixed"'
+    assert options("demo:", "--set", "range_max=2", config=config).settings().range_max == 2
+    with pytest.raises(MossarError, match=r"mossar\.toml: setting range=fixed needs range_max"):
+        options("demo:", config=config)
+    with pytest.raises(SettingsError, match=r"^no setting called 'bar'"):
+        options("demo:", "--set", "bar=1", config=config)
 
 
 def test_the_last_of_two_equal_settings_counts(options):

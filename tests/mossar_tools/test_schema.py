@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from mossar_stream.events import to_json
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Segmenter, Settings, to_json
 from mossar_tools.evaluation.takes import load_folder
 from mossar_tools.event_schema import event_schema
 

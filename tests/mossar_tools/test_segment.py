@@ -11,9 +11,8 @@ import pytest
 
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
+from mossar_stream import Settings, segment_recording
 from mossar_stream.algorithm.reference import generate_key_frames
-from mossar_stream.recording import segment_recording
-from mossar_stream.settings import Settings
 from mossar_tools.batch import segment_all
 from mossar_tools.options import Options
 

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.settings_guide import SETTINGS_GUIDE
 
 

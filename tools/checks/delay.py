@@ -26,8 +26,7 @@ from mossar_adapters.replay.interleaving import part
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_frame_sink
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, KeyFrameEvent
 
 QUANTILES = (0.5, 0.99, 1.0)
 _LAST = 0.5  # s to wait for the last events; after a second the take ends by the wall clock

@@ -22,8 +22,7 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.flink.job import Job, Source, Target
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
-from mossar_stream.segmenter import Segmenter
+from mossar_stream import Frames, Segmenter
 
 FPS = 60.0  # of the built-in performer
 WARM = 10.0  # s of motion after which delays count

@@ -28,8 +28,7 @@ from mossar_adapters.osc.frame_sink import OscFrameSink
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event, KeyFrameEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames, KeyFrameEvent
 
 FPS = 60.0
 PHASE = 10.0  # s before the flood, and of the take after it

@@ -19,8 +19,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import ZmqFrameSink
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 RATES = {"osc": 600.0, "zmq": 2000.0}  # frames/s
 LOSSES = ("gaps", "malformed", "kernel_drops", "queue_dropped", "out_of_order")

@@ -22,7 +22,7 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import MskWriter
 from mossar_adapters.pipeline import read_snapshot
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 SPEED = 5.0  # times real time, of the runs that are killed
 EVERY = 0.3  # s between two snapshots

@@ -13,7 +13,7 @@ from typing import IO, Any, Self
 import msgspec
 import zmq
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 START = 120.0  # s that starting may take; kernels may have to be compiled
 _ANSWER = 10.0  # s

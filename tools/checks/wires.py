@@ -25,7 +25,7 @@ from mossar_adapters.files.kinematics import joint_positions
 from mossar_adapters.files.registry import format_of, open_motion
 from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.opening import source_of
 from mossar_tools.options import Options
 

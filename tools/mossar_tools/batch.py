@@ -16,8 +16,7 @@ import msgspec
 import msgspec.structs
 
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
-from mossar_stream.errors import MossarError
-from mossar_stream.recording import Result, Segmentation, segment_recording
+from mossar_stream import MossarError, Result, Segmentation, segment_recording
 from mossar_tools.loaded_recording import LoadedRecording, Tell, load_recording
 from mossar_tools.options import Options
 

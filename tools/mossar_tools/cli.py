@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 import mossar_stream
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console, console
 from mossar_tools.errors import DONE, FAILED, INTERRUPTED, TERMINATED, WRONG_USAGE, Terminated, UsageError
 from mossar_tools.signals import interruptibly, leave, raising
@@ -80,7 +80,7 @@ def _open_closed_streams() -> None:
     """Give standard streams that were closed (`>&-`) to nowhere, which takes their descriptors before a socket does."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - for good
 
 
 def guarded(program: Callable[[Console], int]) -> int:

@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from mossar_adapters.toml_file import read_toml
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
+
+_NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
 
 
 def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
@@ -43,7 +45,7 @@ def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str,
         option = "--" + key.replace("_", "-")
         if option not in _known():
             raise UsageError(f"{path}: there is no option {key!r}; there are {', '.join(sorted(_names()))}")
-        if option in actions:
+        if option in actions and actions[option].dest not in _NOT_HERE:
             found[actions[option].dest] = _converted(path, key, value, actions[option])
     if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001
         found["sources"] = sources

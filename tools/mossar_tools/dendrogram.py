@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import msgspec
 
-from mossar_stream.recording import KeyFrame
+from mossar_stream import KeyFrame
 
 
 class Merge(msgspec.Struct, frozen=True):

@@ -1,6 +1,6 @@
 """What makes a program end otherwise than with status 0."""
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143  # exit statuses
 

@@ -1,9 +1,9 @@
 """Figures: what all pictures share, their style and how they become files."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 from mossar_tools.palette import Palette
 
@@ -55,8 +55,8 @@ def style(palette: Palette) -> Any:
     }
 
 
-def save(figure: Any, path: Path) -> None:
-    """Write a figure into a file.
+def save(figure: Any, path: Path | BinaryIO) -> None:
+    """Write a figure into a file, one that is open as PNG.
 
     Raises:
         MossarError: If the file cannot be written.

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
-from mossar_stream.events import Event, KeyFrameEvent, StreamEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames, KeyFrameEvent, StreamEvent
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -20,7 +19,18 @@ if TYPE_CHECKING:
 SHOWN = ("confirmed", "final")  # statuses of key frames that get a line
 
 _COLOURS = {"onset": "32", "offset": "35", "minimum": "36", "final": "1"}
-_HEADING = f"{'performer':<12}{'time':>10}{'frame':>9}  {'key frame':<10}{'kind':<9}{'delay':>8}  velocity"
+# Columns with alignment and width, and in which order they give way where the terminal is narrow.
+_COLUMNS = {
+    "performer": "<12",
+    "time": ">10",
+    "frame": ">9",
+    "key frame": "<12",
+    "kind": "<9",
+    "delay": ">8",
+    "velocity": "<14",
+}
+_SET_OFF = ("key frame", "velocity")  # that follow a column on the right
+_DISPENSABLE = ("velocity", "frame", "delay", "kind", "performer")
 _STARTED = "started"
 _NAMES = 4096  # performers that are remembered
 
@@ -59,7 +69,8 @@ class LiveView:
             if isinstance(event, KeyFrameEvent):
                 self._take(event)
             elif isinstance(event, StreamEvent) and self.visible and event.event != _STARTED:
-                self._console.line(self._dim(f"{event.performer:<12}{event.event} {event.reason}".rstrip()))
+                text = f"{event.performer:<12}{event.event} {event.reason}".rstrip()
+                self._console.line(self._dim(self._cut(text)))
 
     def close(self) -> None:
         """Judge the last cuts."""
@@ -117,15 +128,42 @@ class LiveView:
         if self.visible and event.status in SHOWN:
             if not self._headed:
                 self._headed = True
-                self._console.line(self._dim(_HEADING))
+                self._console.line(self._dim(self._row({name: name for name in _COLUMNS}).rstrip()))
             self._console.line(self._line(event))
 
     def _line(self, event: KeyFrameEvent) -> str:
         delay = (event.decided_time - event.time) * 1000
         wide = f"{delay:.0f} ms" if delay < 1000 else f"{delay / 1000:.1f} s"
-        text = f"{event.performer:<12}{event.time:>8.2f} s{event.frame:>9}  {event.status:<10}{event.kind:<9}{wide:>8}  "
         colour = _COLOURS[event.status if event.status == "final" else event.kind]
-        return self._console.colour(text, colour) + bar(event.velocity, 10, fine=self._console.unicode)
+        cells = {
+            "performer": event.performer,
+            "time": f"{event.time:.2f} s",
+            "frame": str(event.frame),
+            "key frame": event.status,
+            "kind": event.kind,
+            "delay": wide,
+        }
+        text = self._row(cells)
+        moment = f"  {bar(event.velocity, 10, fine=self._console.unicode)}"
+        room = len(text) + len(moment) <= self._console.width()
+        return self._console.colour(text, colour) + moment * room
+
+    def _shown(self) -> dict[str, str]:
+        """Return the columns that the terminal has room for, with their widths."""
+        shown = dict(_COLUMNS)
+        for name in _DISPENSABLE:
+            if sum(int(width[1:]) for width in shown.values()) > self._console.width():
+                del shown[name]
+        return shown
+
+    def _row(self, cells: dict[str, str]) -> str:
+        """Return a line of the table."""
+        text = "".join(
+            f"{'  ' * (name in _SET_OFF) + cells[name]:{width}}"
+            for name, width in self._shown().items()
+            if name in cells
+        )
+        return self._cut(text)
 
     def _judge(self, now: dict[str, float]) -> None:
         with self._lock:
@@ -138,9 +176,18 @@ class LiveView:
         text = (
             f"{verdict.performer:<12}{cut.time:>8.2f} s{cut.frame:>9}  true cut  {cut.before} → {cut.after}"
         )
-        if verdict.error is None:
-            return self._console.colour(f"{text:<66} ✗ missed", "31")
-        return self._console.colour(f"{text:<66} ✓ {verdict.error * 1000:+.0f} ms", "1;33")
+        word = "✗ missed" if verdict.error is None else f"✓ {verdict.error * 1000:+.0f} ms"
+        said = self._console.plain(f" {word}")
+        room = max(min(66, self._console.width() - len(said)), 0)
+        return self._console.colour(
+            f"{self._cut(text, room):<{room}}{said}", "31" if verdict.error is None else "1;33"
+        )
+
+    def _cut(self, text: str, room: int | None = None) -> str:
+        """Return a text as it is printed, no longer than the room there is; the terminal's width if None."""
+        text, more = self._console.plain(text), self._console.plain("…")
+        room = self._console.width() if room is None else room
+        return text if len(text) <= room else f"{text[: max(room - len(more), 0)]}{more}"[:room]
 
     def _status(self, pipeline: "Pipeline") -> str:
         parts = []

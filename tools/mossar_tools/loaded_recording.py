@@ -10,8 +10,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Cut, DemoSource
 from mossar_adapters.files.selection import selected
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
 from mossar_tools.opening import recording_of
@@ -19,6 +18,7 @@ from mossar_tools.options import Options
 
 MAX_BYTES = 2 << 30  # of positions
 DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
+_CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 
 class LoadedRecording(msgspec.Struct, frozen=True):
@@ -84,10 +84,18 @@ def _performance(options: Options, cuts: dict[str, tuple[Cut, ...]]) -> Recordin
     if "seconds=" not in url and "moves=" not in url:
         url += f"{'&' if '?' in url else '?'}seconds={DEMO_SECONDS}"
     source = DemoSource.from_url(url, speed="max")
-    items = list(source.items())
-    metas = [item for item in items if isinstance(item, Meta)]
-    chunks = [item for item in items if isinstance(item, Frames)]
-    cuts.update(source.cuts)
+    metas: list[Meta] = []
+    chunks: list[Frames] = []
+    known: dict[str, dict[int, Cut]] = {}
+    for item in source.items():
+        if isinstance(item, Meta):
+            metas.append(item)
+        elif isinstance(item, Frames):
+            chunks.append(item)
+            # Of a long performance the source remembers the last cuts only.
+            newest = source.cuts[item.performer][-_CHUNK_CUTS:]
+            known.setdefault(item.performer, {}).update((cut.frame, cut) for cut in newest)
+    cuts.update((performer, tuple(found.values())) for performer, found in known.items())
     names = tuple(meta.performer for meta in metas)
     whole = Recording(url, metas[0].skeleton, metas[0].fps, lambda: iter(chunks), performers=names)
     return selected(whole, options.reading())

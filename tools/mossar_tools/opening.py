@@ -13,7 +13,7 @@ from mossar_adapters.live import Listener
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Recording, Source
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.errors import UsageError
 from mossar_tools.options import Options
 

@@ -12,12 +12,13 @@ from typing import Any, Literal
 import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import names, place, port, positive, setting, speed
+from mossar_tools.values import inches, names, place, port, positive, seconds, setting, speed
 
+WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
 STANDARD_OUTPUT = "-"
 
@@ -56,6 +57,9 @@ class Options(msgspec.Struct, frozen=True):
     json: str | None = None
     csv: str | None = None
     plot: str | None = None
+    plot_from: float | None = None
+    plot_to: float | None = None
+    width: float = WIDTH
     dark: bool = False
     keep: int | None = None
     check: str | None = None
@@ -105,14 +109,26 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     """
     given = vars(parser.parse_args(arguments))
     path = given.pop("config", None)
-    settings = dict(given.pop("set", ()))
+    own = dict(given.pop("set", ()))
     configured = read_configuration(Path(path), parser) if path else {}
-    settings = {**configured.pop("set", {}), **settings}
+    settings = {**configured.pop("set", {}), **own}
     given = {name: value for name, value in given.items() if value not in ([], None)}
     merged = {**configured, **given, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
-    return msgspec.convert(merged, Options)
+    options = msgspec.convert(merged, Options)
+    if path:
+        _check_settings(path, options, msgspec.convert({**given, "set": dict(own)}, Options))
+    return options
+
+
+def _check_settings(path: str, options: Options, without: Options) -> None:
+    """Refuse settings that are wrong because of a configuration file by the file's name."""
+    try:
+        options.settings()
+    except SettingsError as error:
+        without.settings()  # wrong without the file, too
+        raise UsageError(f"{path}: {error}") from None
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
@@ -173,6 +189,24 @@ def add_plot(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
     group.add_argument("--force", action="store_true", help="replace files that are there")
+
+
+def add_part(group: argparse._ArgumentGroup) -> None:
+    """Add which part of a recording a picture shows, and how wide."""
+    group.add_argument(
+        "--from",
+        dest="plot_from",
+        metavar="S",
+        type=seconds,
+        help="begin the picture here, s of the recording",
+    )
+    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="end the picture here")
+    group.add_argument(
+        "--width",
+        metavar="INCHES",
+        type=inches,
+        help=f"of the picture (default: {WIDTH:g}); a wide one shows more",
+    )
 
 
 def add_stream(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from collections import deque
 import msgspec
 
 from mossar_adapters.demo import Cut, DemoSource
-from mossar_stream.events import KeyFrameEvent
+from mossar_stream import KeyFrameEvent
 
 TOLERANCE = 0.25  # s between a true cut and a key frame that hits it
 PATIENCE = 1.0  # s after a cut until it counts as missed: key frames are confirmed with a delay

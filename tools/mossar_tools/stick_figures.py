@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
@@ -41,8 +41,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
     with contextlib.ExitStack() as opened:
-        ears = [ControlListener() for _ in options.sources]
-        sources = _opened_sources(options, ears, opened)
+        listeners = [ControlListener() for _ in options.sources]
+        sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = LiveView(console, sources, visible=visible)
         missing: list[str] = []
@@ -66,7 +66,11 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         )
         pipeline.outcome.dead_sinks += missing
         warm_up(settings)
-        with _controls(options, pipeline, ears), _metrics(options, pipeline), stopping(pipeline.stop) as stop:
+        with (
+            _controls(options, pipeline, listeners),
+            _metrics(options, pipeline),
+            stopping(pipeline.stop) as stop,
+        ):
             outcome = pipeline.run()
     if outcome.abandoned:
         return DONE, []
@@ -132,13 +136,13 @@ def _snapshot(options: Options) -> Snapshot | None:
 
 
 def _opened_sources(
-    options: Options, ears: list[ControlListener], opened: contextlib.ExitStack
+    options: Options, listeners: list[ControlListener], opened: contextlib.ExitStack
 ) -> list[Source]:
     if options.sources.count("-") > 1:
         raise UsageError("standard input can be read once only")
     sources = []
-    for url, ear in zip(options.sources, ears, strict=True):
-        sources.append(source_of(url, options, ear))
+    for url, listener in zip(options.sources, listeners, strict=True):
+        sources.append(source_of(url, options, listener))
         opened.callback(sources[-1].close)
     return sources
 
@@ -168,7 +172,7 @@ def _opened_sinks(
 
 
 @contextlib.contextmanager
-def _controls(options: Options, pipeline: Pipeline, ears: list[ControlListener]) -> Iterator[None]:
+def _controls(options: Options, pipeline: Pipeline, listeners: list[ControlListener]) -> Iterator[None]:
     """Open what takes requests while the block runs."""
     if not options.control:
         yield
@@ -181,7 +185,7 @@ def _controls(options: Options, pipeline: Pipeline, ears: list[ControlListener])
     with contextlib.ExitStack() as opened:
         for url in options.control:
             if url == "osc":
-                _let_osc_control(options, ears, control)
+                _let_osc_control(options, listeners, control)
             elif (address := parse_url(url)).scheme in SCHEMES and binds(address):
                 served = ZmqControl(address, control.answer)
                 opened.callback(served.close)
@@ -205,12 +209,16 @@ def _metrics(options: Options, pipeline: Pipeline) -> Iterator[None]:
         yield
 
 
-def _let_osc_control(options: Options, ears: list[ControlListener], control: "Control") -> None:
-    heard = [ear for ear, url in zip(ears, options.sources, strict=True) if parse_url(url).scheme == "osc"]
-    if not heard:
+def _let_osc_control(options: Options, listeners: list[ControlListener], control: "Control") -> None:
+    osc = [
+        listener
+        for listener, url in zip(listeners, options.sources, strict=True)
+        if parse_url(url).scheme == "osc"
+    ]
+    if not osc:
         raise UsageError("--control osc needs an OSC source, as osc://0.0.0.0:39539")
-    for ear in heard:
-        ear.pass_on_to(control.apply)
+    for listener in osc:
+        listener.pass_on_to(control.apply)
 
 
 def _status(outcome: Outcome) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from mossar_stream.recording import Result, Segmentation
+from mossar_stream import Result, Segmentation
 from mossar_tools.console import Console
 from mossar_tools.loaded_recording import LoadedRecording
 

@@ -37,6 +37,22 @@ def share(text: str) -> float:
     return number
 
 
+def seconds(text: str) -> float:
+    """Return a time, s."""
+    number = _number(text)
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number of seconds")
+    return number
+
+
+def inches(text: str) -> float:
+    """Return the width of a picture, 4 to 100 inches."""
+    number = _number(text)
+    if not 4 <= number <= 100:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number of inches from 4 to 100")
+    return number
+
+
 def whole(text: str) -> int:
     """Return a whole number from 0."""
     if not text.strip().isdecimal():

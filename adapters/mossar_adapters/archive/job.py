@@ -21,8 +21,7 @@ from mossar_adapters.archive.tables import (
     write_part,
 )
 from mossar_adapters.files import ReadOptions
-from mossar_stream.errors import MossarError
-from mossar_stream.settings import Settings
+from mossar_stream import MossarError, Settings
 
 SMALLEST_PART, LARGEST_PART = 8, 256  # recordings
 PARTS = 1000  # wished for, where there are that many recordings

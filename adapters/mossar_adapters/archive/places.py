@@ -10,7 +10,7 @@ import pyarrow as pa
 from pyarrow import fs
 
 from mossar_adapters.files import FORMATS
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 EXTENSIONS = tuple(sorted({extension for form in FORMATS for extension in form.extensions}))
 COMPANION = ".asf"  # the skeleton of recordings beside it

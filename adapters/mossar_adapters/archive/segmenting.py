@@ -8,10 +8,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.source import Recording
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.recording import KeyFrame, Segment, segment_recording
-from mossar_stream.settings import Settings
+from mossar_stream import Frames, KeyFrame, MossarError, Segment, Settings, segment_recording
 
 MAX_BYTES = 2 << 30  # of positions
 

@@ -14,7 +14,7 @@ import msgspec
 
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.outcome import in_words
-from mossar_stream.errors import MossarError, SettingsError
+from mossar_stream import MossarError, SettingsError
 
 PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
 MAX_REQUEST = 1 << 16  # bytes

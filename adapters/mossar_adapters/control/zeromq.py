@@ -8,7 +8,7 @@ import zmq
 from mossar_adapters.address import Address
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 _POLL = 100  # ms
 

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from mossar_adapters.demo.postures import posture
 from mossar_adapters.demo.script import Script, Stance
 from mossar_adapters.demo.steps import turn, walk
 from mossar_adapters.demo.strokes import Stroke
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 Write = Callable[[Script, str, float, int], Stance]
 

@@ -11,8 +11,7 @@ from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
 from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream import Frames, SettingsError, performer_name
 
 MAX_PERFORMERS: Final = 64
 KNOWN_CUTS: Final = 1000  # per performer; older ones are forgotten

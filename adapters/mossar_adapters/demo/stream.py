@@ -14,8 +14,7 @@ from mossar_adapters.demo.script import Stance
 from mossar_adapters.demo.sensor import Sensor
 from mossar_adapters.demo.strokes import Stroke
 from mossar_adapters.demo.style import Style
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream import Frames, SettingsError, performer_name
 
 BLOCK: Final = 256  # frames computed at once
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import msgspec
 
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 NOISE_KINDS: Final = ("white", "kinect")
 

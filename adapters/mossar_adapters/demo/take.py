@@ -10,9 +10,7 @@ from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.demo.plan import FIRST_ROUND
 from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames, performer_name
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, SettingsError, Skeleton, performer_name
 
 MAX_FRAMES: Final = 1_000_000  # of a whole performance: 252 MB
 

@@ -22,7 +22,7 @@ from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 from mossar_adapters.files.units import Scale, given, guessed, height
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 USUAL_FPS = 120.0
 PEOPLE = (0.5, 2.5)  # m; an ASF whose unit makes people larger or smaller means something else by it

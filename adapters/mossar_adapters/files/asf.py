@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.kinematics import euler_rotations
 from mossar_adapters.files.text import numbered_lines
-from mossar_stream.skeleton import MAX_JOINTS
+from mossar_stream import MAX_JOINTS
 
 INCH = 0.0254  # m; an ASF states its length as a share of an inch
 _DOFS = {"rx", "ry", "rz", "tx", "ty", "tz", "l"}

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.units import Scale, height
 from mossar_adapters.source import Chunks, Recording
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import MAX_JOINTS, MAX_NAME, Skeleton
+from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton
 
 FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.rows import Block, Rows
-from mossar_stream.frames import performer_name
+from mossar_stream import performer_name
 
 MOST = 64  # people
 _NUMBER = re.compile(r"-?\d+(?:\.0*)?")  # some programs write whole numbers as 1.0

@@ -30,7 +30,7 @@ from mossar_adapters.files.rows import Block, Rows, cut_note, survey
 from mossar_adapters.files.text import numbered_lines
 from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed, height
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 _FRAMES = re.compile(r"frames\s*:?\s*(\d{1,12})$", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"frame\s+time\s*:?\s*([0-9.,eE+-]+)$", re.IGNORECASE)

@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 
 from mossar_adapters.files.errors import FileError, shown
-from mossar_stream.skeleton import MAX_JOINTS
+from mossar_stream import MAX_JOINTS
 
 _CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 

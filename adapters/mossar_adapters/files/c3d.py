@@ -30,7 +30,7 @@ from mossar_adapters.files.subjects import Subject, subjects_of
 from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 _READ_SIZE = 16 << 20  # bytes at a time
 _UNKNOWN = 65535  # frames: the most that 16 bits can say, and what is written for more

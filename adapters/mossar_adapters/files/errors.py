@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from mossar_adapters.address import readable
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 class FileError(MossarError):

@@ -9,7 +9,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.source import Recording
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 
 def read(path: Path, options: ReadOptions) -> Recording:

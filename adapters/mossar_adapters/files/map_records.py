@@ -18,9 +18,7 @@ from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 USUAL_FPS = 30.0
 

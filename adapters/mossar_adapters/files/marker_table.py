@@ -17,7 +17,7 @@ from mossar_adapters.files.subjects import subjects_of
 from mossar_adapters.files.units import given, guessed
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 
 class MarkerTable(msgspec.Struct, frozen=True):

@@ -22,8 +22,7 @@ from mossar_adapters.files.output import OutputError, OutputFile
 from mossar_adapters.maps.codec import from_msgpack, to_msgpack
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap, map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
+from mossar_stream import FrameError, Frames
 
 MAGIC = b"MSK1"
 MAX_RECORD = 1 << 20  # bytes; 1024 joints with confidence take 17 thousand

@@ -18,7 +18,7 @@ from mossar_adapters.files.rows import Block, cut_note, survey
 from mossar_adapters.files.units import given
 from mossar_adapters.joint_sets import KINECT_20
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 WIDTH = 81
 MICROSECOND = 1e-6

@@ -25,7 +25,7 @@ from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.units import given, guessed
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
+from mossar_stream import Frames, constant_times
 
 SMALL = 64 << 20  # bytes, for everything but the positions
 USUAL_FPS = 30.0

@@ -20,7 +20,7 @@ from mossar_adapters.files.text import numbered_lines
 from mossar_adapters.files.units import given
 from mossar_adapters.joint_sets import NTU_25
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 FPS = 30.0
 JOINTS = len(NTU_25)

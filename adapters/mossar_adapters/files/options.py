@@ -2,7 +2,7 @@
 
 import msgspec
 
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 MIN_FPS, MAX_FPS = 0.001, 100_000.0  # Hz

@@ -22,9 +22,7 @@ from mossar_adapters.osc.profiles.routes import Routes
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.source import Left, Meta, Recording
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 USUAL_FPS = 60.0
 _AT_A_TIME = 4096  # messages between two looks for frames

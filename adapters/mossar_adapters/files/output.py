@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mossar_adapters.files.errors import FileError, UnwritableError
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 _BLOCK = 1 << 16  # bytes looked at in one go for the end of a line
 _NO_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EROFS}  # what pipes and devices answer

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.joint_sets import by_count
-from mossar_stream.errors import MossarError
-from mossar_stream.skeleton import MAX_JOINTS
+from mossar_stream import MAX_JOINTS, MossarError
 
 _FRAME_LISTS = (
     "frames",

@@ -28,7 +28,7 @@ from mossar_adapters.files.units import fitted, given
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.maps.json_nan import without_nan
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 USUAL_FPS = 30.0
 MAX_SIZE = 128 << 20  # bytes of a JSON file, which has to be read as a whole

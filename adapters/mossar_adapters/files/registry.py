@@ -21,7 +21,7 @@ from mossar_adapters.files.selection import selected
 from mossar_adapters.files.text import HEAD_SIZE
 from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 class Format(msgspec.Struct, frozen=True):

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.source import Recording
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 
 def selected(recording: Recording, options: ReadOptions) -> Recording:

@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 
 from mossar_adapters.files.errors import FileError
-from mossar_stream.frames import performer_name
+from mossar_stream import performer_name
 
 
 class Subject(msgspec.Struct, frozen=True):

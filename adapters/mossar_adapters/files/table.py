@@ -40,8 +40,7 @@ from mossar_adapters.joint_sets import (
     with_known_parents,
 )
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton, constant_times
 
 USUAL_FPS = 30.0
 _KINECT = {*KINECT_20.names, *KINECT_25.names}

@@ -24,7 +24,7 @@ from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.files.xdf_chunks import Stream, checked_stream, streams_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
-from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream import Frames, constant_times, performer_name
 
 
 def read(path: Path, options: ReadOptions) -> Recording:

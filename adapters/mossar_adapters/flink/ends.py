@@ -29,8 +29,7 @@ from mossar_adapters.flink.records import performer_of
 from mossar_adapters.jsonlines import JsonLinesSink
 from mossar_adapters.sink import Sink
 from mossar_adapters.urls import open_sink
-from mossar_stream.errors import MossarError
-from mossar_stream.events import KeyFrameEvent, SegmentEvent, StreamEvent
+from mossar_stream import KeyFrameEvent, MossarError, SegmentEvent, StreamEvent
 
 _event = msgspec.json.Decoder(KeyFrameEvent | SegmentEvent | StreamEvent)
 

@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 from mossar_adapters.extras import needed
 from mossar_adapters.flink.job import Job
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 if TYPE_CHECKING:
     from pyflink.datastream import DataStream, StreamExecutionEnvironment

@@ -13,11 +13,7 @@ import msgspec
 from mossar_adapters.flink.records import read_record
 from mossar_adapters.joint_sets import by_count
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.events import Event
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Event, FrameError, Segmenter, Settings, Skeleton
 
 MOST = 4096  # live segmenters; the one unheard for longest waits as a snapshot
 

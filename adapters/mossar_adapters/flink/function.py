@@ -16,11 +16,7 @@ from pyflink.metrics import Counter
 
 from mossar_adapters.flink.following import Following, Line
 from mossar_adapters.flink.job import Takes
-from mossar_stream.errors import FrameError
-from mossar_stream.events import Event, to_json
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Event, FrameError, Segmenter, Settings, Skeleton, to_json
 
 END_OF_TIME = (1 << 63) - 1  # ms; the watermark at the end of files, and of a job that is drained
 STATE = "segmenter"  # name of the state; another one would not find what was saved

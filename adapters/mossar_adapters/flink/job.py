@@ -40,8 +40,7 @@ import msgspec
 from mossar_adapters.address import parse_url
 from mossar_adapters.toml_file import read_toml
 from mossar_adapters.urls import SCHEMES
-from mossar_stream.errors import SettingsError
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, SettingsError
 
 Text = Annotated[str, msgspec.Meta(min_length=1)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=1e7)]

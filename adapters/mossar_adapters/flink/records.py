@@ -25,9 +25,7 @@ from mossar_adapters.maps.frame_maps import (
 )
 from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import MAX_JOINTS
+from mossar_stream import MAX_JOINTS, FrameError, Frames
 
 FRAMES_A_RECORD = 10  # 167 ms at 60 Hz
 MAX_BYTES = 1 << 20  # of a record: what brokers take if nothing else is set

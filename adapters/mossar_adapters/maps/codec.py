@@ -5,7 +5,7 @@ import numpy as np
 
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.maps.json_nan import without_nan
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 
 class _Kind(msgspec.Struct):

@@ -16,9 +16,7 @@ import mossar_stream
 from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import MAX_JOINTS, Skeleton
+from mossar_stream import MAX_JOINTS, FrameError, Frames, Skeleton
 
 VERSION = 1
 

@@ -26,7 +26,7 @@ from mossar_adapters.extras import needed
 from mossar_adapters.files.options import METRES
 from mossar_adapters.oak.separate_process import run_separately
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions, Picture
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 NEEDED: Final = "depthai>=3.6,<4"  # measures joints on the host since 3.6
 INSTALL: Final = "pip install 'mossar-stream[oak]'"

@@ -7,7 +7,7 @@ from typing import Final
 from mossar_adapters.oak.camera import cameras, description, find_camera, load_sdk, model_folder
 from mossar_adapters.oak.separate_process import run_separately
 from mossar_adapters.oak.source import OakSource
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 PATIENCE: Final = 5.0  # s; loading the SDK and looking around takes one
 

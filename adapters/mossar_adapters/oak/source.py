@@ -35,9 +35,7 @@ from mossar_adapters.oak.camera import ARCHIVES, Camera
 from mossar_adapters.oak.identities import Identities, Person
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions, Picture
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames, performer_name
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton, performer_name
 
 # Below it the network holds a joint rather for hidden than for visible. Without a floor, hidden joints at the depth of
 # what hides them leave 0.39 of the confirmed key frames where they are, with it 0.96 (F1, clean depth, six takes).

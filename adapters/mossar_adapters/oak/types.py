@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 class CameraError(MossarError):

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from mossar_adapters.address import Address
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 MAX_DATAGRAM = 65_535  # bytes
 WANTED_BUFFER = 4 << 20  # bytes; the usual default holds a tenth of a second of single-joint messages

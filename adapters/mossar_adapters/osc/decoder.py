@@ -19,8 +19,7 @@ from mossar_adapters.receiving.admission import Admission
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.senders import Senders
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
+from mossar_stream import FrameError, Frames
 
 _CONTROL = "/mossar/set/", "/mossar/reset"
 

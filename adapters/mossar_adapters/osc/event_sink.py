@@ -11,7 +11,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
+from mossar_stream import Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
 
 _MAX_PERFORMERS = 1024
 
@@ -72,6 +72,10 @@ class OscSink:
                 return self._key_frame(event)
             case SegmentEvent():
                 return self._segment(event)
+            case RepetitionEvent():
+                numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
+                words = (event.performer, event.status, event.channel)
+                return encode("/mossar/repetition", "sssiiiff", *words, *numbers)
             case StreamEvent():
                 words = (event.performer, event.event, event.reason)
                 return encode("/mossar/stream", "sssi", *words, event.take)

@@ -10,7 +10,7 @@ from mossar_adapters.osc.frame_writers import Writer, mossar_meta
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.osc.vmc_writer import MotionBones, PositionBones, datagrams
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 _WRITERS: dict[str, Writer] = {
     "mossar": frame_writers.mossar,

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from pythonosc.osc_message import OscMessage, ParseError
 
 from mossar_adapters.files.cells import LARGEST
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 MAX_DEPTH = 8  # bundles within bundles
 _REMEMBERED = 512  # bytes; longer headers are not kept, or strangers could fill the memory with them

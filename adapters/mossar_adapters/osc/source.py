@@ -8,7 +8,7 @@ from mossar_adapters.live import Listener
 from mossar_adapters.osc.datagrams import DatagramSocket
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.source import Left, Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 POLL = 0.1  # s between two Nones while nothing comes
 TICK = 0.004  # s between looks at open frames while nothing comes

@@ -11,8 +11,7 @@ from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents,
 from mossar_adapters.osc.assembly.vmc_pose import MIRROR
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.profiles.vmc import BONE, OK, ROOT, TIME
-from mossar_stream.errors import MossarError
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import MossarError, Skeleton
 
 BONES_PER_BUNDLE = 13
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)

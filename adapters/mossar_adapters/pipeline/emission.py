@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import (
+from mossar_stream import (
     KEY_FRAME_STATUSES,
+    REPETITION_STATUSES,
     SEGMENT_STATUSES,
     Event,
     KeyFrameEvent,
+    RepetitionEvent,
     SegmentEvent,
+    SettingsError,
     StreamEvent,
 )
 
 _KINDS: dict[str, tuple[str, ...]] = {
     "key_frame": KEY_FRAME_STATUSES,
     "segment": SEGMENT_STATUSES,
+    "repetition": REPETITION_STATUSES,
     "stream": ("",),
     "stats": ("",),
 }
@@ -64,4 +67,6 @@ def _pair(event: Event) -> tuple[str, str]:
         return "key_frame", event.status
     if isinstance(event, SegmentEvent):
         return "segment", event.status
+    if isinstance(event, RepetitionEvent):
+        return "repetition", event.status
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

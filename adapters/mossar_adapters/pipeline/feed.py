@@ -5,8 +5,7 @@ import time
 
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, MossarError
 
 MOST_METAS = 4096  # performers of a source that are remembered; more than any source of ours knows at a time
 

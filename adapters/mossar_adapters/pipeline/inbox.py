@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from mossar_adapters.source import Left, Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 ROOM = 2048  # frames per source
 # Arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait.

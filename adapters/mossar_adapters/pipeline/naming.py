@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterable, Sequence
 
 from mossar_adapters.pipeline.snapshot import Position
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 _log = logging.getLogger("mossar.pipeline")
 

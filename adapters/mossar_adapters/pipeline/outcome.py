@@ -2,7 +2,7 @@
 
 import msgspec
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 class Outcome(msgspec.Struct):

@@ -17,8 +17,7 @@ from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.take_starts import TakeStart
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
-from mossar_stream.events import Event
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames
 
 ROOM = 20_000  # events, or frames of a sink that takes frames
 PATIENCE = 2.0  # s given to a sink at the end, to take what waits

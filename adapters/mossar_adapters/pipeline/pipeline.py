@@ -29,10 +29,7 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import Event
-from mossar_stream.frames import Frames
-from mossar_stream.settings import Settings
+from mossar_stream import Event, Frames, Settings, SettingsError
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import Event
-from mossar_stream.performers import Performers
+from mossar_stream import Event, Performers, SettingsError
 
 
 class Pool(Performers):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_stream.errors import SnapshotError
+from mossar_stream import SnapshotError
 
 VERSION = 1
 MAX_BYTES = 1 << 28  # a performer takes a quarter of a megabyte

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 class StreamTime:

@@ -9,8 +9,7 @@ import itertools
 import msgspec
 import numpy as np
 
-from mossar_stream.events import Event, StreamEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames, StreamEvent
 
 _SAFE = 0.99  # of the pause: a cut too many changes nothing, one too few does
 

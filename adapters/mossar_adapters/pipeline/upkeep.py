@@ -13,8 +13,7 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
-from mossar_stream.errors import MossarError, SnapshotError
-from mossar_stream.events import StatsEvent, StreamChange, StreamEvent
+from mossar_stream import MossarError, SnapshotError, StatsEvent, StreamChange, StreamEvent
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline

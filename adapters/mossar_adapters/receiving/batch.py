@@ -14,9 +14,7 @@ from mossar_adapters.joint_sets import by_count
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.steady import Steady
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 MAX_PERFORMERS = 256  # known at a time
 SILENT = 2.0  # s, after which the one unheard for longest may be forgotten

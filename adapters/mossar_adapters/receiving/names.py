@@ -2,7 +2,8 @@
 
 import hashlib
 
-from mossar_stream.frames import MAX_PERFORMER_NAME, performer_name
+from mossar_stream import performer_name
+from mossar_stream.frames import MAX_PERFORMER_NAME
 
 _DIGEST = 4  # bytes
 _MOST = 1 << 16  # characters of a name that count

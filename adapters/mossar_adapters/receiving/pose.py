@@ -4,8 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.errors import FrameError
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Skeleton
 
 _LATEST = 1e15  # s; beyond that, float64 no longer tells frames apart
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected_skeleton
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
+from mossar_stream import FrameError, Frames
 
 _NAMES = 4096  # performers that are remembered
 _TOLD = 8  # performers that are told of

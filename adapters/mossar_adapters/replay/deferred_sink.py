@@ -8,7 +8,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 class DeferredSink:

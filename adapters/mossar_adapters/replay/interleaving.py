@@ -3,7 +3,7 @@
 import heapq
 from collections.abc import Iterable, Iterator
 
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 MOST_WAITING = 64  # chunks per performer; one that has ended must not hold up the others for ever
 

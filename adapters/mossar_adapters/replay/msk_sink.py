@@ -3,7 +3,7 @@
 from mossar_adapters.address import Address
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 class MskFrameSink:

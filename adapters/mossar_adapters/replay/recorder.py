@@ -12,7 +12,7 @@ from mossar_adapters.pipeline.inbox import Inbox
 from mossar_adapters.pipeline.upkeep import SILENCE
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 _POLL = 0.1  # s
 _LEAVE = 1.0  # s given to the reader to end

@@ -8,7 +8,7 @@ import msgspec
 from mossar_adapters.replay.interleaving import in_order_of_time, part
 from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.frames import Frames, performer_name
+from mossar_stream import Frames, performer_name
 
 LOOP_PAUSE: Final = 1.5  # s between two rounds: longer than `max_pause`, so that receivers begin a new take
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files import JointMotion, MotionChunk
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta, Source
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, MossarError
 
 
 @runtime_checkable

@@ -14,8 +14,7 @@ from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
+from mossar_stream import FrameError, Frames
 
 
 class ZmqMessage(NamedTuple):

@@ -13,7 +13,7 @@ import zmq.auth
 
 from mossar_adapters.address import Address
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 SCHEMES = ("zmq", "zmq+bind", "ipc", "zmq+ipc", "ipc+bind", "zmq+bind+ipc")
 CURVE_OPTIONS = {

@@ -19,8 +19,7 @@ from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream.events import Event
-from mossar_stream.frames import Frames
+from mossar_stream import Event, Frames
 
 OPTIONS = {"encoding": "msgpack or json", **CURVE_OPTIONS}
 FRAME_OPTIONS = {

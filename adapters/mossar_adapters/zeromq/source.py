@@ -14,7 +14,7 @@ from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 OPTIONS = {
     "fps": "rate in Hz for frames without a time of their own",

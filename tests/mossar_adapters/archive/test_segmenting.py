@@ -8,8 +8,7 @@ from mossar_adapters.archive.segmenting import problem, segment_file
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import FileError, MskWriter, ReadOptions
 from mossar_adapters.source import Meta
-from mossar_stream import Settings, Skeleton, segment_recording
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, Settings, Skeleton, segment_recording
 
 WHOLE = Settings(range="file")
 

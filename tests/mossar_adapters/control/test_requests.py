@@ -10,8 +10,7 @@ from mossar_adapters.control.requests import Control
 from mossar_adapters.control.zeromq import ZmqControl
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream.errors import MossarError
-from mossar_stream.events import StreamEvent
+from mossar_stream import MossarError, StreamEvent
 
 
 class Kept:

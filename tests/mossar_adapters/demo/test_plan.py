@@ -7,7 +7,7 @@ import pytest
 
 from mossar_adapters.demo.plan import FIRST_ROUND, MOVES, MoveRequest, beats, default_moves, parse_move
 from mossar_adapters.demo.script import Stance
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 
 def planned(seed, *moves, tempo=1.0):

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import performance
-from mossar_stream import Segmenter, Settings
-from mossar_stream.events import KeyFrameEvent
+from mossar_stream import KeyFrameEvent, Segmenter, Settings
 
 SEEDS = range(1, 21)
 TOLERANCE = 0.25  # s

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import SKELETON, performance
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 FAR = [i for i, name in enumerate(SKELETON.names) if name.endswith(("Hand", "Foot", "Toes"))]
 NEAR = [i for i in range(len(SKELETON)) if i not in FAR]

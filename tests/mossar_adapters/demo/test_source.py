@@ -9,8 +9,7 @@ import pytest
 from mossar_adapters.demo import SKELETON, DemoSource, performance
 from mossar_adapters.demo.source import KNOWN_CUTS
 from mossar_adapters.source import Meta, Source
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, SettingsError
 
 
 def gathered(source):

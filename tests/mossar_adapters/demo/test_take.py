@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import SKELETON, performance, take
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 SEEDS = range(1, 21)
 

@@ -10,8 +10,7 @@ import mossar_stream
 from mossar_adapters.files import FileError, MskWriter, ReadOptions, open_recording
 from mossar_adapters.files.output import OutputError
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 PAIR = Skeleton(("a", "b"), (-1, 0))
 TRIPLE = Skeleton(("a", "b", "c"))

@@ -15,9 +15,7 @@ from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_frame_sink, open_sink
-from mossar_stream.events import SegmentEvent, StreamEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, SegmentEvent, Skeleton, StreamEvent
 
 STARTED = StreamEvent(performer="p1", event="started", take=0)
 SEGMENT = SegmentEvent(

@@ -21,9 +21,7 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import ReadOptions, open_recording
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
-from mossar_stream import Segmenter, Settings
-from mossar_stream.events import to_json
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, Segmenter, Settings, to_json
 
 ROOT = Path(__file__).parents[3]
 LABELLED = ROOT.parent / "shared" / "data" / "labelled"

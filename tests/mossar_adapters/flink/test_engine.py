@@ -8,7 +8,7 @@ import pytest
 
 from mossar_adapters.flink.engine import check_java, latest_checkpoint, options
 from mossar_adapters.flink.job import Job, Source
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 @pytest.fixture

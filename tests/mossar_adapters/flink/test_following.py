@@ -6,11 +6,7 @@ import pytest
 from mossar_adapters.flink.following import Following
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
-from mossar_stream import Settings
-from mossar_stream.errors import FrameError, SnapshotError
-from mossar_stream.events import to_json
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Settings, Skeleton, SnapshotError, to_json
 
 
 class Engine:

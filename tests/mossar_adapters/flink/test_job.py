@@ -7,7 +7,7 @@ import pytest
 
 from mossar_adapters.flink import job as job_module
 from mossar_adapters.flink.job import read_job
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 FILES = '[source]\nfiles = "frames"\n'
 

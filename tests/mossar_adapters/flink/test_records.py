@@ -9,9 +9,7 @@ from mossar_adapters.flink.records import MAX_BYTES, NOBODY, performer_of, read_
 from mossar_adapters.maps.codec import to_json, to_msgpack
 from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 GOOD = {"type": "frames", "t": [0.5], "shape": [1, 2, 3], "xyz": bytes(24)}
 

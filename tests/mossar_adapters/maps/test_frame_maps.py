@@ -12,9 +12,7 @@ from mossar_adapters.maps.frame_maps import (
     positions_of_map,
 )
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 
 @pytest.mark.parametrize("fps", [None, 60.0])

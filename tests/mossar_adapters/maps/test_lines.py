@@ -8,7 +8,7 @@ from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.maps.lines import MAX_LINE, LineDecoder
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 META = MetaMap(("hip", "head"), parents=(-1, 0), fps=50.0)
 LINES = [META, *(FrameMap(xyz=[[0.0, 1.0, k / 10], None], t=None if k == 3 else k / 50) for k in range(8))]

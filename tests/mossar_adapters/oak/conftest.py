@@ -12,7 +12,7 @@ import pytest
 from mossar_adapters.demo import performance
 from mossar_adapters.oak.camera import Camera, Measurement
 from mossar_adapters.oak.source import OakSource
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 try:

@@ -7,9 +7,7 @@ import pytest
 
 from mossar_adapters.demo import performance
 from mossar_adapters.oak.source import CONFIDENCE, DEFAULTS, SKELETON, OakSource
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import KeyFrameEvent, Segmenter, Settings
 
 MOVES = (
     "rest:1",

@@ -10,7 +10,7 @@ from mossar_adapters.oak import camera as oak_camera
 from mossar_adapters.oak.camera import find_camera, load_sdk, obstacle
 from mossar_adapters.oak.check import check, summary, tell
 from mossar_adapters.oak.types import CameraError
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 
 os.environ.setdefault("DEPTHAI_LEVEL", "off")  # looked at when it is imported
 dai = pytest.importorskip("depthai")

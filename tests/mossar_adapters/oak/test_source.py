@@ -16,8 +16,7 @@ from mossar_adapters.oak.camera import load_sdk
 from mossar_adapters.oak.source import CONFIDENCE, SKELETON, OakSource
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions
 from mossar_adapters.source import Meta
-from mossar_stream.errors import SettingsError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, SettingsError
 
 
 def ran(program):

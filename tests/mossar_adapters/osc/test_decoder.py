@@ -10,7 +10,7 @@ from mossar_adapters.osc.datagrams import Datagram
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.source import Left, Meta
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 JOINTS = ("head", "neck", "torso", "l_shoulder", "l_elbow", "l_hand", "r_shoulder", "r_elbow", "r_hand")
 BONES = ("Hips", "Spine", "Head", "LeftHand", "RightHand")

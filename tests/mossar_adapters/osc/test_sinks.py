@@ -8,9 +8,7 @@ from mossar_adapters.joint_sets import COCO_17
 from mossar_adapters.osc.frame_sink import OscFrameSink
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, MossarError, Skeleton
 
 
 def replay(hear, profile, source_query, items, **options):

@@ -10,9 +10,7 @@ import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.events import Event, StreamEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Event, Frames, Skeleton, StreamEvent
 
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 

@@ -1,8 +1,7 @@
 import pytest
 
 from mossar_adapters.pipeline.emission import Emission
-from mossar_stream.errors import SettingsError
-from mossar_stream.events import StreamEvent
+from mossar_stream import SettingsError, StreamEvent
 
 
 def test_nothing_asked_for_lets_everything_through():

@@ -5,8 +5,7 @@ import numpy as np
 
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 META = Meta("p1", Skeleton(("hip",)))
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from mossar_adapters.pipeline.naming import Naming
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 
 def test_the_first_source_keeps_a_name_and_the_next_one_gets_a_free_one():

@@ -2,7 +2,7 @@ import threading
 import time
 
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
-from mossar_stream.events import StreamEvent
+from mossar_stream import StreamEvent
 
 
 def events(take):

@@ -9,12 +9,18 @@ import pytest
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import MossarError, SettingsError
-from mossar_stream.events import KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
-from mossar_stream.frames import Frames
-from mossar_stream.performers import Performers
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import (
+    Frames,
+    KeyFrameEvent,
+    MossarError,
+    Performers,
+    SegmentEvent,
+    Settings,
+    SettingsError,
+    Skeleton,
+    StatsEvent,
+    StreamEvent,
+)
 
 
 def test_the_events_are_those_of_the_core(stage):

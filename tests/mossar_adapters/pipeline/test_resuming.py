@@ -2,8 +2,7 @@ import pytest
 
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
 from mossar_adapters.replay.recording_source import RecordingSource
-from mossar_stream.errors import SnapshotError
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, SnapshotError
 
 
 def run(stage, path, *, stop_after=None):

@@ -1,7 +1,7 @@
 import pytest
 
 from mossar_adapters.pipeline.snapshot import Position, Snapshot, read_snapshot, sealed, write_snapshot
-from mossar_stream.errors import SnapshotError
+from mossar_stream import SnapshotError
 
 
 def test_a_snapshot_is_read_as_it_was_written_and_leaves_nothing_beside(tmp_path):

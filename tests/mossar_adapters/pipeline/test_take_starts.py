@@ -1,8 +1,7 @@
 import numpy as np
 
 from mossar_adapters.pipeline.take_starts import TakeStart, parts, take_starts
-from mossar_stream.events import StreamEvent
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, StreamEvent
 
 
 def started(take):

@@ -12,8 +12,7 @@ from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.replay.replaying import Replay
 from mossar_adapters.urls import open_frame_sink, open_source
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.settings import Settings
+from mossar_stream import KeyFrameEvent, Settings
 
 SECONDS = 5.0  # of each performance that are segmented; a little more is sent
 RATE = "fps=60"

@@ -3,7 +3,7 @@ from mossar_adapters.osc.datagrams import Datagram
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.receiving.admission import PATIENCE, Nuisances
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 GOOD = encode("/mossar/frame", "sidb", "p1", 1, 0.5, bytes(24))
 

@@ -4,9 +4,7 @@ import pytest
 from mossar_adapters.receiving.batch import MAX_PERFORMERS, SILENT, Batch
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Left, Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import FrameError, Frames, Skeleton
 
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 

@@ -6,8 +6,7 @@ import pytest
 from mossar_adapters.replay.interleaving import in_order_of_time
 from mossar_adapters.replay.recording_source import LOOP_PAUSE, RecordingSource
 from mossar_adapters.source import Meta, Recording
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 

@@ -10,8 +10,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.control.zeromq import ZmqControl
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream.errors import MossarError
-from mossar_stream.events import StreamEvent
+from mossar_stream import MossarError, StreamEvent
 
 pytestmark = pytest.mark.skipif(not zmq.has("curve"), reason="this ZeroMQ was built without CURVE")
 

@@ -7,7 +7,7 @@ from mossar_adapters.maps.codec import to_json, to_msgpack
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 META = MetaMap(("hip", "head"), parents=(-1, 0))
 MAPS = [META, *(FrameMap(seq=k, t=k / 50, xyz=np.full(6, k, "<f4").tobytes()) for k in range(6))]

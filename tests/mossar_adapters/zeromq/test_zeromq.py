@@ -13,10 +13,7 @@ from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.decoder import ZmqMessage
 from mossar_adapters.zeromq.sink import ZmqFrameSink, ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream.errors import MossarError
-from mossar_stream.events import KeyFrameEvent, StreamEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, KeyFrameEvent, MossarError, Skeleton, StreamEvent
 
 SKELETON = Skeleton(("hips", "head"), (-1, 0))
 KEY_FRAME = KeyFrameEvent(

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.chance import blind, merged, nested, randomly
 from mossar_tools.evaluation.found import FIXED, Found, Method
 from mossar_tools.evaluation.mossar import split, stream, whole

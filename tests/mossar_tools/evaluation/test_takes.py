@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from mossar_stream.errors import MossarError, SettingsError
+from mossar_stream import MossarError, SettingsError
 from mossar_tools.evaluation.labels import LabelError
 from mossar_tools.evaluation.performer import demo_takes
 from mossar_tools.evaluation.takes import load_folder

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.extras import installed
-from mossar_stream.errors import MossarError
-from mossar_stream.settings import Settings
+from mossar_stream import MossarError, Settings
 from mossar_tools.evaluation.mossar import stream
 from mossar_tools.evaluation.performer import demo_takes
 from mossar_tools.evaluation.velocity_based import velocity

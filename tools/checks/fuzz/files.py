@@ -11,7 +11,7 @@ from checks.fuzz.recordings import ASF, WRITERS, amc
 from checks.fuzz.target import Feed, Target
 from mossar_adapters.files import ReadOptions, open_recording
 from mossar_adapters.files.registry import format_of
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 FRAMES = 3  # of a sample; small files are read often
 _LARGEST = 1 << 18  # bytes of a recording that is taken as a sample

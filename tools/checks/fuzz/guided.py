@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 
 def main() -> int:

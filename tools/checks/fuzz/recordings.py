@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mossar_adapters.files import MskWriter
 from mossar_adapters.source import Meta
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, Skeleton
 
 FRAMES = 30
 JOINTS = ("hip", "knee", "foot", "head")

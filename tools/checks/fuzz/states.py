@@ -15,11 +15,10 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
 from mossar_adapters.pipeline.snapshot import sealed as sealed_run
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
-from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
+from mossar_stream import Segmenter, Settings
 
 _JOINTS = len(SKELETON)
+_MAGIC_BYTES, _DIGEST_BYTES = 8, 32  # of a snapshot: magic and version, then the SHA-256 of the rest
 _UNSEALED = 8  # one in so many inputs keeps its damaged checksum
 
 
@@ -43,7 +42,7 @@ def _blob(settings: Settings) -> bytes:
     """Return what a segmenter in the middle of a take knows, without the head."""
     segmenter = Segmenter(SKELETON, settings, fps=60.0)
     segmenter.push(_poses(150))
-    return segmenter.snapshot()[HEAD_BYTES:]
+    return segmenter.snapshot()[_MAGIC_BYTES + _DIGEST_BYTES :]
 
 
 def _mostly(seal: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
@@ -54,7 +53,8 @@ def _mostly(seal: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
 @contextlib.contextmanager
 def _segmenter() -> Iterator[Feed]:
     poses = _poses(30)
-    seal = _mostly(lambda body: MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body)
+    magic = Segmenter(SKELETON).snapshot()[:_MAGIC_BYTES]
+    seal = _mostly(lambda body: magic + hashlib.sha256(body).digest() + body)
 
     def feed(body: bytes) -> None:
         segmenter = Segmenter.restore(seal(body))

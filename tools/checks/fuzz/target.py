@@ -10,7 +10,7 @@ import msgspec
 
 from checks.fuzz.guard import Hang, time_limit
 from checks.fuzz.mutation import Mutator
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 
 ROUND = 500  # inputs that share a state
 KEPT = 5  # crashes of one kind that are kept

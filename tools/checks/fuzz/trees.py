@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from checks.fuzz.target import ROUND, Draw, Target
 from mossar_adapters.osc.encode import encode
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 
 _numbers = st.integers(-(2**62), 2**62) | st.floats()
 _texts = st.text(max_size=12) | st.sampled_from(["p1", "none", "auto", "1e999", "motion", "meta", "frame"])

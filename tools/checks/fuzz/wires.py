@@ -20,9 +20,7 @@ from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
-from mossar_stream.errors import FrameError, MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.performers import Performers
+from mossar_stream import FrameError, Frames, MossarError, Performers
 
 _GENERIC = "generic&pattern=/pose/{performer}/{joint}"
 _PROFILES = {  # what listens, and how its samples are sent

@@ -13,9 +13,7 @@ from mossar_adapters.osc.profiles.generic import checked_args, checked_pattern
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.receiving.admission import AllowList
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.settings import Settings
+from mossar_stream import Frames, MossarError, Settings
 from mossar_tools.cli import Parser
 from mossar_tools.commands import run
 from mossar_tools.options import Options, parse

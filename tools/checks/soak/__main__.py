@@ -21,9 +21,7 @@ from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream.events import Event
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Event, Segmenter, Settings
 
 MOST_GROWTH = 5 << 20  # bytes
 DISK = 16 << 20  # bytes that a file may have: the recording's disk is full after them

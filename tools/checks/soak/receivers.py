@@ -9,7 +9,7 @@ import zmq
 
 from checks.soak.truth import Truth
 from mossar_adapters.osc.messages import messages
-from mossar_stream.events import Event
+from mossar_stream import Event
 
 _LIFE, _DEATH = 3.0, 1.0  # s
 _WAIT = 0.1  # s

@@ -16,7 +16,7 @@ from mossar_adapters.maps.codec import to_msgpack
 from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import Publisher
-from mossar_stream.frames import Frames
+from mossar_stream import Frames
 
 FPS = 60.0
 MAX_PAUSE = 20.0  # s; longer than a busy machine may keep a sender waiting

@@ -13,10 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.events import Event, StatsEvent, StreamEvent, to_json
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Event, Segmenter, Settings, Skeleton, StatsEvent, StreamEvent, to_json
 
 _RECENT = 60_000  # events that receivers may still hear; half a minute of them
 _SHOWN = 5  # differences that are kept

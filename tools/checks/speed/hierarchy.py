@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from mossar_stream.recording import segment_recording
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, segment_recording
 from mossar_tools.bench.measurement import Measurement, duration, timed
 from mossar_tools.bench.work import Work
 

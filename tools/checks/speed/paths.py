@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream import Settings, segment_recording
 from mossar_stream.algorithm.joints import localise
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.recording import segment_recording
-from mossar_stream.settings import Settings
 from mossar_stream.similarity.path_kernel import path_sum as kernels
 from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_stream.similarity.path_kernel.kernel import AT_REST

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.bench.measurement import Measurement, Took, rate, timed
 from mossar_tools.bench.motion import Motion, to_and_fro, with_joints
 from mossar_tools.bench.stream import run_stream

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream import Settings
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.row import ROW, ROW_BYTES
@@ -16,7 +17,6 @@ from mossar_stream.algorithm.velocity import travel
 from mossar_stream.engine.plan import Plan
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import POINT
-from mossar_stream.settings import Settings
 from mossar_tools.bench.measurement import Measurement, Took, rate, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
+from mossar_stream import Settings
 from mossar_stream.algorithm.frame_step import HAPPENED, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import pool_of_one
-from mossar_stream.settings import Settings
 from mossar_tools.bench.measurement import Measurement, Took, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.frames import Frames
-from mossar_stream.performers import Performers
+from mossar_stream import Frames, Performers
 from mossar_tools.bench.measurement import Measurement, Target, Took, rate, timed
 from mossar_tools.bench.motion import CROWD_FPS, Motion
 from mossar_tools.bench.resident import resident_bytes

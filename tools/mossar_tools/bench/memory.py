@@ -3,8 +3,7 @@
 import gc
 from collections.abc import Iterator
 
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement, Target
 from mossar_tools.bench.motion import Motion
 from mossar_tools.bench.resident import resident_bytes

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.demo import performance
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 
 JOINTS = 31  # of the usual skeleton of motion capture, for which the targets are stated
 FPS = 120.0  # Hz, of the built-in performer here

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement, Target
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.bench.measurement import Measurement, Took, duration
 from mossar_tools.bench.work import Work
 

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement, rate, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work

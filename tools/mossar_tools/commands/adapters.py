@@ -105,7 +105,7 @@ def _listened(source: "Source", console: Console) -> int:
     from mossar_adapters.pipeline.feed import Feed
     from mossar_adapters.pipeline.inbox import Inbox
     from mossar_adapters.source import Left, Meta
-    from mossar_stream.frames import Frames
+    from mossar_stream import Frames
 
     inbox = Inbox([source.live])
     feed = Feed(source, 0, inbox)

@@ -24,7 +24,7 @@ DEMO_SEEDS = 4  # performances of each kind, for the peers
 DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in performer at 120 fps with 31 joints, and
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
 case processor time is shown where the wall clock says nothing."""
-EXAMPLES = """  mossar bench                                  two minutes
+EXAMPLES = """  mossar bench                                  some minutes, more on a busy machine
   mossar bench --only stream,push               the parts are stream push performers memory start
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
   mossar bench --json | jq '.measurements[] | {name, median, unit}'

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mossar_adapters.address import parse_url
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.evaluation.takes import Take

@@ -8,7 +8,7 @@ from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_messages
 
 DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
-performer; events to a topic, files, or at once to a sink. What to do stands in a TOML file; the README explains it."""
+performer; events to a topic, files, or at once to a sink. What to do stands in a TOML file; docs/engines.md explains it."""
 EXAMPLES = """  mossar flink job.toml                                          on this machine
   flink run -py .../mossar_tools/__main__.py flink job.toml      on a cluster
 """
@@ -29,6 +29,7 @@ def run(options: Options, console: Console) -> int:
     job = read_job(Path(options.file))
     if job.checkpoints.resume and (latest := latest_checkpoint(job.checkpoints.folder)) is not None:
         LOGGER.info("going on from the checkpoint in %s", latest)
+    LOGGER.info("starting Flink, which takes a minute or more; then it runs until its source ends, or Ctrl-C")
     try:
         run(job)
     except JobFailedError as error:

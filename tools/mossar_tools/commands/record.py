@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mossar_adapters.address import parse_url
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed

@@ -9,7 +9,16 @@ import msgspec.structs
 
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, WRONG_USAGE, UsageError
-from mossar_tools.options import Options, add_body, add_messages, add_output, add_plot, add_settings
+from mossar_tools.options import (
+    WIDTH,
+    Options,
+    add_body,
+    add_messages,
+    add_output,
+    add_part,
+    add_plot,
+    add_settings,
+)
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import whole as whole_number
@@ -19,6 +28,7 @@ segments at a level. Without an option a table for people. Several recordings ar
 that cannot be read are told of, stop nothing, and make the exit status 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
+  mossar segment long.bvh --plot part.png --from 600 --to 660 --width 16
   mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
@@ -33,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(group, "json", "all key frames with their strengths, and the segments")
     add_output(group, "csv", "a row for each segment: when, which frames, what it is like")
     add_plot(group)
+    add_part(group)
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
     add_body(parser)
@@ -43,6 +54,8 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     options.settings(range="file")
     files = _files(options)
+    if options.plot is None and (options.plot_from, options.plot_to, options.width) != (None, None, WIDTH):
+        raise UsageError("--from, --to and --width are of a picture; add --plot FILE")
     outputs = Outputs.of(options)
     if len(files) == 1:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
@@ -96,7 +109,8 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        draw(outputs.picture, loaded, result, chosen, palette(dark=options.dark), options.keep)
+        colours, span = palette(dark=options.dark), (options.plot_from, options.plot_to)
+        draw(outputs.picture, loaded, result, chosen, colours, options.keep, span=span, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE
 

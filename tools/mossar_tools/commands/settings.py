@@ -6,7 +6,8 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream.settings import CHOICES, LIMITS, Settings
+from mossar_stream import Settings
+from mossar_stream.settings import CHOICES, LIMITS
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_settings

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.console import LOGGER
 
 

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_tools.dashboard.asking import asking
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.style import STRIP
 
@@ -27,24 +28,50 @@ SYMBOLS = {
 }
 
 
-def chart(glimpses: list[Glimpse]) -> str:
-    """Return the chart of a few performers as HTML."""
+def chart(glimpses: list[Glimpse], *, seeks: bool = False) -> str:
+    """Return the chart of a few performers as HTML.
+
+    Args:
+        glimpses: Performers.
+        seeks: Whether a click goes to the time that it is at, as in a recording, with room for the whole take below.
+    """
+    above = " above" * seeks
     shown = glimpses[:MOST_ROWS]
     if not shown:
-        return '<div class="mossar m-strip" id="mossar-chart"><p class="dim">Waiting for frames …</p></div>'
+        return f'<div class="mossar m-strip{above}" id="mossar-chart"><p class="dim">Waiting for frames …</p></div>'
     marks = [mark for glimpse in shown for mark in glimpse.marks if not mark.tentative]
     standing = sum(mark.standing for mark in marks)
     head = (
         f'<div class="m-top"><span><b id="mossar-standing">{standing}</b> of '
-        f'<b id="mossar-known">{len(marks)}</b> key frames in view stand at this level</span>{_legend()}</div>'
+        f'<b id="mossar-known">{len(marks)}</b> key frames in view stand</span>{_legend()}</div>'
     )
     height = (_HEIGHT - _AXIS) / len(shown)
-    rows = [_row(g, i * height, height, named=len(glimpses) > 1) for i, g in enumerate(shown)]
+    rows = [_row(g, i * height, height, named=len(glimpses) > 1, seeks=seeks) for i, g in enumerate(shown)]
     svg = "".join(rows) + _time_axis(shown[0], _HEIGHT - _AXIS)
+    touch = seeking(shown[0].start, shown[0].end) if seeks else ""
     return (
-        f'<div class="mossar m-strip" id="mossar-chart">{head}'
-        f'<svg class="plot" height="{_HEIGHT}">{svg}</svg></div>'
+        f'<div class="mossar m-strip{above}" id="mossar-chart">{head}'
+        f'<svg class="plot" height="{_HEIGHT}" {touch}><rect class="ground" width="100%" height="{_HEIGHT}"/>'
+        f"{svg}</svg></div>"
     )
+
+
+def seeking(start: float, end: float) -> str:
+    """Return attributes by which a touch on a picture from one time to another moves the playhead there.
+
+    The picture is replaced many times a second, so that a press counts, and not a click, which would need the same
+    picture at its end.
+    """
+    place = (
+        f"({start:.3f}+Math.min(1,Math.max(0,(event.clientX-b.left)/b.width))*{end - start:.3f}).toFixed(3)"
+    )
+    act = f"const b=this.getBoundingClientRect();{asking('mossar/seek', place)}"
+    return f'onpointerdown="{act}" onpointermove="if(event.buttons){{{act}}}"'
+
+
+def visiting(time: float) -> str:
+    """Return attributes by which a touch goes to a key frame and stops there."""
+    return f'onpointerdown="event.stopPropagation();{asking("mossar/visit", f"{time!r}")}"'
 
 
 def symbol(kind: str, classes: str = "final") -> str:
@@ -67,7 +94,7 @@ def _legend() -> str:
     return f'<span class="m-legend">{kinds}{undecided}{fallen}{band}{theta}</span>'
 
 
-def _row(glimpse: Glimpse, top: float, height: float, *, named: bool) -> str:
+def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: bool) -> str:
     room = height - _STRIP - _GAP - 8
     curve, place = glimpse.curve, _placer(glimpse)
     value = np.nan_to_num(curve.value)
@@ -87,7 +114,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool) -> str:
     )
     baseline = top + 8 + room
     axis = f'<line class="axis" x1="0" x2="100%" y1="{baseline:.1f}" y2="{baseline:.1f}"/>'
-    marks = "".join(_symbol(m, place(m.time), top + 8, room, high) for m in glimpse.marks)
+    marks = "".join(_symbol(m, place(m.time), top + 8, room, high, seeks=seeks) for m in glimpse.marks)
     strip = _segments(glimpse, baseline + _GAP)
     head = ""
     if glimpse.now < glimpse.end:
@@ -99,16 +126,16 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool) -> str:
     return axis + lines + strip + marks + head + name
 
 
-def _symbol(mark: Mark, place: str, top: float, room: float, high: float) -> str:
+def _symbol(mark: Mark, place: str, top: float, room: float, high: float, *, seeks: bool) -> str:
     """Return stem and symbol of a key frame, with what is known of it as a tooltip."""
     y = top + room * _y(mark.velocity, high) / 100
     strength = "" if mark.strength is None else f", strength {mark.strength:.2f}"
     title = f"<title>{mark.kind} at {mark.time:.2f} s, frame {mark.frame}{strength}</title>"
+    touch = visiting(mark.time) if seeks else ""
+    title += '<circle class="touch" r="9"/>' * seeks
     if not mark.standing and not mark.tentative:
         cross = "M-3-3L3 3M3-3L-3 3"
-        return (
-            f'<svg x="{place}" y="{y:.1f}"><path class="mark fallen {mark.kind}" d="{cross}"/>{title}</svg>'
-        )
+        return f'<svg x="{place}" y="{y:.1f}" {touch}><path class="mark fallen {mark.kind}" d="{cross}"/>{title}</svg>'
     state = "tentative" if mark.tentative else "final" if mark.decided else ""
     stem = (
         ""
@@ -116,7 +143,7 @@ def _symbol(mark: Mark, place: str, top: float, room: float, high: float) -> str
         else f'<line class="stem {mark.kind}" x1="{place}" x2="{place}" y1="{y:.1f}" y2="{top + room + _GAP + _STRIP:.1f}"/>'
     )
     return (
-        f'{stem}<svg x="{place}" y="{y:.1f}"><path class="mark {state} {mark.kind}" d="{SYMBOLS[mark.kind]}"/>'
+        f'{stem}<svg x="{place}" y="{y:.1f}" {touch}><path class="mark {state} {mark.kind}" d="{SYMBOLS[mark.kind]}"/>'
         f"{title}</svg>"
     )
 
@@ -133,9 +160,14 @@ def _segments(glimpse: Glimpse, top: float) -> str:
             f'height="{_STRIP}" rx="3"/>'
         )
         if width > 5:
-            word = f"{part.state} {part.end - part.start:.1f} s" if width > 9 else part.state
+            word = (
+                f'{part.state}<tspan class="more"> {part.end - part.start:.1f} s</tspan>'
+                if width > 9
+                else part.state
+            )
             middle = f'x="{left + width / 2:.2f}%" y="{top + 14:.1f}"'
-            bars.append(f'<text class="in" text-anchor="middle" {middle}>{word}</text>')
+            wide = "" if width > 20 else " wide"  # on a phone there is room in the longest only
+            bars.append(f'<text class="in{wide}" text-anchor="middle" {middle}>{word}</text>')
     return "".join(bars)
 
 
@@ -145,10 +177,25 @@ def _time_axis(glimpse: Glimpse, top: float) -> str:
     first = np.ceil(glimpse.start / step) * step
     ticks = np.arange(max(first, 0.0), glimpse.end, step)
     return "".join(
-        f'<text x="{place(t)}" y="{top + 14:.1f}" text-anchor="middle">{t:.0f} s</text>'
+        f'<text class="{"wide" if t % (2 * step) else ""}" x="{place(t)}" y="{top + 14:.1f}" '
+        f'text-anchor="middle">{clock(t)}</text>'
         for t in ticks
         if glimpse.start + 0.4 < t < glimpse.end - 0.4
     )
+
+
+def clock(time: float) -> str:
+    """Return a time as people read it.
+
+    Example:
+        >>> clock(8), clock(98), clock(3723)
+        ('8 s', '1:38', '1:02:03')
+    """
+    minutes, seconds = divmod(round(time), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours}:{minutes:02}:{seconds:02}"
+    return f"{minutes}:{seconds:02}" if minutes else f"{seconds} s"
 
 
 def _placer(glimpse: Glimpse) -> Callable[[float], str]:

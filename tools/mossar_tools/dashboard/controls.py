@@ -6,17 +6,20 @@ from html import escape
 from pathlib import Path
 from typing import Any, get_args
 
-from viser import Icon, ViserServer
+from viser import ClientHandle, Icon, ViserServer
 
-from mossar_stream.settings import LEVEL_NAMES, Smoothing
+from mossar_stream import LEVEL_NAMES, Smoothing
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.acts import Acts
+from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.levels import highest_strength, level_words, needs_other_bundle
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
+from mossar_tools.palette import DARK, LIGHT
 
 _RESET, _SAVE = "Reset", "Save settings"
+_CSV, _PNG = "CSV", "PNG"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
 # What browsers call the keys; + needs shift on some keyboards and not on others.
 _STEPS: Any = (("[plus]", None, 1), ("[plus]", "shift", 1), ("=", None, 1), ("-", None, -1))
@@ -40,7 +43,8 @@ class Controls:
         self._gui = server.gui
         self._show = show
         self._folder = folder
-        self._touched: dict[object, float] = {}  # monotonic s at which widgets were last moved by hand
+        self._touched: dict[int, float] = {}  # monotonic s at which widgets, by id, were last moved by hand
+        self.dark = False  # whether pictures are for dark pages
         self.note = ""  # the last thing that was done or went wrong
         self._acts = Acts(self._say)
         with self._gui.add_folder("Level"):
@@ -75,8 +79,8 @@ class Controls:
 
     def _set(self, handle: Any, value: float) -> None:
         """Move a slider, unless a person moves it or what they want of it is still to be done."""
-        quiet = time.monotonic() - self._touched.get(handle, 0.0) > _QUIET
-        if handle.value != value and quiet and not self._acts.waits(handle):
+        quiet = time.monotonic() - self._touched.get(id(handle), 0.0) > _QUIET
+        if handle.value != value and quiet and not self._acts.waits(id(handle)):
             handle.value = value
 
     def _set_range(self, slider: Any, highest: float) -> None:
@@ -177,8 +181,33 @@ class Controls:
         hint = (
             "Reset: a new take and a new range, as for another person. Save: settings as TOML, for --config."
         )
+        self._add_exports()
         others = self._gui.add_button_group("", (_RESET, _SAVE), hint=hint)
         self._on(others, lambda value: show.reset() if value == _RESET else self._save())
+
+    def _add_exports(self) -> None:
+        recorded = isinstance(self._show, RecordedShow)
+        hint = "Key frames as a table; the whole take as a picture" if recorded else "Key frames of late"
+        group = self._gui.add_button_group("export", (_CSV, _PNG) if recorded else (_CSV,), hint=hint)
+
+        async def touched(event: Any) -> None:
+            kind, client = event.target.value, event.client
+            if client is not None:
+                self._acts.ask(lambda: self._export(kind, client))
+
+        group.on_click(touched)
+
+    def _export(self, kind: str, client: ClientHandle) -> None:
+        """Have the browser of somebody download something."""
+        show = self._show
+        name = show.name if isinstance(show, RecordedShow) else "live"
+        if kind == _PNG and isinstance(show, RecordedShow):
+            self.note = "drawing ..."
+            file, content = f"{name}.png", show.picture(DARK if self.dark else LIGHT)
+        else:
+            file, content = f"{name}-key-frames.csv", key_frames_csv(show.marks())
+        client.send_file_download(file, content, save_immediately=True)
+        self.note = f"exported: {file}"
 
     def _add_keys(self, show: RecordedShow) -> None:
         for key, modifier, step in _STEPS:
@@ -198,11 +227,11 @@ class Controls:
             if event.client is None:
                 return
             value = event.target.value
-            self._touched[handle] = time.monotonic()
+            self._touched[id(handle)] = time.monotonic()
             if button:
                 self._acts.ask(lambda: act(value))
             else:
-                self._acts.ask_latest(handle, lambda: act(value))
+                self._acts.ask_latest(id(handle), lambda: act(value))
 
         button = hasattr(handle, "on_click")
         (handle.on_click if button else handle.on_update)(touched)

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 from mossar_tools.stick_figures import head_of
 
 BONE, JOINT, HEAD = 0.030, 0.042, 0.105  # radii, m

@@ -4,8 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.events import KeyFrameKind, SegmentState
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import KeyFrameKind, SegmentState, Skeleton
 
 
 class Mark(msgspec.Struct, frozen=True):

@@ -23,9 +23,7 @@ import numpy as np
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
-from mossar_stream.settings import Settings
+from mossar_stream import Frames, MossarError, Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 

@@ -6,8 +6,7 @@ strength within the bundle that is in force; it never borrows a name from anothe
 
 import msgspec
 
-from mossar_stream.presets import bundle_name, bundle_values, level_strength
-from mossar_stream.settings import LEVEL_NAMES, LevelName, Settings
+from mossar_stream import LEVEL_NAMES, LevelName, Settings
 
 
 def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
@@ -17,18 +16,18 @@ def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
         >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), "posture")
         (True, False)
     """
-    return isinstance(level, str) and bundle_name(settings.replace(level=level)) != bundle_name(settings)
+    return isinstance(level, str) and settings.replace(level=level).bundle != settings.bundle
 
 
 def bundle_changes(settings: Settings) -> dict[str, object]:
     """Return the fields that the bundle of the settings fills in, with their values."""
     values = msgspec.structs.asdict(settings.resolved())
-    return {name: values[name] for name in bundle_values(settings)}
+    return {name: values[name] for name in settings.bundle_values()}
 
 
 def strength_of(settings: Settings, level: LevelName | float) -> float:
     """Return the strength that a level stands for within the bundle of the settings."""
-    return level_strength(level, settings.resolved(), bundle_name(settings))
+    return settings.strength(level)
 
 
 def highest_strength(settings: Settings) -> float:
@@ -50,7 +49,7 @@ def level_words(settings: Settings, level: LevelName | float, strength: float, c
         'level motion: strength 0.45 and more'
     """
     if count is not None:
-        return f"the {count} strongest, with the features of {bundle_name(settings)}"
+        return f"the {count} strongest, with the features of {settings.bundle}"
     if isinstance(level, str):
         return f"level {level}: strength {strength:.2f} and more"
-    return f"strength {strength:.2f} and more, with the features of {bundle_name(settings)}"
+    return f"strength {strength:.2f} and more, with the features of {settings.bundle}"

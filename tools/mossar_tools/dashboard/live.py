@@ -9,14 +9,9 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
-from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.errors import MossarError
-from mossar_stream.events import Event, KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.presets import bundle_name
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import CurveState, Event, Frames, KeyFrameEvent, LevelName, MossarError, Settings
 from mossar_tools.console import LOGGER
-from mossar_tools.dashboard.glimpse import Glimpse
+from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import bundle_changes, needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
@@ -61,7 +56,7 @@ class LiveShow:
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
-        self._first_bundle = bundle_name(settings)
+        self._first_bundle = settings.bundle
         self._asked: list[_Act] = []  # before there was a pipeline
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
@@ -145,6 +140,17 @@ class LiveShow:
             self._shown = [glimpse for glimpse in found if glimpse is not None]
         return self._shown
 
+    def marks(self) -> list[tuple[str, Mark]]:
+        """Return the key frames that are remembered, with their performers."""
+        with self._lock:
+            level = self.strength
+            return [
+                (name, mark)
+                for name, track in sorted(self._tracks.items())
+                for mark in track.marks(level)
+                if not mark.tentative
+            ]
+
     @property
     def strength(self) -> float:
         """The level as a strength."""
@@ -168,7 +174,7 @@ class LiveShow:
             changes = {**bundle_changes(self.settings), "level": self.strength}
             self._ask(lambda pool: self._begin_anew(pool, changes))
         else:
-            own = bundle_name(self.settings) == self._first_bundle
+            own = self.settings.bundle == self._first_bundle
             self._ask(lambda pool: pool.set({"level": level if own else self.strength_of(level)}))
 
     def _begin_anew(self, pool: "Pool", changes: dict[str, object]) -> list[Event]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 
 FAST = 2.0  # m/s that counts as all a joint can do
 FADE = 0.25  # s in which a joint that has stopped loses most of its colour

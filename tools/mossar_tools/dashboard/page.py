@@ -1,17 +1,21 @@
 """Page: the server, and the thread that draws."""
 
+import math
 import sys
 import threading
 import time
 import webbrowser
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
 from mossar_adapters.extras import needed
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.chart import chart
+from mossar_tools.dashboard.framing import size_teller
 from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.style import PANEL, sheet
 from mossar_tools.dashboard.tables import facts_card, marks_card, state_card
@@ -55,16 +59,20 @@ class Page:
 
         rich.get_console().quiet = True  # viser announces itself on standard output, which is ours
         self._show = show
-        self._server = open_server(port)
+        self._seeks = isinstance(show, RecordedShow)
+        self._server = open_server(port, {**_acts(show), "mossar/window": self._know_window})
         self.port = self._server.get_port()
         if port not in (0, self.port):
             LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
         gui = self._server.gui
         gui.add_html(sheet())
+        gui.add_html(size_teller())
         gui.set_panel_label("mossar")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL)
-        self._chart = gui.add_html(chart([]))
+        self._chart = gui.add_html(chart([], seeks=self._seeks))
+        self._whole, self._place = gui.add_html(""), gui.add_html("")
+        self._drawn = -1  # version of the whole recording
         self._state = gui.add_html("")
         self._controls = Controls(self._server, show, folder or Path.cwd())
         self._dark = gui.add_checkbox("dark", dark)
@@ -74,7 +82,8 @@ class Page:
             self._marks = gui.add_html("")
         with gui.add_folder("Statistics"):
             self._facts = gui.add_html("")
-        self._scene = Scene(self._server, DARK if dark else LIGHT)
+        visit = show.visit if isinstance(show, RecordedShow) else None
+        self._scene = Scene(self._server, DARK if dark else LIGHT, visit)
         self._paint()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._draw_on, name="dashboard", daemon=True)
@@ -109,8 +118,14 @@ class Page:
         self._controls.close()
         self._server.stop()
 
+    def _know_window(self, text: str) -> None:
+        """Take note of the size of a window, as in 390x844."""
+        across, _, down = text.partition("x")
+        self._scene.know_window((int(across), int(down)))
+
     def _paint(self) -> None:
         palette = DARK if self._dark.value else LIGHT
+        self._controls.dark = self._dark.value
         self._server.gui.configure_theme(
             dark_mode=self._dark.value, show_logo=False, show_share_button=False, brand_color=_BRAND
         )
@@ -139,9 +154,20 @@ class Page:
         with self._server.atomic():
             self._scene.draw(glimpses)
             if rounds % _CHART_EVERY == 0:
-                self._chart.content = chart(glimpses)
+                self._chart.content = chart(glimpses, seeks=self._seeks)
+                self._draw_whole(glimpses)
             if rounds % _TABLES_EVERY == 0:
                 self._draw_tables(glimpses)
+
+    def _draw_whole(self, glimpses: list[Glimpse]) -> None:
+        show = self._show
+        if not isinstance(show, RecordedShow) or not glimpses:
+            return
+        start, end = show.player.start, show.player.end
+        if self._drawn != show.version:
+            self._drawn = show.version
+            self._whole.content = overview(show.outlines(), start, end)
+        self._place.content = place(start, end, (glimpses[0].start, glimpses[0].end), glimpses[0].now)
 
     def _draw_tables(self, glimpses: list[Glimpse]) -> None:
         recorder = None if isinstance(self._show, RecordedShow) else self._show.recorder
@@ -153,8 +179,25 @@ class Page:
             frames=recorder.frames if recorder else 0,
         )
         self._facts.content = facts_card(glimpses)
-        self._marks.content = marks_card(glimpses)
+        self._marks.content = marks_card(glimpses, seeks=self._seeks)
         note = f'<div class="mossar m-card m-note" id="mossar-note">{escape(self._controls.note)}</div>'
         if self._note.content != note:
             self._note.content = note
         self._controls.sync()
+
+
+def _acts(show: LiveShow | RecordedShow) -> dict[str, Callable[[str], None]]:
+    """Return what the chart may ask for."""
+    if not isinstance(show, RecordedShow):
+        return {}
+    return {
+        "mossar/seek": lambda value: show.player.seek(_time(value)),
+        "mossar/visit": lambda value: show.visit(_time(value)),
+    }
+
+
+def _time(text: str) -> float:
+    time = float(text)
+    if not math.isfinite(time):
+        raise ValueError(text)
+    return time

@@ -1,22 +1,27 @@
 """Recorded: the show of a whole recording, segmented offline, with a playhead."""
 
+import io
+import re
 import threading
+from pathlib import Path
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
-from mossar_stream.recording import KeyFrame, Result, Segmentation, segment_recording
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import KeyFrame, LevelName, Result, Segmentation, Settings, segment_recording
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
+from mossar_tools.dashboard.overview import Outline
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
+from mossar_tools.figures import check_picture
 from mossar_tools.loaded_recording import LoadedRecording, load_recording
 from mossar_tools.options import Options
+from mossar_tools.palette import Palette
 
 MOST_PERFORMERS = 4  # shown
 AHEAD = 5.0  # s of the chart that lie before the playhead
@@ -50,6 +55,7 @@ class _Part:
 
     def choose(self, chosen: Segmentation) -> None:
         """Show a level."""
+        self.chosen = chosen
         fallen = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
         marks = [_mark(key, standing=True) for key in chosen.key_frames]
         marks += [_mark(key, standing=False) for key in fallen]
@@ -74,6 +80,7 @@ class RecordedShow:
         self.settings = settings
         self.level: LevelName | float = settings.level
         self.count: int | None = None  # key frames asked for, None while the level decides
+        self.version = 0  # another one whenever what is shown of the whole recording has changed
         self._parts = [_Part(name, whole, settings) for name, whole in parts]
         times = [whole.times for _, whole in parts if len(whole.times)]
         ends = (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 0.0)
@@ -149,6 +156,56 @@ class RecordedShow:
         """Go back to the beginning."""
         self.player.seek(self.player.start)
 
+    def visit(self, time: float) -> None:
+        """Go to a key frame and stop there."""
+        self.player.paused = True
+        self.player.seek(time)
+
+    def marks(self) -> list[tuple[str, Mark]]:
+        """Return all key frames with their performers."""
+        with self._lock:
+            return [(part.performer, mark) for part in self._parts for mark in part.marks]
+
+    def picture(self, palette: Palette) -> bytes:
+        """Return the whole recording of the first performer as it is shown, as a PNG.
+
+        Raises:
+            MossarError: If matplotlib is missing.
+        """
+        check_picture("whole.png")
+        from mossar_tools.excerpt import excerpt
+        from mossar_tools.plot import draw_excerpt
+
+        with self._lock:
+            part, found, chosen = self._parts[0], self._parts[0].found, self._parts[0].chosen
+            word = "level" if self.count is not None or not isinstance(self.level, str) else self.level
+            level = (self.strength, f"{word}\n{self.strength:.2f}")
+        columns = found.columns[:, :4]
+        target = io.BytesIO()
+        shown = excerpt(
+            part.whole, found.result, chosen, columns=columns, threshold=found.threshold, level=level
+        )
+        draw_excerpt(target, part.whole, shown, palette)
+        return target.getvalue()
+
+    @property
+    def name(self) -> str:
+        """The recording's name, as part of file names."""
+        return re.sub(r"[^\w.-]+", "-", Path(self._parts[0].whole.name).stem).strip("-") or "recording"
+
+    def outlines(self) -> list[Outline]:
+        """Return what there is to see of the whole recording, one performer each."""
+        with self._lock:
+            return [
+                Outline(
+                    part.found.columns[:, 0],
+                    part.found.columns[:, 1],
+                    part.chosen.key_frames,
+                    part.chosen.segments,
+                )
+                for part in self._parts
+            ]
+
     def glimpses(self) -> list[Glimpse]:
         """Return what there is to see at the playhead, one performer each."""
         place = self.player.place
@@ -157,6 +214,7 @@ class RecordedShow:
 
     def _choose(self, found: list[_Found] | None = None) -> None:
         """Show the level, of something newly found if it is given."""
+        self.version += 1
         for part, new in zip(self._parts, found or (), strict=False):
             part.found = new
         for part in self._parts:

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from mossar_adapters.files.msk import MskWriter
 from mossar_adapters.source import Meta
-from mossar_stream.errors import MossarError
-from mossar_stream.frames import Frames
+from mossar_stream import Frames, MossarError
 from mossar_tools.console import LOGGER
 
 _MOST = 256  # performers remembered

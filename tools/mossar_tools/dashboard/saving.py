@@ -5,8 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_stream.errors import MossarError
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream import LevelName, MossarError, Settings
 from mossar_tools.dashboard.recorder import unused
 
 

@@ -1,21 +1,23 @@
 """Scene: bodies in three dimensions, the last key poses as ghosts on a line beside them."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from viser import ViserServer
+from viser import ClientHandle, ViserServer
 
 from mossar_tools.dashboard.figures import Solids, ball_mesh, balls_of, bone_mesh, bones_of, joined
+from mossar_tools.dashboard.framing import FIELD, FRONT, USUAL, Size, framed, window_of
 from mossar_tools.dashboard.glimpse import Ghost, Glimpse
 from mossar_tools.dashboard.style import rgb
 from mossar_tools.dashboard.track import GHOSTS
 from mossar_tools.palette import Palette
 
 STEP = 0.88  # m between two ghosts
-FRONT = 1.0  # m by which the live body stands nearer than its ghosts
 _LANE = 1.9  # m for the live body
 
+_WINDOWS = 16  # whose sizes are remembered
 _FADED = 0.35  # opacity of the oldest ghost, as a share of the latest's
 
 Colours = NDArray[np.uint8]
@@ -27,15 +29,24 @@ class Scene:
     Args:
         server: The page's server.
         palette: Colours.
+        visit: Called with the time of a ghost that is clicked; None if they cannot be.
     """
 
-    def __init__(self, server: ViserServer, palette: Palette) -> None:
+    def __init__(
+        self, server: ViserServer, palette: Palette, visit: Callable[[float], None] | None = None
+    ) -> None:
         self._server = server
+        self._visit = visit
         self._lanes: list[_Lane] = []
+        self._room = (1, GHOSTS)  # performers, and ghosts of each
+        self._windows: list[Size] = []  # px, the latest last
+        self._aimed: dict[int, tuple[Size, Size]] = {}  # picture and window of each client
         server.scene.set_up_direction("+z")
-        server.initial_camera.fov = np.radians(36)
+        server.initial_camera.fov = FIELD
+        server.initial_camera.position, server.initial_camera.look_at = self._framed(USUAL)
+        server.on_client_connect(self._meet)
+        server.on_client_disconnect(self._part)
         self.paint(palette)
-        self._aim(1, GHOSTS)
 
     def paint(self, palette: Palette) -> None:
         """Take other colours."""
@@ -72,21 +83,48 @@ class Scene:
         self._lanes = []
         for i, glimpse in enumerate(glimpses):
             right = (i + 1 - count / 2) * width
-            self._lanes.append(_Lane(self._server, f"/lanes/{i}", glimpse, right, ghosts, named=count > 1))
+            lane = _Lane(self._server, f"/lanes/{i}", glimpse, right, ghosts, named=count > 1)
+            if self._visit is not None:
+                lane.go_to(self._visit)
+            self._lanes.append(lane)
             self._lanes[-1].paint(self._palette)
         if count:
-            self._aim(count, ghosts)
+            self._room = (count, ghosts)
+            self._aimed.clear()
+            self._aim_all()
 
-    def _aim(self, count: int, ghosts: int) -> None:
-        """Put the camera where everybody is seen, above the chart."""
+    def know_window(self, size: Size) -> None:
+        """Take note of the size of a window, px."""
+        if self._windows[-1:] != [size]:
+            self._windows = [*(known for known in self._windows if known != size), size][-_WINDOWS:]
+            self._aim_all()
+
+    def _framed(self, window: Size) -> Any:
+        """Return where the camera stands in a window, and what it looks at."""
+        count, ghosts = self._room
         width = count * (ghosts * STEP + _LANE)
-        away = max(6.0, 1.28 * width)
-        camera = self._server.initial_camera
-        camera.position = (0.0, -away, 0.9 + 0.13 * away)
-        camera.look_at = (0.0, 0.0, 0.85 - 0.085 * away)
+        needed = _LANE + 2 * STEP if count == 1 else width
+        return framed(window, width, needed, whole_take=self._visit is not None)
+
+    async def _meet(self, client: ClientHandle) -> None:
+        """Aim the camera of a new window, and again whenever its size changes."""
+        client.camera.on_update(lambda _: self._aim(client))
+        self._aim(client)
+
+    def _part(self, client: ClientHandle) -> None:
+        self._aimed.pop(client.client_id, None)
+
+    def _aim_all(self) -> None:
         for client in self._server.get_clients().values():
-            client.camera.position = camera.position
-            client.camera.look_at = camera.look_at
+            self._aim(client)
+
+    def _aim(self, client: ClientHandle) -> None:
+        """Aim a camera, unless that has been done for this size: people may have moved it since."""
+        picture = (client.camera.image_width, client.camera.image_height)
+        window = window_of(picture, self._windows)
+        if self._aimed.get(client.client_id) != (picture, window):
+            self._aimed[client.client_id] = (picture, window)
+            client.camera.position, client.camera.look_at = self._framed(window)
 
 
 class _Lane:
@@ -109,6 +147,7 @@ class _Lane:
         self._first = right - _LANE - (ghosts - 0.5) * STEP  # of the oldest ghost
         self._room = ghosts
         self._shown: object = None  # ghosts as they are drawn
+        self._ghosts: list[Ghost] = []
         self._nodes: list[Any] = []
         empty = np.full((len(glimpse.skeleton), 3), np.nan, np.float32)
         self._bones = self._add("bones", bone_mesh(), bones_of(glimpse.skeleton, empty), 1.0)
@@ -141,8 +180,27 @@ class _Lane:
         ghosts = glimpse.ghosts[-self._room :]
         key = [(ghost.mark.id, ghost.mark.time, ghost.mark.decided) for ghost in ghosts]
         if key != self._shown and ghosts:
-            self._shown = key
+            self._shown, self._ghosts = key, ghosts
             self._draw_ghosts(ghosts)
+
+    def go_to(self, visit: Callable[[float], None]) -> None:
+        """Have a click on a ghost go to its time."""
+
+        async def clicked(event: Any) -> None:
+            time = self._time_at(event.ray_origin, event.ray_direction)
+            if time is not None:
+                visit(time)
+
+        for node in (self._ghost_bones, self._ghost_balls):
+            node.on_click(clicked)
+
+    def _time_at(self, origin: Any, direction: Any) -> float | None:
+        """Return the time of the ghost that a line of sight meets."""
+        if abs(direction[1]) < 1e-9:
+            return None
+        x = origin[0] - direction[0] * origin[1] / direction[1]  # where it meets the ghosts' plane
+        i = round((x - self._first) / STEP) - (self._room - len(self._ghosts))
+        return self._ghosts[i].mark.time if 0 <= i < len(self._ghosts) else None
 
     def remove(self) -> None:
         """Take everything away."""
@@ -162,7 +220,7 @@ class _Lane:
         balls = [balls_of(self.skeleton, place) for place in places]
         _update(self._ghost_bones, joined(bones), _repeated(colours, len(self.skeleton.bones())))
         _update(self._ghost_balls, joined(balls), _repeated(colours, len(self.skeleton)))
-        words = [f"{ghost.mark.kind} {ghost.mark.time:.1f} s" for ghost in ghosts]
+        words = [f"{ghost.mark.kind}\n{ghost.mark.time:.1f} s" for ghost in ghosts]
         for label, text in zip(self._labels, [""] * free + words, strict=True):
             label.text, label.visible = text or " ", bool(text)
 

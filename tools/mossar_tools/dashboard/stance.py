@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 from mossar_tools.stick_figures import leftward, view_of
 
 TURN = np.radians(24)  # the body faces the viewer and a little to the right

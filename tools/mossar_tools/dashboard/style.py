@@ -5,7 +5,10 @@ import msgspec
 from mossar_tools.palette import DARK, LIGHT, Palette
 
 PANEL = 330  # px, width of the controls
-STRIP = 250  # px, height of the chart
+STRIP = 224  # px, height of the chart
+OVERVIEW = 58  # px, height of the whole take below it
+PHONE = 576  # px, narrower windows have the controls in a sheet at the bottom (viser's breakpoint)
+SHEET = 0.38  # of the height of a phone, for the controls
 
 _RULES = """
 .mossar { color: var(--ink); font: 12px/1.35 -apple-system, BlinkMacSystemFont, "Segoe UI", Roboto, "Helvetica Neue",
@@ -14,6 +17,18 @@ _RULES = """
 .mossar .dim { color: var(--muted); }
 .m-strip { position: fixed; left: 0; bottom: 0; right: %(panel)dpx; height: %(strip)dpx; z-index: 4;
   background: var(--background); border-top: 1px solid var(--faint); box-sizing: border-box; padding: 8px 18px 6px; }
+.m-strip.above { bottom: %(overview)dpx; border-bottom: 0; }
+.m-whole { position: fixed; left: 0; bottom: 0; right: %(panel)dpx; height: %(overview)dpx; z-index: 4;
+  background: var(--background); box-sizing: border-box; padding: 4px 18px 0; overflow: hidden; }
+.m-place { background: none; pointer-events: none; z-index: 5; }
+.m-whole svg { display: block; overflow: visible; }
+.m-whole text { font-size: 10px; fill: var(--muted); }
+.m-whole .whole { fill: var(--muted); opacity: .5; } .m-whole .stem { stroke: var(--c); stroke-width: 1; }
+.m-whole rect.moving { fill: var(--moving); } .m-whole rect.resting { fill: var(--resting); }
+.m-whole .window { fill: var(--ink); fill-opacity: .1; stroke: var(--ink); stroke-opacity: .45; }
+.m-whole .head { stroke: var(--level); stroke-width: 2; }
+.mossar .ground, .mossar .touch { fill: transparent; }
+.mossar [onpointerdown] { cursor: pointer; touch-action: none; }
 .m-top { display: flex; justify-content: space-between; gap: 18px; height: 20px; white-space: nowrap;
   overflow: hidden; }
 .m-legend { display: flex; gap: 14px; color: var(--muted); }
@@ -53,14 +68,23 @@ _RULES = """
 .m-card .minimum { color: var(--minimum); }
 .m-note { min-height: 17px; color: var(--muted); white-space: normal; overflow-wrap: anywhere; }
 .m-red { display: inline-block; width: 8px; height: 8px; border-radius: 50%%; background: var(--level); }
-@media (max-width: 760px) { .m-strip { display: none; } }
+@media (max-width: 1180px) { .m-legend span:nth-child(n+4), .m-strip .more { display: none; } }
+@media (max-width: 905px) { .m-legend, .m-strip text.wide { display: none; } }
+@media (max-width: %(phone)fpx) {
+  .m-strip, .m-strip.above { top: 0; bottom: auto; right: 0; border: 0; padding: 6px 10px 0; }
+  .m-strip:not(.above) { border-bottom: 1px solid var(--faint); }
+  .m-whole { top: %(strip)dpx; bottom: auto; right: 0; padding: 4px 10px 0; border-bottom: 1px solid var(--faint); }
+  .mantine-Paper-root:has(.m-strip) { width: 100%% !important; max-height: %(sheet)d%% !important; }
+  .mantine-Paper-root:has(.m-strip) [style*="20em"] { width: 100vw !important; }
+}
 """
 
 
 def sheet() -> str:
     """Return the style sheet as an HTML element."""
     light, dark = _variables(LIGHT, "#1f2430"), _variables(DARK, "#14171f")
-    rules = _RULES % {"panel": PANEL, "strip": STRIP}
+    sizes = {"panel": PANEL, "strip": STRIP, "overview": OVERVIEW, "sheet": 100 * SHEET}
+    rules = _RULES % {**sizes, "phone": PHONE - 0.02}
     return (
         f"<style>.mossar {{ {light} }}\n[data-mantine-color-scheme=dark] .mossar {{ {dark} --resting: #6f93b0; }}"
         f"\n{rules}</style>"

@@ -2,7 +2,7 @@
 
 from html import escape
 
-from mossar_tools.dashboard.chart import symbol
+from mossar_tools.dashboard.chart import symbol, visiting
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 
 ROWS = 8  # key frames listed
@@ -55,12 +55,17 @@ def facts_card(glimpses: list[Glimpse]) -> str:
     return f'<div class="mossar m-card" id="mossar-facts"><table>{head}{rows}</table></div>'
 
 
-def marks_card(glimpses: list[Glimpse]) -> str:
-    """Return the last key frames up to now, newest first, with time and delay."""
+def marks_card(glimpses: list[Glimpse], *, seeks: bool = False) -> str:
+    """Return the last key frames up to now, newest first, with time and delay.
+
+    Args:
+        glimpses: One performer each.
+        seeks: Whether a touch goes to a key frame.
+    """
     found = [(g, mark) for g in glimpses for mark in g.marks if not mark.tentative and mark.time <= g.now]
     found.sort(key=lambda pair: -pair[1].time)
     several = len(glimpses) > 1
-    rows = "".join(_mark_row(g, mark, several=several) for g, mark in found[:ROWS])
+    rows = "".join(_mark_row(g, mark, several=several, seeks=seeks) for g, mark in found[:ROWS])
     delayed = any(mark.delay is not None for _, mark in found)
     head = (
         f"<tr><th>key frame</th><th>time</th><th>{'delay' if delayed else 'frame'}</th><th>strength</th></tr>"
@@ -68,12 +73,12 @@ def marks_card(glimpses: list[Glimpse]) -> str:
     return f'<div class="mossar m-card" id="mossar-marks"><table>{head}{rows}</table></div>'
 
 
-def _mark_row(glimpse: Glimpse, mark: Mark, *, several: bool) -> str:
+def _mark_row(glimpse: Glimpse, mark: Mark, *, several: bool, seeks: bool) -> str:
     who = f'<span class="dim">{escape(glimpse.performer)}</span> ' if several else ""
     state = "final" if mark.decided else ""
     delay = str(mark.frame) if mark.delay is None else f"{mark.delay * 1000:.0f} ms"
     strength = "–" if mark.strength is None else f"{mark.strength:.2f}"  # noqa: RUF001
     return (
-        f'<tr class="{"" if mark.standing else "fallen"}"><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
+        f'<tr class="{"" if mark.standing else "fallen"}"{f" {visiting(mark.time)}" * seeks}><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
         f" {mark.kind}</i> {who}</td><td>{mark.time:.2f} s</td><td>{delay}</td><td>{strength}</td></tr>"
     )

@@ -6,10 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.frames import Frames
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import CurveState, Frames, KeyFrameEvent, Skeleton
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
@@ -110,8 +107,7 @@ class Track:
             np.array([getattr(state, name) for state in seen], np.float64)
             for name in ("time", "value", "ceiling", "floor", "moving")
         )
-        keys = sorted(self._keys.values(), key=lambda key: key.event.time)
-        marks = [_mark(key, level if key.event.take >= self._take else None) for key in keys]
+        keys, marks = self._sorted(), self.marks(level)
         cuts = [mark.time for mark in marks if mark.standing]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.standing]
         return Glimpse(
@@ -131,6 +127,13 @@ class Track:
             ],
             facts=facts,
         )
+
+    def marks(self, level: float) -> list[Mark]:
+        """Return the key frames that are remembered, in order of time, as they stand at a level."""
+        return [_mark(key, level if key.event.take >= self._take else None) for key in self._sorted()]
+
+    def _sorted(self) -> list[_Key]:
+        return sorted(self._keys.values(), key=lambda key: key.event.time)
 
     def _body(self) -> Body | None:
         if not self._poses:

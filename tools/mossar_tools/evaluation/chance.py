@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.found import Found, Method, Variants
 from mossar_tools.evaluation.mossar import whole
 from mossar_tools.evaluation.takes import Take

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.chance import merged
 from mossar_tools.evaluation.grid import (
     Grid,

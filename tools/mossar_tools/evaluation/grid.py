@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.chance import nested
 from mossar_tools.evaluation.found import Found
 from mossar_tools.evaluation.metrics import Scores, mean_scores

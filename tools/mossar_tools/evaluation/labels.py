@@ -13,8 +13,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_stream.errors import MossarError
-from mossar_stream.settings import LevelName
+from mossar_stream import LevelName, MossarError
 from mossar_tools.evaluation.judges import BANDWIDTH, DENSITY_FLOOR
 
 MAX_BYTES = 4 << 20  # larger files are recordings in JSON

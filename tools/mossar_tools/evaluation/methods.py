@@ -1,6 +1,6 @@
 """Methods: everything that is compared, in the order of the table."""
 
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.chance import chance_methods
 from mossar_tools.evaluation.found import Method
 from mossar_tools.evaluation.mossar import mossar_methods

@@ -4,10 +4,7 @@ import time
 from collections.abc import Iterator
 from typing import get_args
 
-from mossar_stream.events import KeyFrameEvent
-from mossar_stream.recording import Result, segment_recording
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import KernelForm, Settings
+from mossar_stream import KernelForm, KeyFrameEvent, Result, Segmenter, Settings, segment_recording
 from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
 from mossar_tools.evaluation.takes import Take
 

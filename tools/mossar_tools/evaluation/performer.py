@@ -7,7 +7,7 @@ import msgspec
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Performance, performance
-from mossar_stream.errors import SettingsError
+from mossar_stream import SettingsError
 from mossar_tools.evaluation.matching import Cut
 from mossar_tools.evaluation.takes import Take
 

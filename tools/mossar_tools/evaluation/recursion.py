@@ -12,8 +12,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 
-from mossar_stream.settings import Settings
-from mossar_tools.evaluation.comparison import Comparison
+from mossar_stream import Comparison, Settings, segment_recording
 from mossar_tools.evaluation.found import Found, Method, Variants
 from mossar_tools.evaluation.takes import Take
 
@@ -72,7 +71,12 @@ def split_tree(take: Take, settings: Settings, shortest: float, longest: float) 
         longest: C_max, s.
     """
     size = max(1, round(shortest / PRECISION))
-    comparison = Comparison(take, settings, PRECISION, size)
+    own = settings.replace(level=take.level, location="none").resolved()
+    curves = segment_recording(
+        take.positions, take.fps, take.skeleton, own, times=take.times, curves=True
+    ).curves
+    poses, times = np.stack([state.pose for state in curves]), np.array([state.time for state in curves])
+    comparison = Comparison(poses, times, own, take.skeleton.root, PRECISION, size)
     return _split(comparison, 0, comparison.pieces, size, max(size, round(longest / PRECISION)))
 
 

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mossar_stream.recording import segment_recording
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, segment_recording
 from mossar_tools.evaluation.matching import match
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.evaluation.trial import Outcome, Row

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
-from mossar_stream.frames import Frames
-from mossar_stream.settings import LevelName
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Frames, LevelName, Skeleton
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder
 from mossar_tools.evaluation.matching import Cut

@@ -6,8 +6,7 @@ The velocity is not normalised, the threshold is in metres of path, summed over 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.recording import segment_recording
-from mossar_stream.settings import Settings
+from mossar_stream import Settings, segment_recording
 from mossar_tools.evaluation.found import Found, Method, Variants
 from mossar_tools.evaluation.takes import Take
 

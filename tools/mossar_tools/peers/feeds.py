@@ -6,10 +6,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.velocity import MARGIN
-from mossar_stream.settings import Settings
+from mossar_stream import Settings
 from mossar_tools.evaluation.takes import Take
 
+MARGIN = 1e-6  # s, for the rounding of timestamps, as in the core
 FeedName = Literal["curve", "poses", "positions"]
 
 

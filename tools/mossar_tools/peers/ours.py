@@ -9,9 +9,7 @@ import msgspec.structs
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.events import Event, KeyFrameEvent
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Event, KeyFrameEvent, Segmenter, Settings
 from mossar_tools.evaluation.mossar import stream
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.peers.feeds import PositionFeed

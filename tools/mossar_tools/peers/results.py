@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.extras import installed
-from mossar_stream.errors import MossarError
+from mossar_stream import MossarError
 from mossar_tools.bench.measurement import OWN
 from mossar_tools.evaluation.metrics import median
 from mossar_tools.evaluation.report import finite

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 MAX_NAMES = 256
 HOLD = 0.25  # s; a first frame that stays alone is let go after it

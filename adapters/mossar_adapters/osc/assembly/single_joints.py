@@ -21,9 +21,7 @@ from mossar_adapters.osc.profiles.profile import Context, Message
 from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Left
-from mossar_stream.errors import FrameError
-from mossar_stream.frames import performer_name
-from mossar_stream.skeleton import MAX_NAME, Skeleton
+from mossar_stream import MAX_NAME, FrameError, Skeleton, performer_name
 
 MAX_PERFORMERS = 64  # per profile; one that has been silent makes room
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s

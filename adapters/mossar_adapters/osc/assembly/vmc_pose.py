@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.kinematics import MotionChunk, joint_positions
 from mossar_adapters.osc.assembly.humanoid import present_parents, rest_skeleton
 from mossar_adapters.osc.assembly.known_joints import Row
-from mossar_stream.skeleton import Skeleton
+from mossar_stream import Skeleton
 
 MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0])  # x y z, quaternion x y z w
 BUILT_IN = rest_skeleton()

@@ -17,8 +17,7 @@ from mossar_adapters.osc.messages import numbers
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Left
-from mossar_stream.errors import FrameError
-from mossar_stream.skeleton import MAX_JOINTS, Skeleton
+from mossar_stream import MAX_JOINTS, FrameError, Skeleton
 
 OPTIONS = {
     "stride": "3 (x y z) or 4 (x y z confidence)",

@@ -14,7 +14,7 @@ from mossar_adapters.files.units import guessed
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers_at
 from mossar_adapters.osc.profiles.profile import Context, Found, Message
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 OPTIONS = {
     "pattern": "address with placeholders: /pose/{performer}/{joint}",

@@ -9,7 +9,7 @@ from mossar_adapters.files.units import given
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 _CONFIDENCE = {"tracked": 1.0, "inferred": 0.5, "nottracked": 0.0}
 

@@ -14,8 +14,7 @@ from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.sequence import Sequences
 from mossar_adapters.source import Meta
-from mossar_stream.errors import FrameError
-from mossar_stream.skeleton import MAX_JOINTS, Skeleton
+from mossar_stream import MAX_JOINTS, FrameError, Skeleton
 
 META, FRAME = "/mossar/meta", "/mossar/frame"
 

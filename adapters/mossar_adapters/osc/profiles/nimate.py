@@ -14,7 +14,7 @@ from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
 from mossar_adapters.osc.profiles.osceleton import openni_parents
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 _ADDRESS = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton[_/](?P<joint>[^/]{1,60})")
 _OMNI = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton")

@@ -16,7 +16,7 @@ from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.assembly.single_joints import SingleJoints
 from mossar_adapters.osc.messages import numbers, whole_number, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 FIELD = (2.56, 1.92, 1.28)  # m per unit along x, y, z
 _RAW = 20.0  # coordinates above this are no shares but raw millimetres

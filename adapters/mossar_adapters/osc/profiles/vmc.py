@@ -20,7 +20,7 @@ from mossar_adapters.osc.messages import numbers, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
 from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
-from mossar_stream.errors import FrameError
+from mossar_stream import FrameError
 
 BONE, ROOT, OK, TIME = "/VMC/Ext/Bone/Pos", "/VMC/Ext/Root/Pos", "/VMC/Ext/OK", "/VMC/Ext/T"
 MAX_AVATARS = 64

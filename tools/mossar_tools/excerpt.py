@@ -1,0 +1,117 @@
+"""Excerpt: what a picture shows of a recording, from one time to another."""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream import KeyFrame, Result, Segment, Segmentation
+from mossar_tools.errors import UsageError
+from mossar_tools.loaded_recording import LoadedRecording
+
+
+class Excerpt(msgspec.Struct, frozen=True):
+    """What was found between two times.
+
+    Args:
+        start: s.
+        end: s.
+        columns: (n, 4) time (s), velocity, ceiling, floor (shares of the range), one row a frame.
+        threshold: Share of the range.
+        standing: Key frames that stand, in order of time.
+        fallen: The others.
+        segments: Those that lie in it, even partly.
+        cuts: Times of the true cuts, s.
+        hierarchy: All key frames of the recording in the order in which they fall.
+        whole: Where the recording begins and ends, s.
+        level: Strength from which key frames stand.
+        level_name: What to call it.
+    """
+
+    start: float
+    end: float
+    columns: NDArray[np.float64]
+    threshold: float
+    standing: list[KeyFrame]
+    fallen: list[KeyFrame]
+    segments: list[Segment]
+    cuts: list[float]
+    hierarchy: Sequence[KeyFrame]
+    whole: tuple[float, float]
+    level: float
+    level_name: str
+
+
+def excerpt(
+    whole: LoadedRecording,
+    result: Result,
+    chosen: Segmentation,
+    *,
+    span: tuple[float | None, float | None] = (None, None),
+    kept: int | None = None,
+    columns: NDArray[np.float64] | None = None,
+    threshold: float = 0.0,
+    level: tuple[float, str] | None = None,
+) -> Excerpt:
+    """Return what to draw.
+
+    Args:
+        whole: The recording.
+        result: What was found in it.
+        chosen: The level to show.
+        span: From and to, s; None for where the recording begins and ends.
+        kept: Number of key frames asked for, if it was not a level.
+        columns: (n, 4) the curve, if `result` has none.
+        threshold: The one of that curve.
+        level: Strength from which key frames stand and what to call it, if not those of the result's settings.
+
+    Raises:
+        UsageError: If nothing of the recording lies there.
+    """
+    ends = (float(whole.times[0]), float(whole.times[-1])) if len(whole.times) else (0.0, 1.0)
+    start, end = (ends[0] if span[0] is None else span[0]), (ends[1] if span[1] is None else span[1])
+    if start > end or start > ends[1] or end < ends[0]:
+        raise UsageError(
+            f"nothing from {start:g} s to {end:g} s; {whole.name} lasts from {ends[0]:g} s to {ends[1]:g} s"
+        )
+    if columns is None:
+        columns = curve_columns(result)
+        threshold = result.curves[0].threshold if result.curves else 0.0
+    standing = [key for key in chosen.key_frames if start <= key.time <= end]
+    fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    strength, name = level or _level(result, chosen, kept)
+    return Excerpt(
+        start,
+        max(end, start + 1e-3),
+        columns[(columns[:, 0] >= start) & (columns[:, 0] <= end)],
+        threshold,
+        standing,
+        sorted((key for key in fallen if start <= key.time <= end), key=lambda key: key.time),
+        [part for part in chosen.segments if part.end_time > start and part.start_time < end],
+        [cut.time for cut in whole.cuts if start <= cut.time <= end],
+        result.hierarchy,
+        ends,
+        strength,
+        name,
+    )
+
+
+def curve_columns(result: Result) -> NDArray[np.float64]:
+    """Return the curve of a result as (n, 4): time (s), velocity, ceiling, floor (shares of the range)."""
+    rows = [(s.time, s.value, s.ceiling, s.floor) for s in result.curves]
+    return np.array(rows, np.float64).reshape(-1, 4)
+
+
+def _level(result: Result, chosen: Segmentation, kept: int | None) -> tuple[float, str]:
+    """Return the strength from which key frames stand, and what to call it."""
+    settings = result.settings
+    if kept is None:
+        strength = settings.strength(settings.level)
+        word = "level" if strength == settings.level else settings.level
+        return strength, f"{word}\n{strength:.2f}"
+    fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    standing = result.hierarchy[len(fallen) :]
+    low = fallen[-1].strength if fallen else 0.0
+    high = standing[0].strength if standing else low * 1.2
+    return (low + high) / 2, f"{len(standing)}\nkept"
