@@ -21,10 +21,12 @@ from mossar_stream.events import (
     KEY_FRAME_KINDS,
     KeyFrameEvent,
     KeyFrameKind,
+    RepetitionEvent,
     SegmentEvent,
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -77,11 +79,13 @@ class Result:
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
+        repetitions: Repetitions of movements, with the setting `repetitions`.
     """
 
     def __init__(self, row: Row, curves: list[CurveState]) -> None:
         self.settings = row.plan.given
         self.curves = curves
+        self.repetitions: list[RepetitionEvent] = []
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
@@ -199,7 +203,10 @@ def segment_recording(
         if curves:
             states.append(curve_state(row.memory[0], row.plan))
     engine.update(row, RANK)
-    return Result(row, states)
+    result = Result(row, states)
+    if chosen.repetitions:
+        result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
+    return result
 
 
 def _new_row(

@@ -17,7 +17,7 @@ INTERVALS = 3  # cycles over which the period is measured
 LONGEST_SILENCE = 1.5  # cycles without a new one, after which there is no phase
 FARTHEST = 2**48  # samples; no take is as long
 
-__all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter"]
+__all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_recording"]
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,6 +26,27 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     revisions: dict[int, int]
     header: bytes
     memory: bytes
+
+
+def count_recording(
+    skeleton: Skeleton, positions: NDArray[np.float32], times: NDArray[np.float64], max_pause: float
+) -> list[RepetitionEvent]:
+    """Return the repetitions of a whole recording, as what was said of each at last.
+
+    Args:
+        skeleton: J joints.
+        positions: (n, J, 3) m.
+        times: (n,) s.
+        max_pause: See `RepetitionCounter`; what is repeated after a pause is numbered anew.
+    """
+    counter = RepetitionCounter(skeleton, "p1", 0, max_pause)
+    latest: dict[str, RepetitionEvent] = {}
+    used, stop = 0, CHANGED
+    while stop != NOTHING:
+        used, stop = counter.follow(positions, times, used)
+        news = counter.end_take() if stop in {NOTHING, TAKE_ENDS} else counter.news()
+        latest.update((event.id, event) for event in news)
+    return [event for event in latest.values() if event.status == "counted"]
 
 
 class RepetitionCounter:
@@ -43,7 +64,7 @@ class RepetitionCounter:
         self.take = take
         self._names = skeleton.names
         self._header = np.zeros(1, HEADER)
-        self._header["joints"], self._header["root"] = len(skeleton), skeleton.root
+        self._header["joints"], self._header["root"] = len(skeleton), max(skeleton.root, 0)
         self._header["max_pause"] = max_pause
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]

@@ -45,6 +45,8 @@ def count_frames(headers, memory, positions, times, begin):
     header = headers[0]
     samples = views(memory, header.joints)
     for i in range(begin, len(times)):
+        if not np.isfinite(times[i]):
+            continue
         if header.begun == 0:
             header.begun, header.origin, header.latest = 1, times[i], times[i]
         elif abs(times[i] - header.latest) > header.max_pause:
