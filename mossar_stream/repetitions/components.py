@@ -1,7 +1,7 @@
 """Leading principal components of the posture over the window, by one power iteration a look.
 
 The window changes little between two looks, so that one step of the subspace iteration from the axes of the last look
-is enough; the first look of a take makes a few.
+is enough; the first look at a movement makes a few.
 """
 
 import numpy as np
@@ -11,21 +11,19 @@ from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
 
 @kernel
-def find_components(header, samples, first_look):
+def find_components(header, samples):
     """Set axes and scores, in the order of time, for the samples in the window.
 
     Args:
         header: `HEADER` record.
         samples: `Samples`; axes of the last look are where to begin.
-        first_look: Whether there was none in this take.
 
     Returns:
         How many samples there are.
     """
     n = min(header.open, SAMPLES)
-    if first_look:
-        _first_axes(samples, n)
-    for _ in range(4 if first_look else 1):
+    lost = _begin_axes(samples, n)
+    for _ in range(4 if lost else 1):
         _project(samples, n)
         _turn_axes(samples, n)
     _project(samples, n)
@@ -35,14 +33,25 @@ def find_components(header, samples, first_look):
 
 
 @kernel
-def _first_axes(samples, n):
-    """Begin with the departures from the first pose at four times."""
+def _begin_axes(samples, n):
+    """Let axes that are zero, as before a take and while nobody moves, begin with the departures at four times.
+
+    Returns:
+        Whether the first was among them.
+    """
     d = samples.pose.size
+    lost = False
     for k in range(COMPONENTS):
-        i = (k + 1) * (n - 1) // COMPONENTS
+        square = np.float32(0.0)
         for j in range(d):
-            samples.axes[k, j] = samples.by_sample[i, j] - samples.by_sample[0, j]
+            square += samples.axes[k, j] ** 2
+        if square == 0:
+            lost |= k == 0
+            i = (k + 1) * (n - 1) // COMPONENTS
+            for j in range(d):
+                samples.axes[k, j] = samples.by_sample[i, j] - samples.by_sample[0, j]
     _orthonormalise(samples.axes)
+    return lost
 
 
 @kernel

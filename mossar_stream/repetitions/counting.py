@@ -1,4 +1,4 @@
-"""Counting: a look at the window every second, and what it changes of what was counted before.
+"""Counting: a look at the window every half second, and what it changes of what was counted before.
 
 Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
@@ -80,11 +80,10 @@ def count_rest(headers, memory):
 @kernel
 def look(header, samples):
     """Look at the window and renew what is counted in it; return whether anything changed."""
-    first = header.looked == 0
     if header.open < LEAST_SAMPLES:
         return False
     header.looked = header.open
-    n = find_components(header, samples, first)
+    n = find_components(header, samples)
     cycles = np.empty((3, SAMPLES), np.int64)
     best = np.empty((3, SAMPLES), np.int64)
     count, component, clear = _best_proposal(header, samples, n, cycles, best)

@@ -12,7 +12,7 @@ from mossar_stream.jit.decorators import inline_kernel
 
 RATE = 10.0  # Hz, of the samples
 SAMPLES = 120  # kept, which is 12 s
-STRIDE = 10  # samples between two looks at the window
+STRIDE = 5  # samples between two looks at the window
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
 CYCLES = 64  # remembered; more than fit into the window
 
