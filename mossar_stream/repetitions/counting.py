@@ -25,6 +25,7 @@ NEAR = 0.15  # of a cycle
 OVERLAP = 0.35  # of a cycle, that may overlap the one before
 LEAST_GAP, LONGEST_GAP = 0.65, 1.5  # cycles, that were missed if the movement went on
 GOES_ON = 0.5  # of a swing
+DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
 LONGEST_PAUSE = 0.5  # cycles, within a bout
 
 
@@ -93,17 +94,17 @@ def look(header, samples):
     header.clear |= clear
     changed = _renew(header, samples, n, component, best, count)
     if header.clear and not was_clear:
-        _forget_doubtful(header, n)
+        _forget_doubtful(header)
         header.changed = 0
         return header.cycles > 0
     return changed and header.clear == 1
 
 
 @kernel
-def _forget_doubtful(header, n):
-    """Forget cycles from before the window in which it became clear that a movement repeats."""
+def _forget_doubtful(header):
+    """Forget cycles from long before it became clear that a movement repeats."""
     first = 0
-    while first < header.cycles and header.cycle[first].end < header.open - n:
+    while first < header.cycles and header.cycle[first].end < header.open - DOUBTFUL * SAMPLES:
         first += 1
     for q in range(first, header.cycles):
         header.cycle[q - first] = header.cycle[q]
