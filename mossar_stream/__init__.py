@@ -30,13 +30,15 @@ if TYPE_CHECKING:
         StreamEvent,
         to_json,
     )
-    from mossar_stream.frames import Frames, constant_times, performer_name
+    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.performers import Performers
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
     from mossar_stream.segmenter import Segmenter
     from mossar_stream.settings import (
         LEVEL_NAMES,
+        SETTING_CHOICES,
+        SETTING_LIMITS,
         Center,
         Features,
         KernelForm,
@@ -55,12 +57,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "engine.curve_state": ("CurveState",),
     "engine.warm_up": ("precompile",),
-    "errors": (
-        "FrameError",
-        "MossarError",
-        "SettingsError",
-        "SnapshotError",
-    ),
+    "errors": ("FrameError", "MossarError", "SettingsError", "SnapshotError"),
     "events": (
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
@@ -81,23 +78,15 @@ _NAMES = {
         "StreamEvent",
         "to_json",
     ),
-    "frames": (
-        "Frames",
-        "constant_times",
-        "performer_name",
-    ),
+    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "performers": ("Performers",),
-    "recording": (
-        "KeyFrame",
-        "Result",
-        "Segment",
-        "Segmentation",
-        "segment_recording",
-    ),
+    "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
     "settings": (
         "LEVEL_NAMES",
+        "SETTING_CHOICES",
+        "SETTING_LIMITS",
         "Center",
         "Features",
         "KernelForm",
@@ -111,11 +100,7 @@ _NAMES = {
         "VarianceFloor",
     ),
     "similarity.comparison": ("Comparison",),
-    "skeleton": (
-        "MAX_JOINTS",
-        "MAX_NAME",
-        "Skeleton",
-    ),
+    "skeleton": ("MAX_JOINTS", "MAX_NAME", "Skeleton"),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
@@ -124,9 +109,12 @@ __all__ = [
     "LEVEL_NAMES",
     "MAX_JOINTS",
     "MAX_NAME",
+    "MAX_PERFORMER_NAME",
     "REPETITION_STATUSES",
     "SEGMENT_STATES",
     "SEGMENT_STATUSES",
+    "SETTING_CHOICES",
+    "SETTING_LIMITS",
     "Center",
     "Comparison",
     "CurveState",

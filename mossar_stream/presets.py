@@ -23,10 +23,26 @@ PRESETS: dict[str, dict[str, object]] = {
         "tempo": False,
     },
     # For games: a short window and an early decision.
-    "game": {"window": 0.15, "remerge_seconds": 1.0, "remerge_window": 4},
+    "game": {"remerge_seconds": 1.0},
 }
 
 _MOTION: dict[str, object] = {
+    "similarity": "evidence",
+    "window": 0.1,
+    "range_floor": 0.1 * 0.1,
+    "features": {"positions": 0.5, "log_speed": 0.5},
+    "short_segment": 0.0,
+    "location": "none",
+    "refine": 0.0,
+    "pre_roll": 0.0,
+    "post_roll": 0.0,
+    "tempo": False,
+    "remerge_window": 24,
+    "remerge_seconds": 1.4,
+}
+# What level `motion` was before, and posture still is: likelihood alone.
+_POSTURE: dict[str, object] = {
+    "similarity": "likelihood",
     "window": 0.2,
     "features": {"positions": 0.75, "log_speed": 0.25},
     "short_segment": 0.0,
@@ -35,9 +51,11 @@ _MOTION: dict[str, object] = {
     "pre_roll": 0.5,
     "post_roll": 0.5,
     "tempo": True,
+    "remerge_window": 8,
     "remerge_seconds": 2.5,
 }
 _CLUSTER: dict[str, object] = {
+    "similarity": "likelihood",
     "window": 0.25,
     "features": {"distances": 0.25, "log_speed": 0.75},
     "short_segment": 1.0,
@@ -46,19 +64,22 @@ _CLUSTER: dict[str, object] = {
     "pre_roll": 0.0,
     "post_roll": 0.0,
     "tempo": False,
+    "remerge_window": 8,
     "remerge_seconds": 4.5,
 }
-BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "cluster": _CLUSTER}
+BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "posture": _POSTURE, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall
 
 # Strengths that the names stand for, by what computes them: (similarity or kernel form, bundle).
 STRENGTHS: dict[tuple[str, str], dict[str, float]] = {
-    ("likelihood", "motion"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
+    ("evidence", "motion"): {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
+    ("evidence", "cluster"): {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
+    ("likelihood", "posture"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
     ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.25},
-    ("damped", "motion"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
+    ("damped", "posture"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
     ("damped", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
-    ("normalised", "motion"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
+    ("normalised", "posture"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
     ("normalised", "cluster"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
-    ("sum", "motion"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
+    ("sum", "posture"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
     ("sum", "cluster"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
 }

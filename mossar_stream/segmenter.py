@@ -22,7 +22,7 @@ from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
-LARGEST_PERSON = 25.0  # m; who seems larger is not given in metres
+LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 

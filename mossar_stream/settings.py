@@ -15,7 +15,7 @@ from mossar_stream.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
 Center = Literal["root", "centroid"]
-SimilarityName = Literal["likelihood", "path_kernel"]
+SimilarityName = Literal["evidence", "likelihood", "path_kernel"]
 KernelForm = Literal["damped", "sum", "normalised"]
 Location = Literal["none", "free", "candidates"]
 LevelName = Literal["posture", "motion", "cluster"]
@@ -57,7 +57,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         noise_margin: θ · range is at least this many times what the sensor's noise adds to the velocity, for
             `running`, `decay` and `file`; 0 is off.
         center: Body centre that positions are relative to: the skeleton's `root`, or the `centroid`.
-        similarity: What compares neighbouring segments: `likelihood` or `path_kernel`.
+        similarity: What compares neighbouring segments: `evidence`, `likelihood` or `path_kernel`.
         features: Weights of the likelihood's feature groups.
         variance_floor: Floors on the variances of the likelihood's feature groups.
         edges: N, the edges of a segment graph, 1 to 45.
@@ -101,7 +101,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     range_floor: float | None = None
     noise_margin: float = 1.5
     center: Center = "root"
-    similarity: SimilarityName = "likelihood"
+    similarity: SimilarityName | None = None
     features: Features | None = None
     variance_floor: VarianceFloor = VarianceFloor()
     edges: int = 20
@@ -115,7 +115,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tempo: bool | None = None
     level: LevelName | float = "motion"
     max_key_frames: int | None = None
-    remerge_window: int = 8
+    remerge_window: int | None = None
     remerge_seconds: float | None = None
     max_gap: float = 0.25
     max_speed: float = 15.0
@@ -123,7 +123,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     repetitions: bool = False
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
+        for name, (low, high) in SETTING_LIMITS.items():
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
@@ -166,9 +166,25 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return _convert(values, type(self))
 
     @property
-    def bundle(self) -> Literal["motion", "cluster"]:
-        """Which bundle the level brings: the cluster's for `cluster`, else the motion's."""
-        return "cluster" if self.level == "cluster" else "motion"
+    def bundle(self) -> Literal["motion", "posture", "cluster"]:
+        """Which bundle the level brings: the cluster's for `cluster`, else the motion's.
+
+        Level `posture`, and whoever asks for the likelihood or for what only it can do, gets the posture's.
+        """
+        if self.level == "cluster":
+            return "cluster"
+        if self.similarity == "evidence":
+            return "motion"
+        asked = (
+            self.location not in (None, "none"),
+            self.features,
+            self.tempo,
+            self.pre_roll,
+            self.post_roll,
+        )
+        if self.similarity or self.level == "posture" or any(asked):
+            return "posture"
+        return "motion"
 
     def bundle_values(self) -> dict[str, object]:
         """Return what the level's bundle gives to each field that is left to it."""
@@ -176,14 +192,16 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if self.similarity == "path_kernel" and values["location"] == "free":
             values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
         window = self.window if self.window is not None else values["window"]
-        values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
+        if "range_floor" not in values:
+            values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
         return values
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for within the bundle of these settings."""
         if not isinstance(level, str):
             return float(level)
-        measure = self.kernel_form if self.similarity == "path_kernel" else self.similarity
+        similarity = self.similarity or str(BUNDLES[self.bundle]["similarity"])
+        measure = self.kernel_form if similarity == "path_kernel" else similarity
         return STRENGTHS[measure, self.bundle][level]
 
     def resolved(self) -> "ResolvedSettings":
@@ -199,6 +217,8 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     """Settings with nothing left to a bundle."""
 
     window: float
+    similarity: SimilarityName
+    remerge_window: int
     range_floor: float
     features: Features
     short_segment: float
@@ -210,7 +230,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     remerge_seconds: float
 
 
-LIMITS: dict[str, tuple[float, float]] = {
+SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "window": (0.01, 10.0),
     "smoothing_window": (1, 1000),
     "one_euro_cutoff": (0.01, 100.0),
@@ -236,11 +256,11 @@ LIMITS: dict[str, tuple[float, float]] = {
 }
 
 
-CHOICES: dict[str, tuple[str | None, ...]] = {
+SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "smoothing": get_args(Smoothing),
     "range": get_args(RangePolicy),
     "center": get_args(Center),
-    "similarity": get_args(SimilarityName),
+    "similarity": (*get_args(SimilarityName), None),
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
 }
@@ -248,7 +268,7 @@ WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remer
 
 
 def _check_choices(settings: Settings) -> None:
-    for name, choices in CHOICES.items():
+    for name, choices in SETTING_CHOICES.items():
         if getattr(settings, name) not in choices:
             legal = ", ".join(choice for choice in choices if choice)
             raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
@@ -335,8 +355,8 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         if choices and isinstance(choices[0], str)
         else ""
     )
-    if field in LIMITS:
-        low, high = LIMITS[field]
+    if field in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[field]
         kind = "a whole number" if "`int" in text else "a number"
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from mossar_stream.algorithm.location import CANDIDATES, FREE, best_candidate, best_pose, move_poses
+from mossar_stream.algorithm.location import CANDIDATES, FREE, NONE, best_candidate, best_pose, move_poses
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.window import point_of, put_segment
+from mossar_stream.algorithm.window import point_of, put_segment, tell_oldest
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, put_key_frame
+from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, WITHDRAWN, put_key_frame
 from mossar_stream.memory.slots import free
 from mossar_stream.similarity.protocol import close, merge_into
 
@@ -27,9 +27,13 @@ def decide_oldest(w, settled, open_slot, end_frame):
     Returns:
         The slot of the open segment that follows the newest key frame from now on.
     """
+    tell_oldest(w)
     key, state = w.keys[0], w.state
     if key.kept == 0:
-        _put_decided(w, OLDEST, MERGED, key.frame, key.time)
+        if key.told == 1:
+            _put_decided(w, OLDEST, MERGED, key.at_frame, key.at_time)
+        elif key.rev > 0:
+            _put_decided(w, OLDEST, WITHDRAWN, key.frame, key.time)
         following = w.order[1] if state.undecided > 1 else settled
         # The earlier segment takes the later one in, and then its place.
         merge_into(w.params, w.summaries[w.order[0]], w.summaries[following])
@@ -44,7 +48,7 @@ def decide_oldest(w, settled, open_slot, end_frame):
     frame, time, passed = _locate(w, open_slot, end_frame)
     _put_decided(w, OLDEST, FINAL, frame, time)
     for i in range(1, passed + 1):
-        _put_decided(w, i, MERGED, w.keys[i].frame, w.keys[i].time)
+        _put_decided(w, i, MERGED, w.keys[i].at_frame, w.keys[i].at_time)
     put_segment(w, state.left_ordinal, OLDEST, SEGMENT_FINAL)
     w.events[w.events[0].row].until_frame = frame
     w.events[w.events[0].row].until_time = time
@@ -67,7 +71,7 @@ def _locate(w, open_slot, end_frame):
             while passed + 1 < w.state.undecided and w.keys[passed + 1].frame <= mark.frame:
                 passed += 1
             return mark.frame, mark.time, passed
-    return key.frame, key.time, 0
+    return key.at_frame, key.at_time, 0
 
 
 @kernel
@@ -83,6 +87,7 @@ def _leave(w, settled, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
     state, summaries = w.state, w.summaries
     oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame
+    moves = w.plan.location != NONE
     ended = w.order[0]
     for i in range(1, passed + 1):
         merge_into(w.params, summaries[ended], summaries[w.order[i]])
@@ -90,9 +95,9 @@ def _leave(w, settled, passed, frame, time):
     close(w.params, summaries[ended])
     _shift(w, passed + 1)
     following = w.order[0] if state.undecided > 0 else settled
-    if frame < oldest:
+    if moves and frame < oldest:
         move_poses(w, ended, following, frame, oldest)
-    elif frame > origin:
+    elif moves and frame > origin:
         move_poses(w, following, ended, origin, frame)
     if state.has_before == 1:
         free(w.slots, w.unused, state.before)
@@ -105,7 +110,7 @@ def _leave(w, settled, passed, frame, time):
     places = w.plan.capacity + 2
     for i in range(w.counts.shape[1]):
         w.counts[places, i] = w.counts[ordinal % places, i]
-    if frame != oldest:
+    if moves and frame != oldest:
         # The first segment is no longer what it was; what was remembered of it is void.
         forget(w.memo, ordinal)
 

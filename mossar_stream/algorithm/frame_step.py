@@ -16,6 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
+from mossar_stream.algorithm.cycles import (
+    CANDIDATES,
+    LAGS,
+    LONGEST_WINDOW,
+    NOTE,
+    Cycles,
+    follow_cycles,
+    start_cycles,
+)
+from mossar_stream.algorithm.facts import EARLIER, note_place, note_speed, smoothing_share, start_facts
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.noise import calm_noise, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -23,6 +33,7 @@ from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
 from mossar_stream.algorithm.pose_history import (
     MARK,
+    SPEED_OFFSET,
     PoseHistory,
     follow_speeds,
     keep_pose,
@@ -30,11 +41,13 @@ from mossar_stream.algorithm.pose_history import (
 )
 from mossar_stream.algorithm.remerging import MEMO, start_memo
 from mossar_stream.algorithm.row import ROW
-from mossar_stream.algorithm.splitter import start_curve
+from mossar_stream.algorithm.scales import follow_poses, follow_scales, start_scales, usual_speed
+from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
 from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
 from mossar_stream.algorithm.window import start_window
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.simd import page_product
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
     LIVE,
@@ -50,9 +63,11 @@ from mossar_stream.memory.joint_pages import (
     Z,
     center_of,
     flatten,
+    line_sum,
     page_of,
 )
 from mossar_stream.memory.slots import start_slots
+from mossar_stream.similarity.evidence import SPEED_OFFSET as SPEED_OFFSET_SHARE
 from mossar_stream.similarity.protocol import add_pose
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL = range(5)  # stop codes
@@ -68,6 +83,7 @@ class Arrays(NamedTuple):
     joints: Joints
     segment: OpenSegment
     history: PoseHistory
+    cycles: Cycles
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
     ring_step: NDArray[np.int64]  # (ring,)
@@ -150,6 +166,12 @@ def _arrays_of(state, row, params):
             part(row, at.marks, MARK, (plan.history_size,)),
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
         ),
+        Cycles(
+            state.cycles,
+            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
+        ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
         part(row, at.ring_time, np.float64, (plan.ring,)),
         part(row, at.ring_step, np.int64, (plan.ring,)),
@@ -175,12 +197,14 @@ def _take_in(state, a, frame, time):
         start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
     else:
         split(a.segment, state.curve, clock, value, scale)
+        if plan.evidence == 1:
+            _note_facts(state, a)
     _describe(state, a, dt, first)
     if first and plan.pre_roll > 0.0:
         segment = a.segment
         settled = segment.summaries[segment.state.settled]
         add_pose(segment.params, settled, segment.pose, plan.joints, time, plan.pre_roll)
-    note_last_frame(state.open_segment, time, dt, state.curve.moving)
+    note_last_frame(state.open_segment, time, dt, state.curve.moving, state.scales.speed)
 
 
 @kernel
@@ -195,6 +219,8 @@ def _open_take(state, a, time):
     start_open_segment(segment)
     start_window(state.window, clock.next_frame, time)
     start_memo(a.memo)
+    start_facts(state.facts, clock.next_frame, time)
+    start_cycles(state.cycles, time)
 
 
 @inline_kernel
@@ -209,6 +235,8 @@ def _velocity(state, a, frame, time, dt, first):
         displacement = step_joints(a.joints, frame, clock.time, time)
     if plan.smoothing == FILTERED:
         displacement = filter_joints(plan, body, a.filtered, dt)
+    if plan.evidence == 1:
+        displacement = _rms_displacement(plan, body, displacement)
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
@@ -218,11 +246,46 @@ def _velocity(state, a, frame, time, dt, first):
 
 
 @inline_kernel
+def _rms_displacement(plan, body, displacement):
+    """Return as many times the joints' rms path as there are joints: long steps of few weigh more than in the sum.
+
+    Args:
+        plan: PLAN.
+        body: See joint_pages.py.
+        displacement: m, the sum, scaled up where joints are missing.
+    """
+    path = line_sum(body, STEP)
+    if path <= 0.0:
+        return displacement
+    squares = 0.0
+    for first in range(0, plan.padded_joints, PAGE):
+        squares += page_product(page_of(body, first), STEP, STEP)
+    return np.sqrt(squares * plan.moving_joints * displacement / path)
+
+
+@kernel
+def _note_facts(state, a):
+    """Note what evidence needs to know of what the splitter found, while the features are those of the last frame."""
+    found, facts, plan = state.curve.found, state.facts, state.plan
+    if found.happened & (PROMOTED | CROSSED):
+        time = state.clock.time if found.happened & CROSSED else found.time
+        note_place(facts, state.scales, a.history, a.joints.body, time - EARLIER, plan.moving_joints)
+    else:
+        facts.speed = min(facts.speed, state.scales.speed)
+
+
+@inline_kernel
 def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     plan, clock, body = state.plan, state.clock, a.joints.body
-    _localise(plan, body)
-    follow_speeds(a.history, body, clock.time)
+    evidence = plan.evidence == 1 and not first
+    _localise(plan, body, smoothing_share(dt) if evidence else np.float32(1.0))
+    offset = SPEED_OFFSET
+    if evidence:
+        offset = np.float32(SPEED_OFFSET_SHARE * usual_speed(state.scales))
+    squares = follow_speeds(a.history, body, clock.time, offset)
+    if plan.evidence == 1:
+        _follow_evidence(state, a, squares, dt, first)
     if plan.flat == 1 or first:
         flatten(body, a.segment.pose)
     if plan.tempo == 1:
@@ -232,20 +295,49 @@ def _describe(state, a, dt, first):
     stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
     if plan.tempo == 1 and stood_for > 0.0:
         follow_mean(state.tempo, body, stood_for)
+    if plan.evidence == 1 and stood_for > 0.0:
+        follow_poses(state.scales, body, plan.moving_joints, stood_for)
 
 
 @inline_kernel
-def _localise(plan, body):
-    """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin."""
+def _follow_evidence(state, a, squares, dt, first):
+    """Let scales and cycles follow."""
+    plan, body = state.plan, a.joints.body
+    if first:
+        start_scales(state.scales, body, plan.joints)
+    else:
+        follow_scales(state.scales, squares / plan.moving_joints, dt)
+    note_speed(state.facts, state.scales, state.clock.time)
+    follow_cycles(a.cycles, state.scales, body, plan.moving_joints, state.clock.time)
+
+
+@inline_kernel
+def _localise(plan, body, share):
+    """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin.
+
+    Args:
+        plan: PLAN.
+        body: See joint_pages.py.
+        share: Weight of the new pose in the low-pass filtered one; 1 is no filter.
+    """
     cx, cy, cz = center_of(plan, body)
     for first in range(0, plan.padded_joints, PAGE):
-        _shift(page_of(body, first), cx, cy, cz)
+        page = page_of(body, first)
+        _shift(page, cx, cy, cz, share)
+        _keep_paths(page)
 
 
 @inline_kernel
-def _shift(page, cx, cy, cz):
+def _shift(page, cx, cy, cz, share):
+    kept = np.float32(1.0) - share
     for j in range(PAGE):
-        page[j + POSE_X] = (page[j + X] - cx) * page[j + LIVE]
-        page[j + POSE_Y] = (page[j + Y] - cy) * page[j + LIVE]
-        page[j + POSE_Z] = (page[j + Z] - cz) * page[j + LIVE]
+        live = share * page[j + LIVE]
+        page[j + POSE_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live
+        page[j + POSE_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live
+        page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live
+
+
+@inline_kernel
+def _keep_paths(page):
+    for j in range(PAGE):
         page[j + STEP_BEFORE] = page[j + STEP]

@@ -236,17 +236,3 @@ def _partial_sum(joints, frame, time, center_step, lost):
         body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
         _hold(body, k)
     return line_sum(body, STEP) * plan.moving_joints / moving if moving > 0 else 0.0
-
-
-def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:
-    """Return positions relative to the body centre (paper 3.1.1, localisation).
-
-    Args:
-        positions: (n, J, 3) m.
-        root: Index of the root, -1 for the centroid.
-
-    Returns:
-        (n, J, 3) m.
-    """
-    center = positions[:, root : root + 1] if root >= 0 else positions.mean(axis=1, keepdims=True)
-    return positions - center

@@ -13,7 +13,7 @@ from mossar_stream.algorithm.window import BOTH, LEFT, RIGHT, span
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.protocol import add_pose, close, merge_cost, merge_into, strength
 
-STAY, FREE, CANDIDATES = np.arange(3)
+NONE, FREE, CANDIDATES = np.arange(3)
 LOCATIONS = ("none", "free", "candidates")
 MARGIN = 1e-6  # s, for the rounding of timestamps
 SECOND = np.int64(1)

@@ -110,6 +110,9 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
         else:
             recent.squares = 0.0  # nothing can be compared with this displacement
         recent.time = 0.0
+    if plan.evidence == 1:  # which is weighed against the noise, instead of smoothed
+        noise.floor = 0.0
+        return displacement
     loudness = noise.estimate * plan.window * plan.noise_margin
     line = plan.theta * max(largest, plan.range_floor)
     if dt <= 0.0 or not loudness > line:  # it does not come too near to the threshold line

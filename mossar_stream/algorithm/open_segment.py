@@ -22,6 +22,7 @@ from mossar_stream.algorithm.splitter import (
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.memory.slots import allocate, empty
+from mossar_stream.similarity.evidence import note_peak
 from mossar_stream.similarity.protocol import add_frame, flush_sums, merge_into
 from mossar_stream.similarity.summary import SummaryFrame
 
@@ -38,6 +39,7 @@ OPEN_SEGMENT = np.dtype(
         ("last_time", "f8"),  # s, of the last frame, which is in no summary yet
         ("last_weight", "f8"),  # s
         ("last_moving", "i8"),
+        ("last_speed", "f8"),  # m/s, rms of the joints, see scales.py
     ],
 )
 
@@ -72,14 +74,16 @@ def start_open_segment(segment):
     state.last_time = 0.0
     state.last_weight = 0.0
     state.last_moving = 0
+    state.last_speed = 0.0
 
 
 @inline_kernel
-def note_last_frame(state, time, weight, moving):
+def note_last_frame(state, time, weight, moving, speed):
     """Note the last frame, which joins a summary when the next one has come."""
     state.last_time = time
     state.last_weight = weight
     state.last_moving = moving
+    state.last_speed = speed
 
 
 @inline_kernel
@@ -144,6 +148,8 @@ def add_last_frame(segment, slot):
         segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving
     )
     add_frame(segment.params, segment.summaries[slot], frame)
+    if segment.plan.evidence == 1:
+        note_peak(segment.summaries[slot], segment.plan.facts, state.last_speed)
 
 
 @inline_kernel

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_product
 from mossar_stream.memory.joint_pages import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
 
 RATE = 30.0  # Hz
@@ -98,21 +99,29 @@ def _quantise(values, target):
 
 
 @inline_kernel
-def follow_speeds(history, body, time):
+def follow_speeds(history, body, time, offset):
     """Set the log speeds of the joints in the body.
 
     Args:
         history: PoseHistory.
         body: See joint_pages.py.
         time: s, of this frame.
+        offset: m/s, added before the logarithm.
+
+    Returns:
+        Sum of the squared speeds, (m/s)².
     """
     poses = history.poses
     past = _past_place(history, time, NEWEST)
     rate = _rate(history.marks, past, time)
+    squares = 0.0
     for first in range(0, poses.shape[2], PAGE):
         page = page_of(body, first)
         target = page[LOG_SPEED : LOG_SPEED + min(PAGE, poses.shape[2] - first)]
-        _log_speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
+        _speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
+        squares += page_product(page, LOG_SPEED, LOG_SPEED)
+        _log_speeds(target, offset)
+    return squares
 
 
 @inline_kernel
@@ -147,15 +156,22 @@ def _rate(marks, past, time):
 
 
 @inline_kernel
-def _log_speeds(axes, past, first, rate, speeds):
-    """Set `speeds` to log(speed + 0.1 m/s)."""
+def _speeds(axes, past, first, rate, speeds):
+    """Set `speeds` to the joints' speeds, m/s."""
     x, y, z = axes
     a, b, c = past[0, first:], past[1, first:], past[2, first:]
     for j in range(len(speeds)):
         u = x[j] - np.float32(a[j]) * QUANTUM
         v = y[j] - np.float32(b[j]) * QUANTUM
         w = z[j] - np.float32(c[j]) * QUANTUM
-        speeds[j] = np.sqrt(u * u + v * v + w * w) * rate + SPEED_OFFSET
+        speeds[j] = np.sqrt(u * u + v * v + w * w) * rate
+
+
+@inline_kernel
+def _log_speeds(speeds, offset):
+    """Turn speeds into log(speed + offset)."""
+    for j in range(len(speeds)):
+        speeds[j] += offset
     logarithm(speeds)
 
 
@@ -171,6 +187,19 @@ def logarithm(values):
         q = z * z
         odd = ODD[0] + q * (ODD[1] + q * ODD[2])
         values[i] = np.float32(exponent) * LOG_2 + TWO * z * (ONE + q * odd)
+
+
+@inline_kernel
+def mark_at(history, time):
+    """Return the place of the kept pose that lies nearest to a time, -1 if none was kept."""
+    state, marks = history.state, history.marks
+    best, least = np.int64(-1), np.inf
+    for back in range(state.filled):
+        here = place_back(history, back)
+        distance = abs(marks[here].time - time)
+        if distance < least:
+            best, least = here, distance
+    return best
 
 
 @inline_kernel
@@ -190,4 +219,5 @@ def load_pose(history, pose, back):
     time = history.marks[here].time
     past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
-    _log_speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
+    _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
+    _log_speeds(pose[3], SPEED_OFFSET)

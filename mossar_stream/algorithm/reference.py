@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.velocity import MARGIN
 from mossar_stream.events import KeyFrameKind
 
 
@@ -45,6 +46,46 @@ class Splitting(msgspec.Struct, frozen=True):
     ceiling: NDArray[np.float64]
     floor: NDArray[np.float64]
     log: list[Decision]
+
+
+def localise(positions: NDArray[np.float64], root: int) -> NDArray[np.float64]:
+    """Return positions relative to the body centre (paper 3.1.1, localisation).
+
+    Args:
+        positions: (n, J, 3) m.
+        root: Index of the root, -1 for the centroid.
+
+    Returns:
+        (n, J, 3) m.
+    """
+    center = positions[:, root : root + 1] if root >= 0 else positions.mean(axis=1, keepdims=True)
+    return positions - center
+
+
+def velocity_curve(
+    displacements: NDArray[np.float64],
+    times: NDArray[np.float64],
+    window: float,
+    smoothing_window: int = 1,
+) -> NDArray[np.float64]:
+    """Return the velocity at every frame of a recording: equation 1, summed over the joints.
+
+    This is the plain form that the streaming one is tested against.
+
+    Args:
+        displacements: (n,) m, path of all joints since the frame before; 0 for the first frame.
+        times: (n,) s, increasing.
+        window: Trailing window, s.
+        smoothing_window: Length of the moving average, frames.
+
+    Returns:
+        (n,) m.
+    """
+    curve = np.empty(len(displacements))
+    for t, now in enumerate(times):
+        first = np.searchsorted(times, now - (window - MARGIN), side="right")
+        curve[t] = displacements[first : t + 1].sum()
+    return np.array([curve[max(0, t + 1 - smoothing_window) : t + 1].mean() for t in range(len(curve))])
 
 
 def envelope(V: NDArray[np.float64], sig_threshold: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -31,7 +31,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.cycles import ENDS, WITHIN
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.similarity.evidence import CERTAIN
 from mossar_stream.similarity.protocol import close, merge_into
 from mossar_stream.similarity.protocol import strength as merge_cost
 
@@ -55,6 +57,7 @@ class Remerging(NamedTuple):
     costs: NDArray[np.float64]  # (K,) scratch for the costs of the merges
     strengths: NDArray[np.float64]  # (K,) set to the strength of each key frame
     removed: NDArray[np.int64]  # (K,) set to the key frames in the order in which they are removed
+    verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see cycles.py
 
 
 @kernel
@@ -104,7 +107,7 @@ def _list_key_frames(run, count):
         links[NEWEST, i] = i
     for i in range(count):
         bounds = run.bounds[i], run.bounds[i + 1], run.bounds[i + 2]
-        run.costs[i] = _cost(run, i, i + 1, bounds)
+        run.costs[i] = _judged(run, i, _cost(run, i, i + 1, bounds))
 
 
 @kernel
@@ -130,11 +133,22 @@ def _remove(run, count, x):
     a, b = bounds[left + 1], bounds[right + 1]
     if right < count:
         later = links[AFTER, right]
-        costs[right] = _cost(run, merged, links[NODE, later], (a, b, bounds[later + 1]))
+        cost = _cost(run, merged, links[NODE, later], (a, b, bounds[later + 1]))
+        costs[right] = _judged(run, right, cost)
     if left >= 0:
         links[AFTER, left] = right
         earlier = bounds[links[BEFORE, left] + 1]
-        costs[left] = _cost(run, links[NODE, left], merged, (earlier, a, b))
+        costs[left] = _judged(run, left, _cost(run, links[NODE, left], merged, (earlier, a, b)))
+
+
+@inline_kernel
+def _judged(run, x, cost):
+    """Return the cost of a merge as the verdict on its key frame leaves it."""
+    if run.verdicts[x] == WITHIN:
+        return 0.0
+    if run.verdicts[x] == ENDS:
+        return max(cost, CERTAIN)
+    return cost
 
 
 @inline_kernel

@@ -14,12 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
+from mossar_stream.algorithm.cycles import CANDIDATES, CYCLES, LAGS, LONGEST_WINDOW, NOTE
+from mossar_stream.algorithm.facts import FACTS_OF_CANDIDATE
 from mossar_stream.algorithm.joints import JOINTS
 from mossar_stream.algorithm.noise import NOISE
 from mossar_stream.algorithm.normalisation import RANGE
 from mossar_stream.algorithm.open_segment import OPEN_SEGMENT
 from mossar_stream.algorithm.pose_history import HISTORY, MARK
 from mossar_stream.algorithm.remerging import MEMO
+from mossar_stream.algorithm.scales import SCALES
 from mossar_stream.algorithm.splitter import CURVE
 from mossar_stream.algorithm.tempo import TEMPO
 from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
@@ -46,6 +49,9 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
+    ("cycle_poses", "f4"),  # (LAGS + 1, 3, padded_joints) m, poses of the last seconds, see cycles.py
+    ("cycle_distances", "f4"),  # (LONGEST_WINDOW, LAGS + 1) m², of those poses
+    ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
 )
 
 PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
@@ -91,6 +97,8 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("pre_roll", "f8"),  # s
         ("post_roll", "f8"),  # s
         ("tempo", "i8"),
+        ("evidence", "i8"),  # whether evidence decides, see evidence.py
+        ("facts", "i8"),  # where its facts begin in a summary
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
     ],
 )
@@ -109,12 +117,15 @@ ROW = np.dtype(
         ("slots", SLOTS),
         ("history", HISTORY),
         ("tempo", TEMPO),
+        ("scales", SCALES),
+        ("cycles", CYCLES),
+        ("facts", FACTS_OF_CANDIDATE),
         ("window", WINDOW),
         ("at", [(name, "i8") for name, _ in REGIONS]),
     ],
 )
 ROW_BYTES = ROW.itemsize
-_DTYPES = {"KEY": KEY, "MARK": MARK, "MEMO": MEMO}
+_DTYPES = {"KEY": KEY, "NOTE": NOTE, "MARK": MARK, "MEMO": MEMO}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -129,6 +140,7 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         history: Poses kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
+        evidence: Whether evidence decides, which needs poses of the last seconds.
     """
 
     joints: int
@@ -139,6 +151,7 @@ class Shape(msgspec.Struct, frozen=True):
     one_euro: bool
     history: int
     counted: bool
+    evidence: bool
 
     @property
     def padded_joints(self) -> int:
@@ -174,6 +187,9 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
+            "cycle_poses": (LAGS + 1) * 3 * joints * self.evidence,
+            "cycle_distances": LONGEST_WINDOW * (LAGS + 1) * self.evidence,
+            "notes": CANDIDATES * self.evidence,
         }
 
     def offsets(self) -> tuple[dict[str, int], int]:

@@ -10,7 +10,6 @@ depend on the order of additions, and equal velocities compare equal.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
@@ -109,29 +108,3 @@ def moving_average(average, values, velocity):
     average.sum += units
     average.head = (average.head + 1) % len(values)
     return average.sum / average.filled * UNIT
-
-
-def velocity_curve(
-    displacements: NDArray[np.float64],
-    times: NDArray[np.float64],
-    window: float,
-    smoothing_window: int = 1,
-) -> NDArray[np.float64]:
-    """Return the velocity at every frame of a recording: equation 1, summed over the joints.
-
-    This is the plain form that the streaming one is tested against.
-
-    Args:
-        displacements: (n,) m, path of all joints since the frame before; 0 for the first frame.
-        times: (n,) s, increasing.
-        window: Trailing window, s.
-        smoothing_window: Length of the moving average, frames.
-
-    Returns:
-        (n,) m.
-    """
-    curve = np.empty(len(displacements))
-    for t, now in enumerate(times):
-        first = np.searchsorted(times, now - (window - MARGIN), side="right")
-        curve[t] = displacements[first : t + 1].sum()
-    return np.array([curve[max(0, t + 1 - smoothing_window) : t + 1].mean() for t in range(len(curve))])

@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.cycles import FREE, JUDGED_AFTER, Cycles, due_verdict, judge
+from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
     UNKNOWN,
@@ -74,10 +76,13 @@ KEY = np.dtype(
         ("before", "i8"),  # ordinal of the kept key frame before, where a segment between them was told of
         ("place", "i8"),  # in the order in which key frames are removed
         ("rev", "i8"),  # messages sent
+        ("at_frame", "i8"),  # where it is told to be
+        ("at_time", "f8"),  # s
+        ("told", "i8"),  # whether it was told of as confirmed
+        ("verdict", "i8"),  # on whether it ends a repetition, see cycles.py
     ],
 )
 NOT_KEPT = np.int64(-2)  # in KEY.before
-NO_SLOT = np.int64(-1)
 BEFORE_WINDOW = np.int64(-3)  # identity of where the segment before the window begins
 OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch's summaries, before the nodes
 SCRATCH_ROWS = 8  # more than W
@@ -92,6 +97,7 @@ class Scratch(NamedTuple):
     bounds: NDArray[np.int64]  # (W + 4,)
     removed: NDArray[np.int64]  # (W + 4,)
     active: NDArray[np.int64]  # (W + 4,)
+    verdicts: NDArray[np.int64]  # (W + 4,)
     links: NDArray[np.int64]  # (5, W + 4)
     costs: NDArray[np.float64]  # (W + 4,)
     strengths: NDArray[np.float64]  # (W + 4,)
@@ -107,6 +113,7 @@ class Window(NamedTuple):
     slots: np.void  # SLOTS
     params: np.void  # of the similarity measure
     history: PoseHistory
+    cycles: Cycles
     keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots
@@ -135,8 +142,31 @@ def start_window(state, frame, time):
 
 @inline_kernel
 def set_due_time(w):
-    """Set when the oldest undecided key frame must be decided."""
-    w.state.due_time = w.keys[0].time + w.plan.hold if w.state.undecided > 0 else np.inf
+    """Set when the oldest undecided key frame must be decided, or a verdict on a candidate is due."""
+    due = np.inf
+    if w.state.undecided > 0 and w.plan.offline == 0:
+        due = w.keys[0].time + w.plan.hold
+    if w.plan.evidence == 1:
+        due = min(due, due_verdict(w.cycles, verdict_delay(w.plan)))
+    w.state.due_time = due
+
+
+@inline_kernel
+def verdict_delay(plan):
+    """Return how old a candidate is when it is judged, s: decided it is not earlier."""
+    return min(plan.hold, JUDGED_AFTER)
+
+
+@kernel
+def judge_candidates(w, until):
+    """Judge the candidates that are due until some time, s, and let their key frames know."""
+    first = w.state.ordinal - w.state.undecided
+    while due_verdict(w.cycles, verdict_delay(w.plan)) <= until:
+        ordinal = w.cycles.state.judged
+        verdict = judge(w.cycles)
+        if ordinal >= first and verdict != FREE:
+            w.keys[ordinal - first].verdict = verdict
+            w.state.ranked = 0
 
 
 @inline_kernel
@@ -149,28 +179,34 @@ def is_due(w):
 
 
 @kernel
-def add_key(w, slot, point, rev):
+def add_key(w, slot, point, time, rev, told):
     """Add a confirmed key frame and the segment that it ends.
 
     Args:
         w: Window.
         slot: Slot of that segment; it belongs to the window from now on.
         point: Point of the key frame.
+        time: s, of Algorithm 2's frame.
         rev: Messages about it, this one included.
+        told: Whether it is told of now; else only when it is decided, if it is final.
     """
     state, counts = w.state, w.counts
     close(w.params, w.summaries[slot])
     w.order[state.undecided] = slot
     key = w.keys[state.undecided]
     key.ordinal = state.ordinal
-    key.frame = point.frame
-    key.time = point.time
+    key.frame = point.id
+    key.time = time
+    key.at_frame = point.frame
+    key.at_time = point.time
+    key.told = told
+    key.verdict = FREE
     key.velocity = point.velocity
     key.strength = np.nan
     key.kind = point.kind
-    key.kept = 1
+    key.kept = told
     key.before = NOT_KEPT
-    key.rev = rev
+    key.rev = rev + told - 1
     here = state.ordinal % (w.plan.capacity + 2)
     for i in range(counts.shape[1]):
         counts[i, here] = 0
@@ -178,7 +214,23 @@ def add_key(w, slot, point, rev):
         counts[counts.shape[1], here] = 0
     state.undecided += 1
     state.ordinal += 1
-    put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
+    if told == 1:
+        put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
+
+
+@kernel
+def tell_oldest(w):
+    """Tell of the oldest key frame as confirmed if it was not, and will be final."""
+    key = w.keys[0]
+    if key.told == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
+        return
+    key.told = key.kept = 1
+    key.rev += 1
+    point = point_of(key, key.at_frame, key.at_time, key.strength)
+    put_key_frame(w.clock, w.events, point, CONFIRMED, key.rev, UNDECIDED)
+    if w.plan.offline == 0:
+        _update_segments(w, SEGMENT_WITHDRAWN)
+        _update_segments(w, SEGMENT_CLOSED)
 
 
 @inline_kernel
@@ -199,6 +251,7 @@ def rank(w, open_slot):
     for i in range(count + 1):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot
         scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN
+        scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else FREE
     run = Remerging(
         w.params,
         w.summaries,
@@ -211,6 +264,7 @@ def rank(w, open_slot):
         scratch.costs,
         scratch.strengths,
         scratch.removed,
+        scratch.verdicts,
     )
     remerge(run, count, state.pace)
     for i in range(count):
@@ -225,11 +279,11 @@ def relabel(w):
     for i in range(w.state.undecided):
         key = w.keys[i]
         kept = 1 if is_kept(key, w.state.undecided, plan.alpha, plan.beta) else 0
-        if kept != key.kept:
+        if kept != key.kept and key.told == 1:
             key.kept = kept
             key.rev += 1
             status = RESTORED if kept == 1 else MERGED
-            point = point_of(key, key.frame, key.time, key.strength)
+            point = point_of(key, key.at_frame, key.at_time, key.strength)
             put_key_frame(w.clock, w.events, point, status, key.rev, UNDECIDED)
     if plan.offline == 0:
         _update_segments(w, SEGMENT_WITHDRAWN)
@@ -303,11 +357,11 @@ def put_segment(w, start, end, status):
     begin = 0 if from_left else start - first + 1
     event = next_event(w.clock, w.events, SEGMENT)
     event.id = state.left_id if from_left else w.keys[begin - 1].frame
-    event.frame = state.left_frame if from_left else w.keys[begin - 1].frame
-    event.time = state.left_time if from_left else w.keys[begin - 1].time
+    event.frame = state.left_frame if from_left else w.keys[begin - 1].at_frame
+    event.time = state.left_time if from_left else w.keys[begin - 1].at_time
     event.end_id = w.keys[end].frame
-    event.until_frame = w.keys[end].frame
-    event.until_time = w.keys[end].time
+    event.until_frame = w.keys[end].at_frame
+    event.until_time = w.keys[end].at_time
     left, right = BEFORE_WINDOW, w.keys[end].ordinal
     before = 0
     if not from_left:

@@ -8,8 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import end_take
+from mossar_stream.algorithm.cycles import (
+    CANDIDATES,
+    LAGS,
+    LONGEST_WINDOW,
+    NOTE,
+    Cycles,
+    forget_newest,
+    note_candidate,
+)
 from mossar_stream.algorithm.decision import decide_oldest
+from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
+    NO_SLOT,
     OpenSegment,
     add_last_frame,
     flush_waiting,
@@ -19,12 +30,12 @@ from mossar_stream.algorithm.open_segment import (
 from mossar_stream.algorithm.pose_history import MARK, SPEED_OFFSET, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN
 from mossar_stream.algorithm.row import ROW, Shape
+from mossar_stream.algorithm.scales import extent, usual_speed
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, forget_candidate
 from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
 from mossar_stream.algorithm.window import (
     BEFORE_WINDOW,
     KEY,
-    NO_SLOT,
     NOT_KEPT,
     OWN,
     PREVIOUS,
@@ -34,6 +45,7 @@ from mossar_stream.algorithm.window import (
     add_key,
     describe,
     is_due,
+    judge_candidates,
     point_of,
     put_segment,
     rank,
@@ -67,6 +79,8 @@ from mossar_stream.memory.slots import allocate, free
 from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
+TOLD, UNTOLD = np.int64(1), np.int64(0)
+LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all verdicts are due
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
@@ -77,7 +91,7 @@ def new_scratch(shape: Shape) -> NDArray[np.uint8]:
     Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
     window, slot, joints = shape.window, shape.slot, shape.padded_joints
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 11 * (window + 4)
+    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)
 
 
@@ -112,7 +126,10 @@ def update_window(
         set_due_time(w)
     elif reason == FOLLOW:
         begin = w.events[0].row
-        _say_what_was_found(w, segment, state.curve)
+        _say_what_was_found(w, segment, state)
+        if w.plan.evidence == 1:
+            judge_candidates(w, w.clock.time)
+            set_due_time(w)
         if w.plan.offline == 0 and is_due(w):
             _decide_what_is_due(w, segment, state.curve, begin)
     else:
@@ -140,6 +157,12 @@ def _window_of(state, row, params, scratch, event_buffer):
             part(row, at.marks, MARK, (plan.history_size,)),
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
         ),
+        Cycles(
+            state.cycles,
+            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
+        ),
         part(row, at.keys, KEY, (places,)),
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),
@@ -156,7 +179,7 @@ def _scratch_of(plan, scratch):
     rows, long = plan.capacity + SCRATCH_ROWS, plan.capacity + 4
     at_pose = 8 * rows * plan.slot
     at_integers = at_pose + 16 * plan.padded_joints
-    integers = part(scratch, at_integers, np.int64, (9, long))
+    integers = part(scratch, at_integers, np.int64, (10, long))
     numbers = part(scratch, at_integers + 8 * integers.size, np.float64, (2, long))
     return Scratch(
         part(scratch, 0, np.float64, (rows, plan.slot)),
@@ -165,7 +188,8 @@ def _scratch_of(plan, scratch):
         integers[1],
         integers[2],
         integers[3],
-        integers[4:],
+        integers[4],
+        integers[5:],
         numbers[0],
         numbers[1],
     )
@@ -187,8 +211,9 @@ def _open_segment_of(state, row, w):
 
 
 @inline_kernel
-def _say_what_was_found(w, segment, curve):
+def _say_what_was_found(w, segment, state):
     """Say what the splitter found, and add the key frame if there is one."""
+    curve = state.curve
     found, clock = curve.found, w.clock
     happened = found.happened
     found.happened = 0
@@ -205,15 +230,37 @@ def _say_what_was_found(w, segment, curve):
     segment.state.closed = NO_SLOT
     if happened & CROSSED:
         kind, frame = ONSET if curve.moving == 1 else OFFSET, clock.used_frame
-        add_key(w, slot, Point(kind, frame, frame, clock.time, curve.share, UNKNOWN_STRENGTH), FIRST_MESSAGE)
+        point = Point(kind, frame, frame, clock.time, curve.share, UNKNOWN_STRENGTH)
+        _add_key(w, slot, state, point, FIRST_MESSAGE)
     else:
         point = Point(MINIMUM, found.frame, found.frame, found.time, found.share, UNKNOWN_STRENGTH)
-        add_key(w, slot, point, SECOND_MESSAGE)
+        _add_key(w, slot, state, point, SECOND_MESSAGE)
     if w.plan.offline == 0:
         rank(w, NO_SLOT)
         relabel(w)
         w.state.ranked = 1
         set_due_time(w)
+
+
+@kernel
+def _add_key(w, slot, state, point, rev):
+    """Add a key frame to the window, with what evidence knows of it."""
+    if w.plan.evidence == 0:
+        add_key(w, slot, point, point.time, rev, TOLD)
+        return
+    facts, scales = state.facts, state.scales
+    noise = noise_of_speed(state.noise, w.plan.moving_joints)
+    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise)
+    note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
+    told = UNTOLD
+    if is_telling(facts, scales, point.time, noise):
+        told, facts.told_time, facts.peak = TOLD, point.time, 0.0
+    frame, time = point.frame, point.time
+    if facts.before < facts.frame:
+        frame, time = facts.frame, facts.time
+    facts.before = frame
+    placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
+    add_key(w, slot, placed, point.time, rev, told)
 
 
 @kernel
@@ -253,6 +300,8 @@ def _decide_what_is_due(w, segment, curve, begin):
 @inline_kernel
 def _is_clear(w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
+    if w.plan.evidence == 1:  # which changes with what follows
+        return False
     strength, beta = w.keys[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)
 
@@ -288,6 +337,8 @@ def _close_take(w, segment, curve):
         for j in range(w.plan.padded_joints):
             segment.pose[3, j] = REST
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)
+    if w.plan.evidence == 1:
+        judge_candidates(w, LAST_OF_ALL)
     close(w.params, settled)
     rank(w, segment.state.settled)
 
@@ -299,7 +350,7 @@ def _withdraw_newest(w, segment):
     key = w.keys[newest]
     if w.plan.offline == 0 and key.before != NOT_KEPT:
         put_segment(w, key.before, newest, SEGMENT_WITHDRAWN)
-    point = point_of(key, key.frame, key.time, UNKNOWN_STRENGTH)
+    point = point_of(key, key.at_frame, key.at_time, UNKNOWN_STRENGTH)
     put_key_frame(w.clock, w.events, point, WITHDRAWN, key.rev + 1, DECIDED)
     slot = w.order[newest]
     merge_into(w.params, w.summaries[slot], w.summaries[segment.state.settled])
@@ -307,6 +358,8 @@ def _withdraw_newest(w, segment):
     segment.state.settled = slot
     w.state.undecided -= 1
     w.state.ordinal -= 1
+    if w.plan.evidence == 1:
+        forget_newest(w.cycles)
 
 
 @inline_kernel

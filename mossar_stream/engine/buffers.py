@@ -1,7 +1,6 @@
 """Buffers: what compiled calls need besides the performers: scratch, and a buffer for events."""
 
 from collections.abc import Mapping
-from typing import Self
 
 from mossar_stream.algorithm.window_step import new_scratch
 from mossar_stream.engine.plan import Plan
@@ -13,11 +12,29 @@ IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at onc
 BATCH = 512  # events that there is room for besides those of one frame
 
 
+class Guard:
+    """Lets one thread in at a time (`with guard:`); another one that comes meanwhile gets an error at once.
+
+    Two threads would write into the same rows and the same event buffer.
+
+    Raises:
+        RuntimeError: On entering, if a thread is in.
+    """
+
+    def __init__(self) -> None:
+        self.is_busy = False
+
+    def __enter__(self) -> None:
+        if self.is_busy:
+            raise RuntimeError(IN_USE)
+        self.is_busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.is_busy = False
+
+
 class Buffers:
     """Scratch and an event buffer for performers of one plan, one after the other.
-
-    They are used by one thread at a time (`with buffers:`); another one that comes meanwhile gets an error at once,
-    since both would write into the same rows.
 
     Building them compiles the kernels for the plan's similarity measure, or loads them.
 
@@ -31,17 +48,8 @@ class Buffers:
         self.for_run = self.scratch, self.events, plan.most_events
         self._joints = plan.skeleton.names
         self._view = memoryview(self.events)  # type: ignore[arg-type]
-        self.is_busy = False
+        self.guard = Guard()
         warm_up(plan)
-
-    def __enter__(self) -> Self:
-        if self.is_busy:
-            raise RuntimeError(IN_USE)
-        self.is_busy = True
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.is_busy = False
 
     def take_events(self, performers: Mapping[int, str]) -> list[Event]:
         """Return what lies in the event buffer, and empty it; performers are named by row."""

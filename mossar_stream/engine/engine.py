@@ -45,7 +45,7 @@ def push(
     Raises:
         RuntimeError: If another thread is using the row's pool.
     """
-    with row.pool.buffers:
+    with row.guard:
         return _push(row, positions, times, first_frame)
 
 
@@ -84,10 +84,10 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
         position: (1, J, 3) m.
         time: (1,) s.
     """
-    buffers = row.buffers
-    if buffers.is_busy:
+    guard = row.guard  # as `with guard:` would do it, which takes longer
+    if guard.is_busy:
         raise RuntimeError(IN_USE)
-    buffers.is_busy = True
+    guard.is_busy = True
     try:
         code = advance(row.memory, 0, row.params, position, time)
         if code == ONE_DONE and not row.pending:
@@ -98,7 +98,7 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
             return events
         return row.take_pending() if code == ONE_DONE else _push(row, position, time)
     finally:
-        buffers.is_busy = False
+        guard.is_busy = False
 
 
 def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
@@ -118,7 +118,7 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
     # First those who have a pool of their own.
     for pool, members in sorted(by_pool.items(), key=lambda item: len(item[0].memory)):
         own, begins = [rows[k] for k in members], np.array(members) * count
-        with pool.buffers:
+        with pool.buffers.guard:
             for row in own:
                 events += _take_pending(row)
             indices, ends, cursor = (
@@ -174,7 +174,7 @@ def update(row: Row, reason: int) -> list[Event]:
         row: The performer's.
         reason: See `update_window`.
     """
-    with row.pool.buffers:
+    with row.guard:
         return _update(row, reason)
 
 
@@ -186,7 +186,7 @@ def _update(row: Row, reason: int) -> list[Event]:
 
 def take_pending(row: Row) -> list[Event]:
     """Return the events that waited for the next push, those of a level that moved included."""
-    with row.pool.buffers:
+    with row.guard:
         return _take_pending(row)
 
 
@@ -199,7 +199,7 @@ def _take_pending(row: Row) -> list[Event]:
 
 def end_take(row: Row, reason: str = "") -> list[Event]:
     """End a performer's take: decide everything, and return the events, after those that were pending."""
-    with row.pool.buffers:
+    with row.guard:
         return _end_take(row, reason)
 
 

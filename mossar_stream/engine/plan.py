@@ -69,6 +69,7 @@ class Plan:
             one_euro=resolved.smoothing == "one_euro",
             history=history or history_size(kept),
             counted=not offline,
+            evidence=resolved.similarity == "evidence",
         )
 
     @cached_property
@@ -144,6 +145,8 @@ class Plan:
             "pre_roll": chosen.pre_roll,
             "post_roll": chosen.post_roll,
             "tempo": chosen.tempo,
+            "evidence": chosen.similarity == "evidence",
+            "facts": similarity.facts_at(chosen, self.params),
             "offline": self.offline,
         }
         for name in PLAN.names or ():

@@ -70,6 +70,7 @@ class Row:
         clock: CLOCK, one of them.
         is_live: Whether the take that is open has been told of.
         pending: Events for the next push.
+        guard: Of the pool's buffers.
         is_level_new: Whether the level moved, and what follows from that waits for the next push, too.
     """
 
@@ -82,7 +83,7 @@ class Row:
     def _enter(self, pool: Pool, index: int) -> None:
         self.pool, self.index, self.plan = pool, index, pool.plan
         self.memory = pool.memory[index : index + 1]
-        self.params, self.buffers = pool.plan.params, pool.buffers
+        self.params, self.guard = pool.plan.params, pool.buffers.guard
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
         self.is_live = bool(self.clock["open"])
@@ -119,6 +120,7 @@ class Row:
     def _leave_for(self, plan: Plan) -> None:
         self.release()
         other = pool_of_one(plan, self.name)
+        other.pool.buffers.guard = self.guard  # the thread that is in stays in
         self._enter(other.pool, other.index)
 
     def release(self) -> None:

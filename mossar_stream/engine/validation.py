@@ -32,6 +32,9 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("average", "filled"): (0, max(0, shape.smoothing_window)),
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
+        ("cycles", "poses"): (0, 2**60),
+        ("cycles", "candidates"): (0, 2**60),
+        ("cycles", "judged"): (0, int(state["cycles"]["candidates"])),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),
@@ -79,4 +82,5 @@ def _keys_follow_each_other(row: NDArray[np.uint8], plan: Plan) -> bool:
         and (earlier | (before == left) | (before == NOT_KEPT)).all()
         and ((keys["kind"] >= 0) & (keys["kind"] <= 2)).all()
         and ((keys["kept"] == 0) | (keys["kept"] == 1)).all()
+        and ((keys["told"] == 0) | (keys["told"] == 1)).all()
     )

@@ -34,7 +34,7 @@ def precompile(settings: Settings | None = None) -> None:
     Example:
         >>> precompile(Settings(similarity="likelihood"))
     """
-    similarity = (settings or Settings()).similarity
+    similarity = (settings or Settings()).resolved().similarity
     if similarity not in _ready:
         plan = _any_plan(similarity)
         with second_process(__name__, similarity):
@@ -44,7 +44,7 @@ def precompile(settings: Settings | None = None) -> None:
 
 def warm_up(plan: Plan) -> None:
     """Compile the kernels for a plan, or load them, if that has not been done in this process."""
-    if plan.given.similarity in _ready:
+    if plan.settings.similarity in _ready:
         return
     open_cache(accelerated=is_accelerated())
     memory = plan.new_rows(1)
@@ -53,7 +53,7 @@ def warm_up(plan: Plan) -> None:
     nobody = np.zeros(0, np.int64)
     batch = nobody, nobody, nobody, np.zeros(2, np.int64)
     run(memory, plan.params, (scratch, events, plan.most_events), batch, frames, times)
-    _ready.add(plan.given.similarity)
+    _ready.add(plan.settings.similarity)
 
 
 def compile_part(folder: str, similarity: SimilarityName) -> None:

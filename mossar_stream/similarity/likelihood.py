@@ -36,6 +36,7 @@ from mossar_stream.memory.joint_pages import (
     page_of,
 )
 from mossar_stream.settings import ResolvedSettings
+from mossar_stream.similarity.evidence import FACTS, merge_facts, odds_strength
 from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
 
 LOG_2 = np.log(2.0)
@@ -57,6 +58,11 @@ LIKELIHOOD = np.dtype(
         ("speed_floor", "f8"),
         ("distance_floor", "f8"),
         ("short", "f8"),  # s, setting short_segment
+        (
+            "facts",
+            "i8",
+        ),  # where those of evidence.py begin in a slot; 0 if it is the likelihood alone that counts
+        ("moving_joints", "i8"),
     ],
 )
 
@@ -76,11 +82,16 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     stride = max(1, round(joints * half / MOST_DISTANCES))
     offsets = math.ceil(half / stride) if weights.distances and joints > 1 else 0
     p = np.zeros(1, LIKELIHOOD)
-    p["positions"] = 3 * padded_joints if weights.positions else 0
-    p["speeds"] = padded_joints if weights.log_speed else 0
+    both = settings.similarity == "evidence"
+    p["positions"] = 3 * padded_joints if weights.positions or both else 0
+    p["speeds"] = padded_joints if weights.log_speed or both else 0
     p["offsets"], p["stride"] = offsets, stride
     p["dimensions"] = p["positions"] + p["speeds"] + offsets * padded_joints
     p["start"] = PATH + padded_joints
+    p["moving_joints"] = moving
+    if settings.similarity == "evidence":
+        p["facts"] = PATH + padded_joints
+        p["start"] += FACTS
     p["position_weight"] = weights.positions / (3 * moving)
     p["speed_weight"] = weights.log_speed / moving
     p["distance_weight"] = weights.distances / max(1, offsets * joints)
@@ -228,7 +239,14 @@ def _add_distances(sums, squares, one, other, weight):
 
 @kernel
 def merge_into(params, target, other):
-    """Make `target` the summary of both segments; neither order nor grouping matters beyond rounding."""
+    """Make `target` the summary of both segments, `other` being the later one; sums know no order."""
+    if params.facts > 0:
+        merge_facts(params.facts, target, other)
+        for d in range(params.facts):
+            target[d] += other[d]
+        for d in range(params.start, len(target)):
+            target[d] += other[d]
+        return
     for d in range(len(target)):
         target[d] += other[d]
 
@@ -238,7 +256,7 @@ def close(params, summary):
     """Set a summary's TERM: T Σ_d w_d log(σ²_d + r)."""
     summary[TERM] = 0.0
     duration = summary[DURATION]
-    if duration <= SHORTEST:
+    if duration <= SHORTEST or params.facts > 0:
         return
     sums = summary[params.start : params.start + params.dimensions]
     squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
@@ -287,6 +305,8 @@ def strength(params, left, right, both):
     """
     for d in range(len(both)):
         both[d] = left[d] + right[d]
+    if params.facts > 0:
+        return odds_strength(params, left, right, both)
     close(params, both)
     return merge_cost(params, left, right, both)
 

@@ -35,6 +35,7 @@ from mossar_stream.similarity.path_kernel import kernel as path_kernel
 from mossar_stream.similarity.summary import DURATION, SHORTEST
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
+    "evidence": (likelihood, likelihood.LIKELIHOOD),
     "likelihood": (likelihood, likelihood.LIKELIHOOD),
     "path_kernel": (path_kernel, path_kernel.PATH_KERNEL),
 }
@@ -48,6 +49,11 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
 def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
+
+
+def facts_at(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
+    """Return where the facts of evidence begin in a summary, 0 if there are none."""
+    return int(params["facts"][0]) if settings.similarity == "evidence" else 0
 
 
 def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:

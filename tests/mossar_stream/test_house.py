@@ -100,7 +100,7 @@ def test_circles_are_found():
 
 
 def name_of(file):
-    return ".".join(file.relative_to(ROOT).with_suffix("").parts)
+    return ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
 @pytest.mark.parametrize("depth", [2, 9], ids=["rooms", "modules"])

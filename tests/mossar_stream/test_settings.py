@@ -5,7 +5,7 @@ import pytest
 
 from mossar_stream import Settings, SettingsError
 from mossar_stream.presets import BUNDLES, PRESETS, STRENGTHS
-from mossar_stream.settings import LEVEL_NAMES, LIMITS, Features, VarianceFloor
+from mossar_stream.settings import LEVEL_NAMES, SETTING_LIMITS, Features, VarianceFloor
 
 
 def refusal(**changes):
@@ -16,9 +16,9 @@ def refusal(**changes):
     return message
 
 
-@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize("name", SETTING_LIMITS)
 def test_every_number_has_limits_and_the_message_names_them(name):
-    low, high = LIMITS[name]
+    low, high = SETTING_LIMITS[name]
     for value in (high * 1.01 + 1, low - 1, float("nan"), float("inf")):
         if isinstance(value, float) and name in (
             "smoothing_window",

@@ -7,9 +7,10 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import KeyFrame, Segmentation, Skeleton, segment_recording
 from mossar_tools.excerpt import excerpt
-from mossar_tools.loaded_recording import LoadedRecording, load_recording
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
 from mossar_tools.poses import draw_poses

@@ -15,9 +15,10 @@ from typing import Any
 import msgspec
 import msgspec.structs
 
+from mossar_adapters.files.loaded import LoadedRecording, Tell
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
 from mossar_stream import MossarError, Result, Segmentation, segment_recording
-from mossar_tools.loaded_recording import LoadedRecording, Tell, load_recording
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 
 AHEAD = 4  # recordings of each process that are under way or wait to be written

@@ -30,6 +30,7 @@ COMMANDS: Final[dict[str, str]] = {
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
+    "tune": "too many or too few key frames: how many stand at which strength, and settings that suit",
     "evaluate": "accuracy against labelled recordings, or demo:; --grid, --plot, --json",
     "bench": "speed, delay and memory on this machine; --peers adds other libraries; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",

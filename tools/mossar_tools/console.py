@@ -11,6 +11,7 @@ import shutil
 import sys
 import threading
 import time
+import warnings
 from typing import Final, TextIO
 
 from mossar_tools.bars import bar
@@ -54,6 +55,7 @@ class Console:
         LOGGER.handlers[:] = [handler]
         LOGGER.setLevel(level.upper())
         LOGGER.propagate = False
+        warnings.showwarning = lambda message, *_, **__: LOGGER.warning("%s", message)
 
     @property
     def live(self) -> bool:

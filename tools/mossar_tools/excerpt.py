@@ -6,9 +6,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import KeyFrame, Result, Segment, Segmentation
 from mossar_tools.errors import UsageError
-from mossar_tools.loaded_recording import LoadedRecording
 
 
 class Excerpt(msgspec.Struct, frozen=True):

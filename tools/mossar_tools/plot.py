@@ -10,10 +10,10 @@ import textwrap
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Result, Segmentation
 from mossar_tools.excerpt import Excerpt, excerpt
 from mossar_tools.figures import FONT, save, style
-from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.options import WIDTH
 from mossar_tools.palette import Palette
 from mossar_tools.panels import draw_curve, draw_segments, draw_tree

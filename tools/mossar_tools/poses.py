@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import KeyFrame
 from mossar_tools.excerpt import Excerpt
-from mossar_tools.loaded_recording import LoadedRecording
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import Floats, head_of, project, sides, view_of
 from mossar_tools.thinning import strongest_apart

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Result, Segmentation
 from mossar_tools.console import Console
-from mossar_tools.loaded_recording import LoadedRecording
 
 
 def segmentation_table(

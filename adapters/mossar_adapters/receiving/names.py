@@ -2,8 +2,7 @@
 
 import hashlib
 
-from mossar_stream import performer_name
-from mossar_stream.frames import MAX_PERFORMER_NAME
+from mossar_stream import MAX_PERFORMER_NAME, performer_name
 
 _DIGEST = 4  # bytes
 _MOST = 1 << 16  # characters of a name that count

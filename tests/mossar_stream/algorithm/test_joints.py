@@ -6,7 +6,7 @@ import pytest
 from mossar_stream import Segmenter, Settings, Skeleton
 
 FPS = 50.0
-ROOM = Settings(window=0.02, range="fixed", range_max=1.0)
+ROOM = Settings(level="posture", window=0.02, range="fixed", range_max=1.0)
 BODY = Skeleton(("hip", "left", "right", "head"), (-1, 0, 0, 0))
 
 

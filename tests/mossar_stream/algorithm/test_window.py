@@ -207,7 +207,14 @@ def test_the_oldest_is_decided_by_frame_time_even_if_nothing_else_happens(core):
 
 
 def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(core):
-    settings = Settings(level=0.05, remerge_seconds=0.5, location="none", range_floor=0.01, window=0.05)
+    settings = Settings(
+        similarity="likelihood",
+        level=0.05,
+        remerge_seconds=0.5,
+        location="none",
+        range_floor=0.01,
+        window=0.05,
+    )
     clear, near, changed = 0, 0, 0
     for seed in range(6):
         positions, times = core.moving_people(seed, frames=900, losses=False)

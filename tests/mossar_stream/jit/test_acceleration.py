@@ -74,7 +74,6 @@ def test_the_plain_path_can_be_forced():
     [
         ("numba.core.codegen", "CPUCodeLibrary"),
         ("numba.core.typed_passes", "NativeLowering"),
-        ("llvmlite.binding", "add_symbol"),
     ],
 )
 def test_a_private_part_that_is_gone_costs_time_only(module, name):

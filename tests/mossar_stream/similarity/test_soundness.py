@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from mossar_stream.memory.row import Shape
 
 from mossar_stream.jit.decorators import entry_point
+from mossar_stream.memory.joint_pages import pad
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.summary import DURATION
@@ -24,7 +24,7 @@ def strength(params, left, right, both):
 
 def summaries(chosen, count=3):
     settings = Settings(**chosen).resolved()
-    params = similarity.make_params(settings, JOINTS, Shape.pad(JOINTS), 0)
+    params = similarity.make_params(settings, JOINTS, pad(JOINTS), 0)
     return settings, params, np.zeros((count, similarity.slot_size(settings, params)))
 
 

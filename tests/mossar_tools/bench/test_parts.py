@@ -5,13 +5,13 @@ import subprocess
 import numpy as np
 import pytest
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_tools.bench.crowd import Crowd
 from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
 from mossar_tools.bench.push import waits
 from mossar_tools.bench.start import copied, first_import
 from mossar_tools.bench.work import prepare
-from mossar_tools.loaded_recording import LoadedRecording
 
 
 @pytest.fixture(scope="module")

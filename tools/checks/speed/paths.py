@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Settings, segment_recording
-from mossar_stream.algorithm.joints import localise
+from mossar_stream.algorithm.reference import localise
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.similarity.path_kernel import path_sum as kernels
 from mossar_stream.similarity.path_kernel import reference as path_reference
@@ -17,7 +18,6 @@ from mossar_stream.similarity.path_kernel.kernel import AT_REST
 from mossar_stream.similarity.path_kernel.reference import SegmentGraph, segment_graph
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.work import Work
-from mossar_tools.loaded_recording import LoadedRecording
 
 EDGES = tuple(range(5, 50, 5))  # N
 PAIRS = 40  # neighbours looked at, at most

@@ -6,8 +6,8 @@ import msgspec
 import msgspec.structs
 import numpy as np
 
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_tools.bench.motion import JOINTS, Motion, joined, performer, to_and_fro
-from mossar_tools.loaded_recording import LoadedRecording
 
 
 class Work(msgspec.Struct, frozen=True):

@@ -15,9 +15,9 @@ from mossar_tools.palette import palette
 from mossar_tools.values import names
 
 if TYPE_CHECKING:
+    from mossar_adapters.files.loaded import LoadedRecording
     from mossar_tools.bench.measurement import Measurement
     from mossar_tools.evaluation.takes import Take
-    from mossar_tools.loaded_recording import LoadedRecording
 
 DEMO_SEEDS = 4  # performances of each kind, for the peers
 
@@ -157,7 +157,8 @@ def _takes(options: Options) -> "list[Take]":
 
 def _recordings(options: Options) -> "list[LoadedRecording]":
     """Return the recordings of all files and labelled folders."""
-    from mossar_tools.loaded_recording import LoadedRecording, load_recording
+    from mossar_adapters.files.loaded import LoadedRecording
+    from mossar_tools.loaded_recording import load_recording
 
     wholes = []
     for source in options.sources:

@@ -29,6 +29,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR --set sig_threshold=0.03
+  mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
 """
 
@@ -37,10 +38,15 @@ SHOWN = "Mossar likelihood, streaming"  # the method whose recordings are listed
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("file", metavar="DIR", help="a folder of labelled recordings, or demo:")
+    parser.add_argument("sources", metavar="DIR", nargs="+", help="folders of labelled recordings, or demo:")
     group = parser.add_argument_group("what to do and to put out")
     group.add_argument(
         "--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did"
+    )
+    group.add_argument(
+        "--leave-out",
+        action="store_true",
+        help="of several folders, score each with the strength that serves the others best",
     )
     add_output(group, "json", "everything as one JSON object")
     add_output(group, "csv", "a row for each method and recording")
@@ -56,6 +62,10 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     settings = options.settings()
     outputs = Outputs.of(options)
+    if len(options.sources) > 1:
+        return _sets(options, console, outputs, settings)
+    if options.leave_out:
+        raise UsageError("--leave-out needs several folders: one is left out, the others choose")
     takes = _takes(options, console)
     if options.grid:
         return _grid(takes, options, console, outputs)
@@ -88,6 +98,27 @@ def run(options: Options, console: Console) -> int:
     return DONE
 
 
+def _sets(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
+    """Show several folders beside each other."""
+    from mossar_tools.evaluation.report import as_json, tables
+    from mossar_tools.evaluation.sets import compare_sets, load_sets
+    from mossar_tools.streaming import saying_if_cold
+
+    if options.grid or options.plot:
+        raise UsageError("--grid and --plot take one folder")
+    folders = [Path(source) for source in options.sources]
+    sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
+    with saying_if_cold():
+        rows = compare_sets(sets, settings, console.status, leave_out=options.leave_out)
+    report = as_json(sets, rows)
+    outputs.write_json(report, console)
+    outputs.write_csv(_flat(report), console)
+    if not outputs.piped:
+        for line in tables(sets, rows):
+            console.line(line)
+    return DONE
+
+
 def _progress(console: Console, steps: int) -> Callable[[str], None]:
     """Return what is told of each step before it is done, and shows a bar."""
     done = itertools.count()
@@ -114,11 +145,13 @@ def _takes(options: Options, console: Console) -> Sequence[Take]:
     from mossar_tools.evaluation.performer import SEEDS, demo_takes
     from mossar_tools.evaluation.takes import load_folder
 
-    address = parse_url(options.file)
+    address = parse_url(options.sources[0])
     if address.scheme == "demo":
-        return list(demo_takes(options.file, options.seeds or SEEDS))
+        return list(demo_takes(options.sources[0], options.seeds or SEEDS))
     if address.scheme != "file":
-        raise UsageError(f"{options.file}: mossar evaluate takes a folder of labelled recordings or demo:")
+        raise UsageError(
+            f"{options.sources[0]}: mossar evaluate takes a folder of labelled recordings or demo:"
+        )
     return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))
 
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import Settings
-from mossar_stream.settings import CHOICES, LIMITS
+from mossar_stream import SETTING_CHOICES, SETTING_LIMITS, Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_settings
@@ -93,10 +92,10 @@ def _origin(name: str, options: Options, chosen: Settings) -> str:
 
 
 def _legal(name: str) -> str:
-    if name in CHOICES:
-        return ", ".join(choice for choice in CHOICES[name] if choice)
-    if name in LIMITS:
-        low, high = LIMITS[name]
+    if name in SETTING_CHOICES:
+        return ", ".join(choice for choice in SETTING_CHOICES[name] if choice)
+    if name in SETTING_LIMITS:
+        low, high = SETTING_LIMITS[name]
         return f"{low:g} to {high:g}"
     return {"level": "posture, motion, cluster or a strength from 0", "tempo": "true, false"}.get(
         name, "parts"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import open_recording
+from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import KeyFrame, LevelName, Result, Segmentation, Settings, segment_recording
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Stretch
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
@@ -19,7 +20,7 @@ from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
 from mossar_tools.figures import check_picture
-from mossar_tools.loaded_recording import LoadedRecording, load_recording
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import Palette
 

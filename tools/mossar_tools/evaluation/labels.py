@@ -68,7 +68,7 @@ def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     paths = sorted(folder.rglob("*.json"))
     if len(paths) > MAX_FILES:
         raise LabelError(f"{folder}: more than {MAX_FILES} JSON files; give a smaller folder")
-    found = [(path, labels) for path in paths if (labels := _read(path)) is not None]
+    found = [(path, labels) for path in paths if (labels := read_labels(path)) is not None]
     if not found:
         raise LabelError(
             f"{folder}: no label file; put NAME.json beside each recording, with at least "
@@ -77,7 +77,7 @@ def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     return found
 
 
-def _read(path: Path) -> Labels | None:
+def read_labels(path: Path) -> Labels | None:
     """Return the content of a label file, None if it is something else."""
     try:
         if path.stat().st_size > MAX_BYTES:

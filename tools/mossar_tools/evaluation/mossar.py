@@ -30,7 +30,11 @@ def similarities(settings: Settings) -> dict[str, Settings]:
         f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
         for form in get_args(KernelForm)
     }
-    return {"likelihood": settings.replace(similarity="likelihood"), **forms}
+    return {
+        "evidence": settings.replace(similarity=None),
+        "likelihood": settings.replace(similarity="likelihood"),
+        **forms,
+    }
 
 
 def stream(take: Take, settings: Settings, status: str) -> Found:
@@ -42,6 +46,11 @@ def stream(take: Take, settings: Settings, status: str) -> Found:
         status: `confirmed` (before remerging) or `final`.
     """
     segmenter = Segmenter(take.skeleton, settings.replace(level=take.level), fps=take.fps)
+    return found_in(segmenter, take, status)
+
+
+def found_in(segmenter: Segmenter, take: Take, status: str) -> Found:
+    """Return the same from a segmenter that is there."""
     events = []
     began = time.perf_counter()
     for start in range(0, len(take.times), CHUNK):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_stream import Frames, LevelName, Skeleton
 from mossar_tools.evaluation.judges import truth_from_judges
-from mossar_tools.evaluation.labels import LabelError, Labels, read_folder
+from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
 from mossar_tools.evaluation.matching import Cut
 
 MAX_NUMBERS = 250_000_000  # coordinates of one recording: 1 GB
@@ -110,6 +110,18 @@ def all_frames(
     if not times:
         return np.zeros((0, 1, 3), np.float32), np.zeros(0)
     return np.concatenate(positions), np.concatenate(times)
+
+
+def cuts_of(path: Path, times: NDArray[np.float64]) -> tuple[list[Cut], float]:
+    """Return the cuts that a label file has for a recording, s, and their tolerance, s.
+
+    Raises:
+        LabelError: If it is no label file, or its cuts are not of this recording.
+    """
+    labels = read_labels(path)
+    if labels is None:
+        raise LabelError(f"{path}: no labels; there must be a recording and its cuts in it")
+    return _cuts(path, labels, times), labels.tolerance_s
 
 
 def _cuts(path: Path, labels: Labels, times: NDArray[np.float64]) -> list[Cut]:

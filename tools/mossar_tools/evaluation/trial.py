@@ -63,12 +63,20 @@ def trial(
     """
     rows = []
     for method in methods:
-        outcomes = []
-        for take in takes:
-            tell(f"{method.name}: {take.name}")
-            outcomes.append(_outcomes(method, take))
+        outcomes = run_all(method, takes, tell)
         rows += [_row(method, choice, outcomes) for choice in method.choices]
     return rows
+
+
+def run_all(
+    method: Method, takes: Sequence[Take], tell: Callable[[str], None] = lambda _: None
+) -> list[dict[str, Outcome]]:
+    """Return the outcome of each variant of a method for each take."""
+    outcomes = []
+    for take in takes:
+        tell(f"{method.name}: {take.name}")
+        outcomes.append(_outcomes(method, take))
+    return outcomes
 
 
 def _outcomes(method: Method, take: Take) -> dict[str, Outcome]:
@@ -86,4 +94,9 @@ def _row(method: Method, choice: Choice, outcomes: Sequence[dict[str, Outcome]])
         chosen = [own[best] for own in outcomes]
     else:
         chosen = [max(own.values(), key=lambda one: one.scores.f1) for own in outcomes]
+    return row_of(method, choice, chosen)
+
+
+def row_of(method: Method, choice: Choice, chosen: list[Outcome]) -> Row:
+    """Return the row of a method with one outcome for each take."""
     return Row(method.name, choice, chosen, mean_scores([one.scores for one in chosen]))

@@ -4,6 +4,7 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 """
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -26,6 +27,7 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -69,13 +71,25 @@ class Segmentation(msgspec.Struct, frozen=True):
     key_frames: list[KeyFrame]
     segments: list[Segment]
 
+    def to_dataframe(self) -> Any:
+        """Return the segments as a pandas DataFrame.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.segments, Segment.__struct_fields__)
+
+    def _repr_html_(self) -> str:
+        return notebook.segments_html(self)
+
 
 class Result:
     """What `segment_recording` found.
 
     Attributes:
         settings: The settings used.
-        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3.
+        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence those that a
+            stream would tell of.
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
@@ -88,13 +102,44 @@ class Result:
         self.repetitions: list[RepetitionEvent] = []
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
+        # Evidence works with more candidates than people are told of: those that stand for nothing stay inside.
+        keys = keys[(keys["told"] == 1) | (keys["strength"] >= row.state["plan"]["beta"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
-                ["frame", "time", "kind", "velocity", "strength"]
+                ["at_frame", "at_time", "kind", "velocity", "strength"]
             ].tolist()
         ]
         self.hierarchy = [self.key_frames[i] for i in np.argsort(keys["place"], kind="stable")]
+
+    def __repr__(self) -> str:
+        return notebook.summary(self)
+
+    def _repr_html_(self) -> str:
+        return notebook.html(self)
+
+    def to_dataframe(self) -> Any:
+        """Return all key frames, with their strengths, as a pandas DataFrame; `at(level).to_dataframe()` has segments.
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(self.key_frames, KeyFrame.__struct_fields__)
+
+    def plot(self, level: LevelName | float | None = None, *, axes: Any = None) -> Any:
+        """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
+
+        Args:
+            level: Which segments; those of the settings if None.
+            axes: Of matplotlib; a new figure's if None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            ImportError: If matplotlib is not installed.
+        """
+        return notebook.plot(self, self.at(self.settings.level if level is None else level), axes)
 
     @property
     def segments(self) -> list[Segment]:

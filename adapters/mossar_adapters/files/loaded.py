@@ -1,0 +1,118 @@
+"""Loaded: all frames of one performer of a recording, in memory."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.demo import Cut
+from mossar_adapters.files.errors import FileError
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.registry import open_recording
+from mossar_adapters.source import Recording
+from mossar_stream import Frames, Result, Settings, Skeleton, segment_recording
+
+MAX_BYTES = 2 << 30  # of positions
+Tell = Callable[[float | None], None]  # gets the share that is read, None where that is not known
+
+
+class LoadedRecording(msgspec.Struct, frozen=True):
+    """A recording in memory.
+
+    Args:
+        name: File name or URL.
+        skeleton: J joints.
+        fps: Nominal rate, Hz, if it is known.
+        positions: (n, J, 3) float32, metres; NaN where a joint is missing or has no confidence.
+        times: (n,) float64, s.
+        cuts: True cuts of the built-in performer.
+        performer: Its name.
+    """
+
+    name: str
+    skeleton: Skeleton
+    fps: float | None
+    positions: NDArray[np.float32]
+    times: NDArray[np.float64]
+    cuts: tuple[Cut, ...] = ()
+    performer: str = "p1"
+
+    def __repr__(self) -> str:
+        rate = f" at {self.fps:g} Hz" if self.fps else ""
+        return f"{self.name}: {len(self.times)} frames{rate}, {len(self.skeleton)} joints, performer {self.performer}"
+
+    def segment(self, *, curves: bool = True, **settings: Any) -> Result:
+        """Segment it offline, with the range of the whole recording.
+
+        Args:
+            curves: Whether to keep the velocity curve, for `Result.plot`.
+            settings: Fields of `Settings`, as `level="cluster"`.
+
+        Raises:
+            SettingsError: If a setting is unknown or its value illegal.
+        """
+        chosen = Settings.build("default", {"range": "file", **settings})
+        return segment_recording(
+            self.positions, self.fps, self.skeleton, chosen, times=self.times, curves=curves
+        )
+
+
+def read(path: str | Path, **options: Any) -> LoadedRecording:
+    """Read a recording of any format in one call.
+
+    Args:
+        path: Where it lies.
+        options: Fields of `ReadOptions`: `unit`, `fps`, `skeleton`, `root`, `joints`, `performer`, `allow_2d`.
+
+    Raises:
+        FileError: If it cannot be read, or is too large to be held in memory.
+
+    Example:
+        >>> from mossar_adapters.files import read
+        >>> take = read("walk.bvh")  # doctest: +SKIP
+        >>> take.segment(level="cluster").plot()  # doctest: +SKIP
+    """
+    return load(open_recording(str(path), ReadOptions(**options)))
+
+
+def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
+    """Return the first performer of a recording.
+
+    Args:
+        recording: As opened.
+        tell: Is told how reading goes.
+
+    Raises:
+        FileError: If it is too large to be held in memory, or cannot be read to its end.
+    """
+    count = recording.frame_count or 0
+    if count * len(recording.skeleton) * 12 > MAX_BYTES:
+        raise FileError(recording.path, f"{count} frames are too many to hold in memory; use mossar run")
+    performer = recording.performers[0]
+    positions = [np.zeros((0, len(recording.skeleton), 3), np.float32)]
+    times = [np.zeros(0)]
+    read_so_far = 0
+    for frames in recording.chunks():
+        read_so_far += len(frames)
+        tell(read_so_far / count if count else None)
+        if frames.performer == performer:
+            positions.append(_certain(frames))
+            times.append(frames.times)
+    return LoadedRecording(
+        recording.path,
+        recording.skeleton,
+        recording.fps,
+        np.concatenate(positions),
+        np.concatenate(times),
+        performer=performer,
+    )
+
+
+def _certain(frames: Frames) -> NDArray[np.float32]:
+    """Return positions with NaN where there is no confidence."""
+    if frames.confidence is None:
+        return frames.positions
+    return np.where(frames.confidence[:, :, None] > 0, frames.positions, np.float32(np.nan))

@@ -1,0 +1,104 @@
+"""Facts: what is known of a candidate for evidence, from where it is found until its key frame is confirmed."""
+
+import numpy as np
+
+from mossar_stream.algorithm.pose_history import mark_at
+from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.similarity import evidence
+
+SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
+EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
+SPEED_WINDOW = 0.1  # s, over which speeds are taken
+SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
+APART = 0.25  # s between key frames that are told of when Algorithm 2 accepts them
+QUICK = 3.0  # V; who is faster is in the midst of a move
+ABOVE_NOISE = 3.0  # times the sensor's noise that a speed must have reached before
+
+FACTS_OF_CANDIDATE = np.dtype(
+    [
+        ("frame", "i8"),  # where it is told to be: `EARLIER` than Algorithm 2's frame
+        ("time", "f8"),  # s
+        ("speed", "f8"),  # m/s, lowest since the candidate
+        ("home", "f8"),  # m, distance from the pose in which the performer dwells
+        ("peak", "f8"),  # m/s, largest since the last key frame that was told of
+        ("before", "i8"),  # where the key frame before is told to be
+        ("told_time", "f8"),  # s, of that key frame
+    ],
+)
+
+
+@kernel
+def start_facts(facts, frame, time):
+    """Begin a take."""
+    facts.frame = frame
+    facts.time = time
+    facts.speed = 0.0
+    facts.home = 0.0
+    facts.peak = 0.0
+    facts.before = frame
+    facts.told_time = time + SETTLING
+
+
+@inline_kernel
+def smoothing_share(dt):
+    """Return the weight of the newest pose in the filtered one."""
+    return np.float32(dt / (dt + SMOOTHING)) if dt > 0.0 else np.float32(0.0)
+
+
+@kernel
+def note_place(facts, scales, history, body, time, joints):
+    """Note what is known of a candidate, or of a crossing, at the last frame.
+
+    Args:
+        facts: FACTS_OF_CANDIDATE.
+        scales: SCALES.
+        history: PoseHistory.
+        body: See joint_pages.py; the features are those of the last frame.
+        time: s, where the key frame is told to be.
+        joints: How many can move relative to the centre.
+    """
+    facts.speed = scales.speed
+    facts.home = distance_from_home(body, joints)
+    place = mark_at(history, time)
+    if place >= 0:
+        facts.frame = history.marks[place].frame
+        facts.time = history.marks[place].time
+
+
+@inline_kernel
+def note_speed(facts, scales, time):
+    """Note the speed of a frame, unless a key frame was told of just now."""
+    if time > facts.told_time:
+        facts.peak = max(facts.peak, scales.speed)
+
+
+@inline_kernel
+def noise_of_speed(noise, joints):
+    """Return what the sensor's noise adds to the speed u, m/s.
+
+    White noise takes each joint √6 σ a frame; filtered with weight a, and over the speed window, it takes it
+    √(6 a / (2 - a)) σ.
+    """
+    if noise.step <= 0.0:
+        return 0.0
+    share = noise.step / (noise.step + SMOOTHING)
+    return noise.estimate / joints * noise.step * np.sqrt(share / (2.0 - share)) / SPEED_WINDOW
+
+
+@kernel
+def write_facts(summary, begin, facts, scales, noise):
+    """Write what is known of a key frame into the summary of the segment that it ends."""
+    summary[begin + evidence.SPEED] = facts.speed
+    summary[begin + evidence.HOME] = facts.home / extent(scales)
+    summary[begin + evidence.EXTENT] = extent(scales)
+    summary[begin + evidence.USUAL_SPEED] = usual_speed(scales)
+    summary[begin + evidence.TEMPO] = tempo_of(scales)
+    summary[begin + evidence.NOISE] = noise
+
+
+@inline_kernel
+def is_telling(facts, scales, time, noise):
+    """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise."""
+    slow = facts.speed <= QUICK * usual_speed(scales)
+    return slow and time - facts.told_time >= APART and facts.peak >= ABOVE_NOISE * noise

@@ -1,0 +1,151 @@
+"""Scales: how far, how fast and around which pose a performer moves, so that evidence needs no unit and no tempo.
+
+    A  extent of the movements: rms distance of the joints from a slow mean of the pose
+    V  usual speed: rms of the speed u
+    H  pose in which the performer dwells: mean of the poses, each weighted by 1 / (1 + (u / 0.3 V)²)
+
+u is the rms over the joints of their speed over a tenth of a second. All are leaky sums, with little of a prior.
+Metres stand only in that prior.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import page_sum
+from mossar_stream.memory.joint_pages import (
+    HOME_X,
+    HOME_Y,
+    HOME_Z,
+    LINES,
+    MEAN_X,
+    MEAN_Y,
+    MEAN_Z,
+    PAGE,
+    POSE_X,
+    POSE_Y,
+    POSE_Z,
+    WORK,
+    page_of,
+    place,
+)
+
+HALF_LIFE, HOME_HALF_LIFE = 20.0, 30.0  # s
+MEAN_TIME = 5.0  # s, of the slow mean
+PRIOR_EXTENT, PRIOR_SPEED = 0.05, 0.1  # m and m/s, as if seen for one second
+PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
+SLOW = 0.3  # share of V below which a performer dwells
+LEAST_SPEED, LEAST_EXTENT = 1e-4, 1e-5  # m/s and m, of those who never move
+ORDINARY = 0.25  # s, A / V of ordinary movements
+QUICKEST, SLOWEST = 0.5, 2.0  # limits of the tempo relative to it
+
+SCALES = np.dtype(
+    [
+        ("speed", "f8"),  # m/s, u of the last frame
+        ("speed_weight", "f8"),  # s
+        ("squared_speed", "f8"),  # m²/s
+        ("spread_weight", "f8"),  # s
+        ("spread", "f8"),  # m² s
+        ("dwelt", "f8"),  # s, weight of the pose H
+    ],
+)
+
+
+@kernel
+def start_scales(scales, body, joints):
+    """Begin a take with the prior, in the first pose."""
+    for j in range(joints):
+        k = place(j)
+        for axis in range(3):
+            body[k + MEAN_X + axis * PAGE] = body[k + POSE_X + axis * PAGE]
+            body[k + HOME_X + axis * PAGE] = body[k + POSE_X + axis * PAGE]
+    scales.speed = 0.0
+    scales.speed_weight = scales.spread_weight = 1.0
+    scales.squared_speed = PRIOR_SPEED**2
+    scales.spread = PRIOR_EXTENT**2
+    scales.dwelt = PRIOR_DWELT
+
+
+@inline_kernel
+def follow_scales(scales, squares, dt):
+    """Take the speed of a frame in.
+
+    Args:
+        scales: SCALES.
+        squares: m²/s², mean over the joints of their squared speed.
+        dt: s since the last frame.
+    """
+    kept = np.exp2(-dt / HALF_LIFE)
+    scales.speed = np.sqrt(squares)
+    scales.squared_speed = scales.squared_speed * kept + squares * dt
+    scales.speed_weight = scales.speed_weight * kept + dt
+
+
+@inline_kernel
+def follow_poses(scales, body, joints, dt):
+    """Take a pose in that stands for `dt` seconds.
+
+    Args:
+        scales: SCALES.
+        body: See joint_pages.py.
+        joints: How many can move relative to the centre.
+        dt: s.
+    """
+    ratio = scales.speed / (SLOW * usual_speed(scales))
+    dwelling = dt / (1.0 + ratio * ratio)
+    scales.dwelt = scales.dwelt * np.exp2(-dt / HOME_HALF_LIFE) + dwelling
+    share, toward_home = np.float32(min(dt / MEAN_TIME, 1.0)), np.float32(dwelling / scales.dwelt)
+    squares = 0.0
+    for first in range(0, len(body) // LINES, PAGE):
+        page = page_of(body, first)
+        _follow_page(page, share, toward_home)
+        squares += page_sum(page, WORK)
+    kept = np.exp2(-dt / HALF_LIFE)
+    scales.spread = scales.spread * kept + squares / joints * dt
+    scales.spread_weight = scales.spread_weight * kept + dt
+
+
+@inline_kernel
+def _follow_page(page, share, toward_home):
+    """Let the means of a page's joints follow, and set the squared distances that they had from the slow one."""
+    for j in range(PAGE):
+        x, y, z = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z]
+        u, v, w = x - page[j + MEAN_X], y - page[j + MEAN_Y], z - page[j + MEAN_Z]
+        page[j + MEAN_X] += share * u
+        page[j + MEAN_Y] += share * v
+        page[j + MEAN_Z] += share * w
+        page[j + HOME_X] += toward_home * (x - page[j + HOME_X])
+        page[j + HOME_Y] += toward_home * (y - page[j + HOME_Y])
+        page[j + HOME_Z] += toward_home * (z - page[j + HOME_Z])
+        page[j + WORK] = u * u + v * v + w * w
+
+
+@inline_kernel
+def usual_speed(scales):
+    """Return V, m/s."""
+    return max(np.sqrt(scales.squared_speed / scales.speed_weight), LEAST_SPEED)
+
+
+@inline_kernel
+def extent(scales):
+    """Return A, m."""
+    return max(np.sqrt(scales.spread / scales.spread_weight), LEAST_EXTENT)
+
+
+@inline_kernel
+def tempo_of(scales):
+    """Return how slow the performer is: A / V relative to ordinary, within limits."""
+    return min(max(extent(scales) / usual_speed(scales) / ORDINARY, QUICKEST), SLOWEST)
+
+
+@kernel
+def distance_from_home(body, joints):
+    """Return the rms distance of the joints from the pose H, m."""
+    squares = 0.0
+    for first in range(0, len(body) // LINES, PAGE):
+        page = page_of(body, first)
+        for j in range(PAGE):
+            x, y, z = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z]
+            u, v, w = x - page[j + HOME_X], y - page[j + HOME_Y], z - page[j + HOME_Z]
+            page[j + WORK] = u * u + v * v + w * w
+        squares += page_sum(page, WORK)
+    return np.sqrt(squares / joints)

@@ -1,0 +1,84 @@
+"""Notebook: results as people look at them, as a summary, a table, a picture or a DataFrame.
+
+Results are known by their fields alone, since their classes are made of what is here.
+pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
+"""
+
+from collections.abc import Sequence
+from html import escape
+from importlib import import_module
+from itertools import pairwise
+from typing import Any
+
+import msgspec
+
+SHOWN = 12  # rows of a table that are shown
+_COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
+
+
+def summary(result: Any) -> str:
+    """Return one line on a result."""
+    keys, kept = result.key_frames, result.at(result.settings.level).key_frames
+    return f"Result: {len(keys)} key frames, {len(kept)} of them at level {result.settings.level}"
+
+
+def html(result: Any) -> str:
+    """Return a summary and the segments at the level of the settings, as HTML."""
+    return f"<p>{escape(summary(result))}</p>{segments_html(result.at(result.settings.level))}"
+
+
+def segments_html(segmentation: Any) -> str:
+    """Return the segments of a level as an HTML table, the first ones of many."""
+    parts = segmentation.segments
+    rows = [_row("th", ("start", "end", "state", "most active joints", "similarity"))]
+    for part in parts[:SHOWN]:
+        alike = "" if part.similarity is None else f"{part.similarity:.2f}"
+        times = (f"{part.start_time:.2f} s", f"{part.end_time:.2f} s")
+        rows.append(_row("td", (*times, part.state, ", ".join(part.active_joints[:3]), alike)))
+    more = f"<p>and {len(parts) - SHOWN} more</p>" if len(parts) > SHOWN else ""
+    return f"<table>{''.join(rows)}</table>{more}"
+
+
+def dataframe(rows: Sequence[msgspec.Struct], fields: Sequence[str]) -> Any:
+    """Return records as a pandas DataFrame with a column for each field.
+
+    Raises:
+        ImportError: If pandas is not installed.
+    """
+    pandas = import_module("pandas")
+    return pandas.DataFrame([msgspec.structs.asdict(row) for row in rows], columns=list(fields))
+
+
+def plot(result: Any, segmentation: Any, axes: Any) -> Any:
+    """Draw the segments of a level and all key frames, with the velocity curve where it was kept.
+
+    Args:
+        result: What was found.
+        segmentation: The level to show.
+        axes: Of matplotlib; a new figure's if None.
+
+    Returns:
+        The axes.
+
+    Raises:
+        ImportError: If matplotlib is not installed.
+    """
+    if axes is None:
+        axes = import_module("matplotlib.pyplot").subplots(figsize=(10, 2.5), layout="constrained")[1]
+    for part in segmentation.segments:
+        axes.axvspan(part.start_time, part.end_time, color=_COLOURS[part.state], lw=0)
+    for before, _ in pairwise(segmentation.segments):
+        axes.axvline(before.end_time, color="#d55e00", lw=1)
+    if result.curves:
+        axes.plot(
+            [at.time for at in result.curves], [at.value for at in result.curves], color="#1f2430", lw=0.8
+        )
+    keys = result.key_frames
+    axes.plot([key.time for key in keys], [key.velocity for key in keys], "o", color="#0072b2", ms=3)
+    axes.set_xlabel("s")
+    axes.set_ylabel("velocity, share of the range")
+    return axes
+
+
+def _row(cell: str, texts: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<{cell}>{escape(text)}</{cell}>" for text in texts) + "</tr>"

@@ -1,0 +1,81 @@
+"""A recording in one call, and what comes of it as people in a notebook look at it."""
+
+import numpy as np
+import pytest
+
+import mossar_adapters.files
+import mossar_stream
+from mossar_adapters.files import FileError, read
+from mossar_stream import Settings, SettingsError, segment_recording
+
+
+@pytest.fixture
+def path(tmp_path):
+    swing = np.clip(np.sin(np.arange(240) / 8), 0, None)
+    positions = np.zeros((240, 3, 3), np.float32)
+    positions[:, 1, 0], positions[:, 2, 1] = swing, 0.5 * swing
+    file = tmp_path / "swing.npz"
+    names, parents = np.array(["hip", "<hand>", "foot"]), [-1, 0, 0]
+    np.savez(file, positions=positions, fps=30, joint_names=names, parents=parents)
+    return file
+
+
+def test_a_recording_is_read_and_segmented_in_one_call(path):
+    take = read(path, joints=("hip", "<hand>"))
+    assert take.positions.shape == (240, 2, 3)
+    assert repr(take) == f"{path}: 240 frames at 30 Hz, 2 joints, performer p1"
+    result = take.segment(level="posture")
+    settings = Settings(level="posture", range="file")
+    same = segment_recording(take.positions, take.fps, take.skeleton, settings, times=take.times)
+    assert result.key_frames == same.key_frames
+    assert len(result.curves) == 240
+
+
+@pytest.mark.parametrize("wrong", [{"performer": "zzz"}, {"joints": ("elbow",)}])
+def test_what_is_not_in_it_is_refused(path, wrong):
+    with pytest.raises(FileError, match=r"swing\.npz: no "):
+        read(path, **wrong)
+
+
+def test_an_unknown_setting_is_refused(path):
+    with pytest.raises(SettingsError, match="no setting called 'foo'"):
+        read(path).segment(foo=1)
+
+
+def test_results_print_as_a_summary_and_as_html(path):
+    result = read(path).segment(level="posture")
+    count = len(result.key_frames)
+    assert repr(result) == f"Result: {count} key frames, {count} of them at level posture"
+    shown = result._repr_html_()
+    assert repr(result) in shown
+    assert "&lt;hand&gt;" in shown
+    assert "<hand>" not in shown
+    assert shown.count("<tr>") == min(12, count + 1) + 1
+    assert result.at(count=1)._repr_html_().count("<tr>") == 3
+
+
+def test_results_become_dataframes(path):
+    pytest.importorskip("pandas")
+    result = read(path).segment(level="posture")
+    keys, parts = result.to_dataframe(), result.at(count=2).to_dataframe()
+    assert list(keys.columns) == ["frame", "time", "kind", "velocity", "strength"]
+    assert keys.frame.tolist() == [key.frame for key in result.key_frames]
+    assert len(parts) == 3
+    assert set(parts.state) <= {"moving", "resting"}
+    empty = read(path).segment(level="posture", sig_threshold=1.0).to_dataframe()
+    assert list(empty.columns) == list(keys.columns)
+
+
+def test_results_are_drawn(path):
+    figures = pytest.importorskip("matplotlib.figure")
+    axes = figures.Figure().add_subplot()
+    result = read(path).segment(level="posture")
+    assert result.plot(axes=axes) is axes
+    assert len(axes.patches) == len(result.key_frames) + 1
+    assert len(axes.lines) == len(result.key_frames) + 2
+    assert result.plot("cluster", axes=figures.Figure().add_subplot()).get_xlabel() == "s"
+
+
+def test_dir_shows_the_public_face_only():
+    assert set(dir(mossar_stream)) == {*mossar_stream.__all__, "__version__"}
+    assert set(mossar_adapters.files.__all__) >= {"read", "open_recording"}

@@ -1,0 +1,160 @@
+"""Wrong use of segmenters and pools is said at once, and changes nothing; what people hand over is taken as it is."""
+
+import threading
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+from mossar_stream import FrameError, Frames, Performers, Segmenter, Settings, SettingsError, Skeleton
+
+SKELETON = Skeleton(("hip", "hand", "foot"), (-1, 0, 0))
+
+
+def walk(count=120, seed=1):
+    rng = np.random.default_rng(seed)
+    return rng.normal(0, 0.02, (count, 3, 3)).cumsum(axis=0), np.arange(count) / 60
+
+
+def in_threads(work, count=4):
+    errors = []
+
+    def run():
+        try:
+            work()
+        except RuntimeError as error:
+            errors.append(str(error))
+
+    threads = [threading.Thread(target=run) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive()
+    return errors
+
+
+def test_a_segmenter_used_by_two_threads_at_once_says_so():
+    segmenter = Segmenter(SKELETON, fps=60)
+    positions = np.zeros((500_000, 3, 3), np.float32)
+    begin = threading.Barrier(4)
+
+    def work():
+        begin.wait(10)
+        segmenter.push(positions, time.monotonic() + np.arange(len(positions)) / 1e5)
+
+    errors = in_threads(work)
+    assert errors
+    assert all("two threads" in error for error in errors)
+    segmenter.push(*walk())  # it goes on
+
+
+def test_segmenters_of_their_own_run_in_threads():
+    positions, times = walk(2000)
+    expected = Segmenter(SKELETON).push(positions, times)
+
+    def work():
+        assert Segmenter(SKELETON).push(positions, times) == expected
+
+    assert in_threads(work) == []
+
+
+FORMS = {
+    "float64": lambda p, t: (p.astype(np.float64), t),
+    "not contiguous": lambda p, t: (np.asfortranarray(p), t),
+    "read only": lambda p, t: (np.broadcast_to(p, p.shape), t),
+    "time of numpy": lambda p, t: (p, np.float64(t)),
+    "float32 time": lambda p, t: (p, np.float32(t)),
+    "list": lambda p, t: (p.tolist(), t),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_frames_in_every_usual_form_give_the_same_events(form):
+    positions, _ = walk(400)
+    positions = positions.astype(np.float32)
+    times = np.arange(400) / 64.0  # exact in float32, too
+    one, other = Segmenter(SKELETON), Segmenter(SKELETON)
+    for p, t in zip(positions, times.tolist(), strict=True):
+        assert one.push(p, t) == other.push(*FORMS[form](p, t))
+    assert one.end_take() == other.end_take()
+    assert one.stats["frames"] == 400
+
+
+def test_whole_numbers_are_positions_and_times():
+    segmenter = Segmenter(SKELETON, Settings(max_pause=5, max_gap=2, max_speed=100))
+    for t in range(5):
+        segmenter.push(np.full((3, 3), t), t)
+    assert segmenter.stats["frames"] == 5
+    assert segmenter.stats["out_of_order"] == 0
+
+
+def test_a_person_in_millimetres_is_told_of_once():
+    segmenter = Segmenter(SKELETON, performer="ann")
+    positions = np.zeros((3, 3, 3))
+    positions[:, 1, 1] = 1700
+    with pytest.warns(UserWarning, match=r"performer ann is 1,700 m tall"):
+        segmenter.push(positions, np.arange(3) / 30)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        segmenter.end_take()
+        segmenter.push(positions, 10 + np.arange(3) / 30)
+
+
+def test_names_are_no_skeleton():
+    with pytest.raises(TypeError, match="needs a Skeleton, not tuple"):
+        Segmenter(("a", "b"))
+
+
+def test_a_frame_number_that_the_take_had_is_refused():
+    segmenter = Segmenter(SKELETON)
+    positions, times = walk(20)
+    segmenter.push(positions[:10], times[:10], first_frame=100)
+    with pytest.raises(FrameError, match="first_frame is 105, but the take is at frame 110"):
+        segmenter.push(positions[10:], times[10:], first_frame=105)
+    with pytest.raises(FrameError, match="first_frame is -1"):
+        segmenter.push(positions[:10], times[:10] + 100, first_frame=-1)
+    segmenter.push(positions[10:], times[10:] + 100, first_frame=5)  # another take
+    assert segmenter.take == 1
+
+
+def test_a_level_that_is_toggled_without_frames_piles_nothing_up():
+    segmenter = Segmenter(SKELETON, Settings(remerge_seconds=100, remerge_window=8))
+    segmenter.push(*walk(600))
+    for _ in range(1000):
+        segmenter.level = 0
+        segmenter.level = 1e6
+    assert len(segmenter.end_take()) < 200
+
+
+def test_a_refused_change_of_a_pool_changes_nothing():
+    pool = Performers(Settings(similarity="path_kernel"))
+    pool.announce("ann", SKELETON)
+    positions, times = walk(300)
+    pool.push(Frames(positions.astype(np.float32), times, performer="ann"))
+    before, settings = pool.snapshot(), pool.settings
+    with pytest.raises(SettingsError):
+        pool.change(location="free")
+    assert pool.settings == settings
+    assert pool.snapshot() == before
+    pool.announce("bob", SKELETON)
+    assert pool.names == ("ann", "bob")
+
+
+def test_a_refused_change_of_an_empty_pool_changes_nothing():
+    pool = Performers(Settings(similarity="path_kernel"))
+    with pytest.raises(SettingsError):
+        pool.change(location="free")
+    pool.announce("bob", SKELETON)
+
+
+def test_a_performer_that_memory_does_not_reach_for_is_refused_and_the_others_go_on():
+    pool = Performers(Settings.build("paper"), most_memory=1 << 20)
+    pool.announce("ann", SKELETON)
+    crowd = Skeleton(tuple(f"j{j}" for j in range(1024)), (-1, *[0] * 1023))
+    with pytest.raises(FrameError, match=r"1024 joints of performer 'eve' need [\d,]+ MiB"):
+        pool.announce("eve", crowd)
+    assert pool.names == ("ann",)
+    positions, times = walk(60)
+    assert pool.push(Frames(positions.astype(np.float32), times, performer="ann"))[0].event == "started"

@@ -1,0 +1,163 @@
+"""`mossar tune`: for someone with too many or too few key frames."""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+
+from mossar_adapters.files.loaded import LoadedRecording
+from mossar_stream import Settings
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.loaded_recording import load_recording
+from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
+from mossar_tools.outputs import Outputs
+from mossar_tools.palette import palette
+from mossar_tools.values import positive
+
+if TYPE_CHECKING:
+    from mossar_stream import KeyFrame, Result
+
+DESCRIPTION = """Too many or too few key frames? Show how many of a recording's key frames stand at which strength, and
+choose a strength: from true cuts, or from how many you want a minute. The settings can be saved for run --config."""
+EXAMPLES = """  mossar tune walk.bvh                                  how many key frames stand at which strength
+  mossar tune walk.bvh --plot walk.png                  with the picture of the hierarchy
+  mossar tune walk.bvh --per-minute 20 --save settings.toml
+  mossar tune walk.bvh --labels walk.json --save settings.toml
+  mossar run osc://0.0.0.0:39539 --config settings.toml
+"""
+SHOWN = 12  # rows of the table
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="RECORDING", help="a recording, or demo:")
+    group = parser.add_argument_group("what to choose by, and what to put out")
+    group.add_argument("--per-minute", metavar="N", type=positive, help="so many key frames a minute")
+    group.add_argument("--labels", metavar="FILE", help="true cuts of it, as mossar evaluate takes them")
+    group.add_argument("--save", metavar="FILE", help="write the settings to a file for --config")
+    add_plot(group)
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    settings = options.settings(range="file")
+    if options.per_minute is not None and options.labels is not None:
+        raise UsageError("--per-minute and --labels both choose; give one")
+    if options.save is not None and options.per_minute is None and options.labels is None:
+        raise UsageError("--save needs something to choose by: --per-minute N or --labels FILE")
+    if options.save is not None and Path(options.save).exists() and not options.force:
+        raise UsageError(f"{options.save} is there already; --force replaces it")
+    outputs = Outputs.of(options)
+    recording = load_recording(options)
+    result = _segment(recording, settings, options)
+    for line in _strengths(recording, result):
+        console.line(line)
+    strength = _chosen(recording, result, options, console)
+    if options.save is not None and strength is not None:
+        _save(Path(options.save), strength, options)
+        console.say(f"saved: {options.save}; use it with --config {options.save}")
+    if outputs.picture is not None:
+        from mossar_tools.plot import draw
+
+        chosen = result.at(settings.level if strength is None else strength)
+        draw(outputs.picture, recording, result, chosen, palette(dark=options.dark))
+        console.say(f"drawn: {outputs.picture}")
+    return DONE
+
+
+def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
+    from mossar_stream import segment_recording
+    from mossar_tools.streaming import saying_if_cold
+
+    with saying_if_cold():
+        return segment_recording(
+            recording.positions,
+            recording.fps,
+            recording.skeleton,
+            settings,
+            times=recording.times,
+            curves=options.plot is not None,
+        )
+
+
+def _strengths(recording: LoadedRecording, result: "Result") -> Iterator[str]:
+    """Yield a table: how many key frames stand at which strength."""
+    strengths = sorted((key.strength for key in result.key_frames), reverse=True)
+    minutes = _minutes(recording)
+    yield f"{recording.name}: {len(strengths)} key frames in {60 * minutes:.1f} s; level {result.settings.level}"
+    yield f"{'strength':>9}{'key frames':>12}{'a minute':>10}"
+    for count in sorted(
+        set(np.linspace(len(strengths), 0, SHOWN).round().astype(int).tolist()), reverse=True
+    ):
+        strength = strengths[count - 1] if count else strengths[0] if strengths else 0.0
+        sign = "" if count else ">"
+        yield f"{sign + format(strength, '.3g'):>9}{count:>12}{count / minutes:>10.1f}"
+
+
+def _minutes(recording: LoadedRecording) -> float:
+    return max(float(recording.times[-1] - recording.times[0]) / 60.0, 1e-9)
+
+
+def _chosen(recording: LoadedRecording, result: "Result", options: Options, console: Console) -> float | None:
+    """Return the strength that suits, and say what it gives; None if there is nothing to choose by."""
+    ranked = sorted(result.key_frames, key=lambda key: -key.strength)
+    if options.per_minute is not None:
+        count = min(round(options.per_minute * _minutes(recording)), len(ranked))
+        strength = _between(ranked, count)
+        console.line(f"level {strength:.3g}: {count} key frames, {count / _minutes(recording):.1f} a minute")
+        return strength
+    if options.labels is None:
+        return None
+    from mossar_tools.evaluation.metrics import score
+    from mossar_tools.evaluation.takes import cuts_of
+
+    cuts, tolerance = cuts_of(Path(options.labels), recording.times)
+    start, duration = float(recording.times[0]), 60.0 * _minutes(recording)
+    scores = [
+        score(
+            sorted(key.time for key in ranked[:count]),
+            cuts,
+            tolerance=tolerance,
+            duration=duration,
+            start=start,
+        )
+        for count in range(len(ranked) + 1)
+    ]
+    best = int(np.argmax([one.f1 for one in scores]))
+    strength, reached = _between(ranked, best), scores[best]
+    console.line(
+        f"level {strength:.3g}: {best} key frames for {len(cuts)} cuts, F1 {reached.f1:.2f}, precision "
+        f"{reached.precision:.2f}, recall {reached.recall:.2f} (chosen with the truth in sight)"
+    )
+    return strength
+
+
+def _between(ranked: "list[KeyFrame]", count: int) -> float:
+    """Return a strength at which so many of the key frames stand."""
+    if not ranked:
+        return 0.0
+    above = ranked[count - 1].strength if count else 2.0 * ranked[0].strength + 1.0
+    below = ranked[count].strength if count < len(ranked) else 0.0
+    return (above + below) / 2.0
+
+
+def _save(path: Path, strength: float, options: Options) -> None:
+    """Write what --config takes: preset, level and the settings that were given."""
+    lines = [f'preset = "{options.preset}"', f'level = "{strength:.6g}"']
+    if options.set:
+        lines += ["", "[settings]"]
+        lines += [
+            f"{msgspec.json.encode(n).decode()} = {msgspec.json.encode(v).decode()}"
+            for n, v in options.set.items()
+        ]
+    try:
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None

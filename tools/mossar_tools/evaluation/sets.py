@@ -1,0 +1,98 @@
+"""Sets: several labelled folders beside each other, and what is reached on one that was left out of every choice."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import Settings
+from mossar_tools.evaluation.chance import blind, randomly
+from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
+from mossar_tools.evaluation.mossar import found_in, stream
+from mossar_tools.evaluation.takes import Take, load_folder
+from mossar_tools.evaluation.trial import Row, row_of, run_all, trial
+
+FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0, 3.0)  # of the level's strength: what is chosen from
+LEFT_OUT = "final, strength chosen on the other sets"
+
+
+def load_sets(folders: Sequence[Path], tell: Callable[[str], None]) -> dict[str, list[Take]]:
+    """Return the takes of several folders by the folder's name, and the level where a folder has several.
+
+    Raises:
+        LabelError: If a label file cannot be used.
+        FileError: If a recording cannot be read.
+    """
+    sets: dict[str, list[Take]] = {}
+    for folder in folders:
+        takes = load_folder(folder, tell)
+        levels = sorted({take.level for take in takes})
+        for level in levels:
+            name = folder.resolve().name + (f", {level}" if len(levels) > 1 else "")
+            sets[name if name not in sets else str(folder)] = [take for take in takes if take.level == level]
+    return sets
+
+
+def set_methods(settings: Settings) -> list[Method]:
+    """Return what is shown of a set: key frames when final and when confirmed, and what chance reaches."""
+    return [
+        Method("final", FIXED, lambda take: {"": stream(take, settings, "final")}, online=True),
+        Method("confirmed", FIXED, lambda take: {"": stream(take, settings, "confirmed")}, online=True),
+        Method("a cut every k seconds", ("best for all",), blind),
+        Method("random cuts, 50 times", ("best each",), randomly),
+    ]
+
+
+def compare_sets(
+    sets: Mapping[str, Sequence[Take]],
+    settings: Settings,
+    tell: Callable[[str], None],
+    *,
+    leave_out: bool,
+) -> dict[str, list[Row]]:
+    """Return the rows of each set.
+
+    Args:
+        sets: Takes by the name of the set.
+        settings: What they are segmented with; the level is that of each take.
+        tell: Gets what is being done, for a status line.
+        leave_out: Whether to add what is reached with the strength that serves the other sets of the level best.
+    """
+    rows = {name: trial(takes, set_methods(settings), tell) for name, takes in sets.items()}
+    if leave_out:
+        for name, row in _left_out(sets, settings, tell).items():
+            rows[name].insert(1, row)
+    return rows
+
+
+def _left_out(
+    sets: Mapping[str, Sequence[Take]], settings: Settings, tell: Callable[[str], None]
+) -> dict[str, Row]:
+    """Return for each set the row with the strength that is best, on average, on the other sets of its level."""
+    method = Method(LEFT_OUT, FIXED, lambda take: _at_strengths(take, settings), online=True)
+    outcomes = {name: run_all(method, takes, tell) for name, takes in sets.items()}
+    rows = {}
+    for name, takes in sets.items():
+        others = [other for other in sets if other != name and sets[other][0].level == takes[0].level]
+        if not others:
+            continue
+        means = {
+            factor: np.mean([np.mean([own[factor].scores.f1 for own in outcomes[other]]) for other in others])
+            for factor in outcomes[name][0]
+        }
+        best = max(means, key=lambda factor: float(means[factor]))
+        rows[name] = row_of(method, "fixed", [own[best] for own in outcomes[name]])
+    return rows
+
+
+def _at_strengths(take: Take, settings: Settings) -> Variants:
+    """Stream a take at strengths around that of its level, with the level's bundle."""
+    chosen = settings.replace(level=take.level)
+    usual = chosen.strength(take.level)
+    found: dict[str, Found] = {}
+    for factor in FACTORS:
+        segmenter = Segmenter(take.skeleton, chosen, fps=take.fps)
+        segmenter.level = factor * usual
+        found[f"{factor:g}"] = found_in(segmenter, take, "final")
+    return found
