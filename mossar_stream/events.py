@@ -97,7 +97,9 @@ class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment",
     similarity: float | None
 
 
-class RepetitionEvent(msgspec.Struct, frozen=True, tag_field="type", tag="repetition", kw_only=True, gc=False):
+class RepetitionEvent(
+    msgspec.Struct, frozen=True, tag_field="type", tag="repetition", kw_only=True, gc=False
+):
     """News about one repetition of a movement (setting `repetitions`).
 
     The running count is `total` of the latest message: a later look may withdraw a repetition or move its ends.

@@ -188,14 +188,14 @@ class Segmenter:
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `planned` returned, and return the events of the take that this ends."""
-        row = self._row
+        row, given, before = self._row, plan.given, self._row.plan.given
         events: list[Event] = []
         if plan.continues(row.plan):
             row.replan(plan)
         else:
             events = self.end_take("settings changed")
             row.restart(plan)
-        if (plan.given.repetitions, plan.given.max_pause) != (before.given.repetitions, before.given.max_pause):
+        if (given.repetitions, given.max_pause) != (before.repetitions, before.max_pause):
             events += [] if self._counter is None else self._counter.end_take()
             self._renew_counter()
         self.level = level

@@ -8,7 +8,7 @@ of neighbours whose descriptions agree; the agreement of all pairs of a run must
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
+from mossar_stream.repetitions.state import COMPONENTS
 
 POSTURES = 9
 LONGEST_RATIO = 2.5  # of the durations of neighbours

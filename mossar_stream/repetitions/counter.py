@@ -74,7 +74,9 @@ class RepetitionCounter:
 
     def _begin(self) -> None:
         self._told = 0
-        self._revisions: dict[int, int] = {}  # messages by number of the cycle, for those that may still change
+        self._revisions: dict[
+            int, int
+        ] = {}  # messages by number of the cycle, for those that may still change
         self._held = 0
         start(self._header, self._memory)
         self._set_due()

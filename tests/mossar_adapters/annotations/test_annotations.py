@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 import pytest
+
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
@@ -47,7 +48,11 @@ def test_events_of_bids_are_a_table_with_onset_and_duration_first(tmp_path: Path
     with written(tmp_path, ".tsv").open(newline="") as file:
         rows = list(csv.DictReader(file, delimiter="\t"))
     assert list(rows[0]) == ["onset", "duration", "trial_type", "value"]
-    assert (rows[1]["onset"], rows[1]["duration"], rows[1]["trial_type"]) == ("1.250000", "0.000000", "key_frames")
+    assert (rows[1]["onset"], rows[1]["duration"], rows[1]["trial_type"]) == (
+        "1.250000",
+        "0.000000",
+        "key_frames",
+    )
     assert [float(row["onset"]) for row in rows] == sorted(float(row["onset"]) for row in rows)
 
 
@@ -74,7 +79,11 @@ def test_exports_of_label_studio_are_read(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "content"),
-    [("a.txt", "1.0\tx\ty\n"), ("a.json", '{"no": "list"}'), ("a.json", '[{"annotations": [{"result": [{}]}]}]')],
+    [
+        ("a.txt", "1.0\tx\ty\n"),
+        ("a.json", '{"no": "list"}'),
+        ("a.json", '[{"annotations": [{"result": [{}]}]}]'),
+    ],
 )
 def test_damaged_files_are_refused_in_one_line(tmp_path: Path, name: str, content: str) -> None:
     (tmp_path / name).write_text(content)

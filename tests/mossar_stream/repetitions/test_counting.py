@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mossar_stream import Event, RepetitionEvent, Segmenter, Settings, Skeleton, segment_recording, to_json
 
 SHARED = Path(__file__).parents[3].parent / "shared/data/labelled"
@@ -59,7 +60,9 @@ def test_the_tempo_is_right_within_three_percent_from_the_second_cycle() -> None
 def test_a_change_of_tempo_is_followed_within_three_cycles() -> None:
     events = counted(pushed(*raises([1.0] * 8 + [1.6] * 8), 64))
     last = {event.id: event for event in events if event.status == "counted"}
-    slow = [event for event in last.values() if event.start is not None and event.start > 1 + 8 + 3 * 1.6 - 0.3]
+    slow = [
+        event for event in last.values() if event.start is not None and event.start > 1 + 8 + 3 * 1.6 - 0.3
+    ]
     assert slow
     for event in slow:
         assert event.period == pytest.approx(1.6, rel=0.03)
@@ -93,7 +96,9 @@ def test_a_snapshot_goes_on_where_it_was() -> None:
         events += segmenter.push(positions[i], float(times[i]))
         if i % 50 == 0:
             segmenter = Segmenter.restore(segmenter.snapshot())
-    assert [to_json(e) for e in events + segmenter.end_take()] == [to_json(e) for e in pushed(positions, times, 1)]
+    assert [to_json(e) for e in events + segmenter.end_take()] == [
+        to_json(e) for e in pushed(positions, times, 1)
+    ]
 
 
 def test_the_phase_runs_from_zero_to_one_once_a_cycle() -> None:
