@@ -74,9 +74,9 @@ def _read_textgrid(path: Path) -> list[Tier]:
             rows = own.get_all_intervals() if moments else own.get_intervals(sort=True)
             marks = [Mark(row[0], row[0] if moments else row[1], row[-1]) for row in rows if row[-1]]
             tiers.append(_tier(own.name, marks))
-        return tiers
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, UnicodeError) as error:  # as above
         raise AnnotationError(f"{path}: no TextGrid: {error}") from None
+    return tiers
 
 
 def _read_audacity(path: Path) -> list[Tier]:

@@ -48,7 +48,7 @@ def _writer(path: Path) -> Callable[[Path, Sequence[Tier], float], None]:
     return writer
 
 
-def _write_eaf(path: Path, tiers: Sequence[Tier], duration: float) -> None:
+def _write_eaf(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write ELAN's format, whose times are whole milliseconds and whose moments last one."""
     from pympi import Elan
 
@@ -77,13 +77,13 @@ def _write_textgrid(path: Path, tiers: Sequence[Tier], duration: float) -> None:
     grid.to_file(str(path))
 
 
-def _write_audacity(path: Path, tiers: Sequence[Tier], duration: float) -> None:
+def _write_audacity(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write Audacity's labels, which have no tiers: the tier stands before the label."""
     lines = [f"{m.start:.6f}\t{m.end:.6f}\t{name}: {m.label}\n" for m, name in _in_order(tiers)]
     path.write_text("".join(lines), encoding="utf-8")
 
 
-def _write_vtt(path: Path, tiers: Sequence[Tier], duration: float) -> None:
+def _write_vtt(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write WebVTT cues; moments are left out, because a cue must last."""
     cues = [
         f"{_clock(mark.start)} --> {_clock(mark.end)}\n{name}: {_escaped(mark.label)}\n"
@@ -93,7 +93,7 @@ def _write_vtt(path: Path, tiers: Sequence[Tier], duration: float) -> None:
     path.write_text("\n".join(["WEBVTT\n", *cues]), encoding="utf-8")
 
 
-def _write_bids(path: Path, tiers: Sequence[Tier], duration: float) -> None:
+def _write_bids(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write the events table of the Brain Imaging Data Structure."""
     rows = [
         f"{m.start:.6f}\t{m.end - m.start:.6f}\t{name.replace(' ', '_')}\t{m.label}\n"
