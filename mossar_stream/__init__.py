@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mossar_stream.engine.curve_state import CurveState
     from mossar_stream.engine.warm_up import precompile
-    from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
+    from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
         KEY_FRAME_KINDS,
         KEY_FRAME_STATUSES,
+        MOVE_STATUSES,
         SEGMENT_STATES,
         SEGMENT_STATUSES,
         Event,
         KeyFrameEvent,
         KeyFrameKind,
         KeyFrameStatus,
+        MoveEvent,
+        MoveStatus,
         SegmentEvent,
         SegmentState,
         SegmentStatus,
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     )
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
     from mossar_stream.jit.listening import on_first_compile
+    from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
     from mossar_stream.segmenter import Segmenter
@@ -54,16 +58,19 @@ if TYPE_CHECKING:
 _NAMES = {
     "engine.curve_state": ("CurveState",),
     "engine.warm_up": ("precompile",),
-    "errors": ("FrameError", "MossarError", "SettingsError", "SnapshotError"),
+    "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
+        "MOVE_STATUSES",
         "SEGMENT_STATES",
         "SEGMENT_STATUSES",
         "Event",
         "KeyFrameEvent",
         "KeyFrameKind",
         "KeyFrameStatus",
+        "MoveEvent",
+        "MoveStatus",
         "SegmentEvent",
         "SegmentState",
         "SegmentStatus",
@@ -74,6 +81,7 @@ _NAMES = {
     ),
     "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
     "jit.listening": ("on_first_compile",),
+    "moves.moves": ("Moves",),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
@@ -104,6 +112,7 @@ __all__ = [
     "MAX_JOINTS",
     "MAX_NAME",
     "MAX_PERFORMER_NAME",
+    "MOVE_STATUSES",
     "SEGMENT_STATES",
     "SEGMENT_STATUSES",
     "SETTING_CHOICES",
@@ -123,6 +132,10 @@ __all__ = [
     "LevelName",
     "Location",
     "MossarError",
+    "MoveEvent",
+    "MoveStatus",
+    "Moves",
+    "MovesError",
     "Performers",
     "RangePolicy",
     "ResolvedSettings",

@@ -12,12 +12,14 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
+from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
-from mossar_stream.snapshot import pack_snapshot, unpack_snapshot
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
@@ -36,12 +38,14 @@ class Segmenter:
         settings: Defaults to `Settings()`.
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
+        moves: That are recognised, as they are now; events of type `MoveEvent` tell of them.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
 
     Raises:
         TypeError: If `skeleton` is no `Skeleton`.
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
+        FrameError: If the skeleton lacks joints that the moves need.
 
     Example:
         >>> from mossar_stream import KeyFrameEvent
@@ -61,6 +65,7 @@ class Segmenter:
         settings: Settings | None = None,
         performer: str = "p1",
         fps: float | None = None,
+        moves: Moves | None = None,
     ) -> None:
         if not isinstance(skeleton, Skeleton):
             raise TypeError(
@@ -68,14 +73,17 @@ class Segmenter:
             )
         if fps is not None:
             constant_times(0, fps)
+        name = performer_name(performer)
+        recognition = Recognition(moves, skeleton, name) if moves is not None else None
         plan = Plan(skeleton, settings or Settings(), fps)
-        self._begin(pool_of_one(plan, performer_name(performer)), plan.given.level)
+        self._begin(pool_of_one(plan, name), plan.given.level, recognition)
 
-    def _begin(self, row: Row, level: LevelName | float) -> None:
+    def _begin(self, row: Row, level: LevelName | float, recognition: Recognition | None) -> None:
         self.performer = row.name
         self.joints = len(row.plan.skeleton)
         self._row = row
         self._level = level
+        self.recognition = recognition
         self._one_shape = (self.joints, 3)
         self._fast_shape: tuple[int, int] | None = (
             self._one_shape
@@ -85,10 +93,10 @@ class Segmenter:
         self._is_measured = False
 
     @classmethod
-    def of_row(cls, row: Row) -> "Segmenter":
+    def of_row(cls, row: Row, recognition: Recognition | None = None) -> "Segmenter":
         """Return a segmenter whose state is a row of a pool."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.given.level)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.given.level, recognition)  # noqa: SLF001 - its own class
         return segmenter
 
     @property
@@ -131,6 +139,19 @@ class Segmenter:
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
         return curve_state(self._row.memory[0], self._row.plan) if self._row.clock["open"] else None
+
+    @property
+    def moves(self) -> Moves | None:
+        """The moves that are recognised; None if none are.
+
+        Setting them takes effect with the next frame; what was added to a `Moves` before does not. A move that was
+        confirmed and not final yet is forgotten.
+        """
+        return self.recognition.moves if self.recognition is not None else None
+
+    @moves.setter
+    def moves(self, moves: Moves | None) -> None:
+        self.recognition = Recognition(moves, self.skeleton, self.performer) if moves is not None else None
 
     @property
     def level(self) -> LevelName | float:
@@ -221,9 +242,13 @@ class Segmenter:
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
             if positions.dtype is FLOAT32 and positions.flags.carray:
-                return engine.push_frame(row, positions[None], self._one_time)
-            self._one_frame[0] = positions
-            return engine.push_frame(row, self._one_frame, self._one_time)
+                frame = positions[None]
+            else:
+                frame = self._one_frame
+                frame[0] = positions
+            if self.recognition is None:
+                return engine.push_frame(row, frame, self._one_time)
+            return self._push_frame(self.recognition, frame)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -231,7 +256,34 @@ class Segmenter:
         if not row.is_live:
             self._look_at_size(chunk)
         self._fast_shape = self._one_shape
-        return engine.push(row, chunk, moments, first_frame)
+        if self.recognition is None:
+            return engine.push(row, chunk, moments, first_frame)
+        return self._push_and_recognise(self.recognition, chunk, moments, first_frame)
+
+    def _push_frame(self, recognition: Recognition, position: NDArray[np.float32]) -> list[Event]:
+        """Take one frame of a take that goes on in."""
+        has_news = recognition.follow(position, self._one_time, 0) == 0
+        events = engine.push_frame(self._row, position, self._one_time)
+        return [*events, *recognition.news(self.take)] if has_news else events
+
+    def _push_and_recognise(
+        self,
+        recognition: Recognition,
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Take frames in; what is said of moves comes right after the events of the same frame."""
+        events: list[Event] = []
+        begin, count = 0, len(times)
+        while begin < count or not begin:
+            stop = recognition.follow(positions, times, begin)
+            end = min(stop + 1, count)
+            events += engine.push(self._row, positions[begin:end], times[begin:end], first_frame)
+            if stop < count:
+                events += recognition.news(self.take)
+            begin, first_frame = max(end, 1), None
+        return events
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -242,7 +294,8 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        return engine.end_take(self._row, reason)
+        last = self.recognition.end() if self.recognition is not None else []
+        return [*last, *engine.end_take(self._row, reason)]
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
@@ -256,7 +309,9 @@ class Segmenter:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
         row = self._row
         row.pending = engine.take_pending(row)
-        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0])
+        recognition = self.recognition
+        moves = None if recognition is None else (recognition.moves.to_json(), recognition.to_bytes())
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], moves)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -265,11 +320,11 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, content = unpack_snapshot(blob)
+        plan, performer, level, pending, content, recognition = unpack_snapshot(blob)
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, level)  # noqa: SLF001 - its own class
+        segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
         return segmenter
 
     def _check(

@@ -5,9 +5,9 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import Event, KeyFrameEvent, SegmentEvent, StatsEvent, StreamEvent
+from mossar_stream import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StatsEvent, StreamEvent
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, SegmentEvent, MoveEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 from mossar_stream import (
     KEY_FRAME_STATUSES,
+    MOVE_STATUSES,
     SEGMENT_STATUSES,
     Event,
     KeyFrameEvent,
+    MoveEvent,
     SegmentEvent,
     SettingsError,
     StreamEvent,
@@ -15,6 +17,7 @@ from mossar_stream import (
 _KINDS: dict[str, tuple[str, ...]] = {
     "key_frame": KEY_FRAME_STATUSES,
     "segment": SEGMENT_STATUSES,
+    "move": MOVE_STATUSES,
     "stream": ("",),
     "stats": ("",),
 }
@@ -64,4 +67,6 @@ def _pair(event: Event) -> tuple[str, str]:
         return "key_frame", event.status
     if isinstance(event, SegmentEvent):
         return "segment", event.status
+    if isinstance(event, MoveEvent):
+        return "move", event.status
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.row import records
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.validation import is_sound
-from mossar_stream.errors import FrameError, SettingsError, SnapshotError
+from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 4  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 5  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -34,6 +36,8 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     level: LevelName | float
     pending: list[Event]
     row: bytes
+    moves: bytes | None  # as a file of moves has them
+    recognition: bytes | None  # what is remembered of the performer to recognise them
 
 
 def pack_snapshot(
@@ -42,6 +46,7 @@ def pack_snapshot(
     level: LevelName | float,
     pending: list[Event],
     row: NDArray[np.uint8],
+    recognition: tuple[bytes, bytes] | None = None,
 ) -> bytes:
     """Return a snapshot of a performer.
 
@@ -51,7 +56,9 @@ def pack_snapshot(
         level: As it is now.
         pending: Events that have not been handed out.
         row: Bytes of the performer.
+        recognition: The moves that are recognised, and what is remembered to recognise them.
     """
+    moves, memory = recognition or (None, None)
     content = _Content(
         plan.given,
         plan.skeleton,
@@ -61,6 +68,8 @@ def pack_snapshot(
         level,
         pending,
         row.tobytes(),
+        moves,
+        memory,
     )
     body = msgspec.msgpack.encode(content)
     return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
@@ -68,8 +77,8 @@ def pack_snapshot(
 
 def unpack_snapshot(
     blob: bytes,
-) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8]]:
-    """Return plan, performer, level, pending events and row of a snapshot.
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None]:
+    """Return plan, performer, level, pending events, row and recognition of a snapshot.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -98,4 +107,16 @@ def unpack_snapshot(
     records(row)["plan"]["beta"] = level
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
-    return plan, performer_name(content.performer), content.level, content.pending, row
+    name = performer_name(content.performer)
+    return plan, name, content.level, content.pending, row, _recognition(content, name)
+
+
+def _recognition(content: _Content, performer: str) -> Recognition | None:
+    if content.moves is None or content.recognition is None:
+        return None
+    try:
+        recognition = Recognition(Moves.from_json(content.moves), content.skeleton, performer)
+    except (MovesError, FrameError) as error:
+        raise SnapshotError(f"the snapshot's moves cannot be read: {error}") from None
+    recognition.go_on_from(content.recognition)
+    return recognition
