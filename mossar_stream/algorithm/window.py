@@ -184,7 +184,7 @@ def add_key(w, slot, point, time, rev, told):
 def tell_oldest(w):
     """Tell of the oldest key frame as confirmed if it was not, and will be final."""
     key = w.keys[0]
-    if key.told == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
+    if key.told == 1 or not is_kept(key, w.state.ordinal, w.plan.alpha, w.plan.beta):
         return
     key.told = key.kept = 1
     key.rev += 1
