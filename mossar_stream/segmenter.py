@@ -240,7 +240,7 @@ class Segmenter:
             if not (positions.dtype is FLOAT32 and positions.flags.carray):
                 self._one_frame[0] = positions
                 one = self._one_frame[0]
-            if self._counter is None or self._counter.hold(one, times):
+            if self._counter is None or self._counter.hold(one, float(times)):
                 return engine.push_frame(row, one[None], self._one_time)
             return self._push_counted(self._counter, one[None], self._one_time, None)
         if isinstance(positions, Frames):
