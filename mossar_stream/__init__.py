@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mossar_stream.engine.curve_state import CurveState
     from mossar_stream.engine.warm_up import precompile
-    from mossar_stream.errors import FrameError, MossarError, SettingsError, SnapshotError
+    from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
         KEY_FRAME_KINDS,
         KEY_FRAME_STATUSES,
+        MOVE_STATUSES,
         REPETITION_STATUSES,
         SEGMENT_STATES,
         SEGMENT_STATUSES,
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
         KeyFrameEvent,
         KeyFrameKind,
         KeyFrameStatus,
+        MoveEvent,
+        MoveStatus,
         RepetitionEvent,
         RepetitionStatus,
         SegmentEvent,
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     )
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
     from mossar_stream.jit.listening import on_first_compile
+    from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
     from mossar_stream.segmenter import Segmenter
@@ -57,10 +61,11 @@ if TYPE_CHECKING:
 _NAMES = {
     "engine.curve_state": ("CurveState",),
     "engine.warm_up": ("precompile",),
-    "errors": ("FrameError", "MossarError", "SettingsError", "SnapshotError"),
+    "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
+        "MOVE_STATUSES",
         "REPETITION_STATUSES",
         "SEGMENT_STATES",
         "SEGMENT_STATUSES",
@@ -68,6 +73,8 @@ _NAMES = {
         "KeyFrameEvent",
         "KeyFrameKind",
         "KeyFrameStatus",
+        "MoveEvent",
+        "MoveStatus",
         "RepetitionEvent",
         "RepetitionStatus",
         "SegmentEvent",
@@ -80,6 +87,7 @@ _NAMES = {
     ),
     "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
     "jit.listening": ("on_first_compile",),
+    "moves.moves": ("Moves",),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
@@ -110,6 +118,7 @@ __all__ = [
     "MAX_JOINTS",
     "MAX_NAME",
     "MAX_PERFORMER_NAME",
+    "MOVE_STATUSES",
     "REPETITION_STATUSES",
     "SEGMENT_STATES",
     "SEGMENT_STATUSES",
@@ -130,6 +139,10 @@ __all__ = [
     "LevelName",
     "Location",
     "MossarError",
+    "MoveEvent",
+    "MoveStatus",
+    "Moves",
+    "MovesError",
     "Performers",
     "RangePolicy",
     "RepetitionEvent",

@@ -24,5 +24,9 @@ class FrameError(MossarError, ValueError):
     """A frame cannot be used (wrong shape, too many joints); a live stream counts it and goes on."""
 
 
+class MovesError(MossarError, ValueError):
+    """An example, a move's name or a file of moves cannot be used; the message says which and why."""
+
+
 class SnapshotError(MossarError, ValueError):
     """A snapshot is damaged, truncated, or written by a newer version."""

@@ -23,6 +23,7 @@ KeyFrameStatus = Literal["candidate", "withdrawn", "confirmed", "merged", "resto
 KeyFrameKind = Literal["onset", "offset", "minimum"]
 SegmentStatus = Literal["closed", "withdrawn", "final"]
 SegmentState = Literal["moving", "resting"]
+MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
@@ -37,6 +38,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
 REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
+MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
 
 
@@ -147,6 +149,37 @@ class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", k
     reason: str = ""
 
 
+class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_only=True, gc=False):
+    """News about a move that was recognised: one that the user had shown.
+
+    `confirmed` comes once, as soon as the move is clear; then `withdrawn` if it turns out to be part of another one,
+    else `final`.
+
+    Args:
+        id: `performer/move/take/number`; the number counts the performer's moves.
+        rev: Counts the messages about this id from 1.
+        name: Of the move, as its examples have it.
+        start: When it began, s.
+        end: The latest moment that was compared with the examples, s.
+        score: How alike the movement and the nearest example are, 1 / (1 + cost), in 0..1.
+        limb: That led: `left_arm`, `right_arm`, `left_leg`, `right_leg`, `trunk`; else what hangs on the root, or `body`.
+        decided_time: Time of the frame that caused this message, s.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    name: str
+    status: MoveStatus
+    take: int
+    start: float
+    end: float
+    score: float
+    limb: str
+    decided_time: float
+
+
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
     """Counters of one performer's stream since it began; made by the pipeline, not by the core."""
 
@@ -165,7 +198,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     latency_p99_ms: float | None = None
 
 
-Event = KeyFrameEvent | SegmentEvent | RepetitionEvent | StreamEvent | StatsEvent
+Event = KeyFrameEvent | SegmentEvent | MoveEvent | RepetitionEvent | StreamEvent | StatsEvent
 
 _encoder = msgspec.json.Encoder()
 

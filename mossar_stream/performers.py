@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.engine import engine
 from mossar_stream.engine.plan import Plan
@@ -13,6 +13,8 @@ from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -39,6 +41,7 @@ class Performers:
         most: How many performers are followed at once; the one idle for longest makes room for a new one, and
             goes on with the next take when it is announced again.
         most_memory: Bytes that their states may take together; who would need more is refused.
+        moves: That are recognised of all performers; they share the examples.
 
     Example:
         >>> import numpy as np
@@ -54,12 +57,15 @@ class Performers:
         settings: Settings | None = None,
         most: int = MOST_PERFORMERS,
         most_memory: int = MOST_MEMORY,
+        moves: Moves | None = None,
     ) -> None:
         if most < 1:
             raise ValueError(f"at least one performer must be followed, not {most}")
         self._most_memory = most_memory
         self._settings = settings or Settings()
         self._level = self._settings.level
+        self._moves = moves
+        self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
@@ -98,17 +104,18 @@ class Performers:
             The events of takes that this ends.
 
         Raises:
-            FrameError: If there is no memory for the performer.
+            FrameError: If there is no memory for the performer, or the skeleton lacks joints that the moves need.
         """
         name = performer_name(performer)
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return []
         self._check_memory(name, skeleton, fps)
+        recognition = self._recognition_of(name, skeleton)
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name))
+        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name), recognition)
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
@@ -117,6 +124,37 @@ class Performers:
             segmenter.change(**before.changes)
         self._segmenters[name] = segmenter
         return events
+
+    @property
+    def moves(self) -> Moves | None:
+        """The moves that are recognised; setting them takes effect with everybody's next frame.
+
+        Raises:
+            FrameError: If somebody's skeleton lacks joints that they need; nothing is changed then.
+        """
+        return self._moves
+
+    @moves.setter
+    def moves(self, moves: Moves | None) -> None:
+        before = self._moves, self._stores
+        self._moves, self._stores = moves, {}
+        try:
+            fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
+        except FrameError:
+            self._moves, self._stores = before
+            raise
+        for name, recognition in fresh.items():
+            self._segmenters[name].recognition = recognition
+
+    def _recognition_of(self, name: str, skeleton: Skeleton) -> Recognition | None:
+        """Return what recognises the moves of a performer."""
+        if self._moves is None:
+            return None
+        recognition = Recognition(self._moves, skeleton, name, self._stores.get(skeleton))
+        while len(self._stores) >= MOST_KINDS and skeleton not in self._stores:
+            del self._stores[next(iter(self._stores))]
+        self._stores[skeleton] = recognition.store
+        return recognition
 
     def _check_memory(self, name: str, skeleton: Skeleton, fps: float | None) -> None:
         """Raise FrameError if the state of another performer would be more than there may be."""
@@ -203,9 +241,9 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        if any(segmenter.settings.repetitions for segmenter in segmenters):
+        if self._moves is not None or any(own.settings.repetitions for own in segmenters):
             pushed = zip(segmenters, frames, moments, strict=True)
-            return [event for segmenter, own, when in pushed for event in segmenter.push(own, when)]
+            return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
         return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:

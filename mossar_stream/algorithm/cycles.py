@@ -121,9 +121,8 @@ def _find_period(cycles, still):
     """Set whether the performer is in a cycle, and its period."""
     state = cycles.state
     total = 0.0
-    last = value = np.float64(1.0)
-    period: float = np.float64(0.0)
-    depth: float = np.float64(1.0)
+    last = value = depth = 1.0
+    period = 0.0
     for lag in range(1, LAGS + 1):
         mean, known = _mean_distance(cycles, lag)
         total += mean

@@ -40,6 +40,21 @@ def page_product(_context, page, one, other):
 
 
 @intrinsic
+def line_product(_context, one, other):
+    """Sum the products of two lines of float32 of one length, a multiple of `FACTORS`, in single precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        total = cgutils.alloca_once_value(builder, _all(ir.Constant(_float, 0.0), FACTORS))
+        size = context.make_array(signature.args[0])(context, builder, values[0]).nitems
+        with cgutils.for_range_slice(builder, _int(0), size, _int(FACTORS), _int) as (place, _):
+            a, b = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+            builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
+        return _fold(builder, builder.load(total), builder.fadd)
+
+    return types.float32(one, other), generate
+
+
+@intrinsic
 def page_within(_context, page, line, limit):
     """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
 

@@ -13,6 +13,7 @@ _chosen: Any = import_module(f"mossar_stream.jit.{'instructions' if is_accelerat
 
 page_sum = _chosen.page_sum
 page_product = _chosen.page_product
+line_product = _chosen.line_product
 page_within = _chosen.page_within
 variance_product = _chosen.variance_product
 lowest_bit = _chosen.lowest_bit

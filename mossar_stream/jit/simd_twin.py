@@ -31,6 +31,16 @@ def page_product(page, one, other):
 
 
 @register_jitable
+def line_product(one, other):
+    """Sum the products of two lines, in `FACTORS` sums side by side; see `instructions.line_product`."""
+    sums = np.zeros(FACTORS, np.float32)
+    for place in range(0, one.size, FACTORS):
+        for d in range(FACTORS):
+            sums[d] += one[place + d] * other[place + d]
+    return _sum(sums)
+
+
+@register_jitable
 def page_within(page, line, limit):
     """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
     most = np.float32(limit)

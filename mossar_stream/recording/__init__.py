@@ -22,11 +22,14 @@ from mossar_stream.events import (
     KEY_FRAME_KINDS,
     KeyFrameEvent,
     KeyFrameKind,
+    MoveEvent,
     RepetitionEvent,
     SegmentEvent,
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.settings import LevelName, Settings
@@ -93,12 +96,14 @@ class Result:
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
+        moves: The moves that were recognised, if there were any to recognise.
         repetitions: Repetitions of movements, with the setting `repetitions`.
     """
 
-    def __init__(self, row: Row, curves: list[CurveState]) -> None:
+    def __init__(self, row: Row, curves: list[CurveState], moves: list[MoveEvent]) -> None:
         self.settings = row.plan.given
         self.curves = curves
+        self.moves = moves
         self.repetitions: list[RepetitionEvent] = []
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
@@ -197,6 +202,7 @@ def segment_recording(
     *,
     times: ArrayLike | None = None,
     curves: bool = False,
+    moves: Moves | None = None,
 ) -> Result:
     """Segment a whole recording (Algorithms 1, 2 and 3).
 
@@ -210,12 +216,13 @@ def segment_recording(
         settings: Defaults to `Settings()`. With `range=file` the range is that of the whole recording.
         times: (n,) seconds.
         curves: Whether to keep the velocity curve.
+        moves: That are recognised.
 
     Returns:
         The key frames and their hierarchy.
 
     Raises:
-        FrameError: If the shapes do not fit.
+        FrameError: If the shapes do not fit, or joints are missing that the moves need.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -241,17 +248,39 @@ def segment_recording(
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
-    step = 1 if curves else max(1, len(moments))
-    states = []
-    for begin in range(0, len(moments), step):
-        engine.push(row, frames[begin : begin + step], moments[begin : begin + step])
-        if curves:
-            states.append(curve_state(row.memory[0], row.plan))
+    states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
-    result = Result(row, states)
+    result = Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result
+
+
+def _push_all(
+    row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], *, curves: bool
+) -> list[CurveState]:
+    """Take all frames in; return the curve, frame by frame, if it is wanted."""
+    step = 1 if curves else max(1, len(times))
+    states = []
+    for begin in range(0, len(times), step):
+        engine.push(row, frames[begin : begin + step], times[begin : begin + step])
+        if curves:
+            states.append(curve_state(row.memory[0], row.plan))
+    return states
+
+
+def _recognised(
+    moves: Moves, skeleton: Skeleton, frames: NDArray[np.float32], times: NDArray[np.float64]
+) -> list[MoveEvent]:
+    """Return the moves of a recording, each as it was said for good."""
+    recognition = Recognition(moves, skeleton, "p1")
+    events: list[MoveEvent] = []
+    begin = 0
+    while begin < len(times):
+        stop = recognition.follow(frames, times, begin)
+        events += recognition.news(0) if stop < len(times) else recognition.end()
+        begin = stop + 1
+    return [event for event in events if event.status == "final"]
 
 
 def _new_row(

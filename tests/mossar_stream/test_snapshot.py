@@ -19,11 +19,11 @@ from mossar_stream.algorithm.remerging import MEMO
 from mossar_stream.algorithm.row import REGIONS, ROW, records, region
 from mossar_stream.algorithm.window import KEY
 from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.snapshot import HEAD_BYTES, MAGIC, VERSION
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.similarity import summary
 from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
-from mossar_stream.snapshot import HEAD_BYTES, MAGIC, VERSION
 
 KINDS = {
     "likelihood": {},

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from checks.run_process import free_port
@@ -18,6 +19,7 @@ RUN_HERE = {
     "send_poses.py",
     "receive_events.py",
     "receive_osc.py",
+    "react_to_moves.py",
     "segment_recording.py",
     "segment_frames.py",
     "change_level.py",
@@ -98,3 +100,24 @@ def test_poses_arrive_and_their_events_are_received(example, process):
     expected = [f"{event['time']:7.2f} s  p1: {event['kind']}" for event in confirmed]
     assert output(heard).splitlines() == expected
     assert len(output(heard_osc).splitlines()) == len(expected)
+
+
+def test_a_game_reacts_to_moves_that_were_shown(example, process, mossar, tmp_path):
+    moves, port = tmp_path / "moves.json", free_port()
+    rng = np.random.default_rng(1)
+    reach = np.zeros((150, 2, 3), np.float32)
+    reach[60:90, 1, 0] = np.sin(np.pi * (0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))))
+    take = tmp_path / "take.npz"
+    positions = (np.tile(reach, (2, 1, 1)) + rng.normal(0, 0.0005, (300, 2, 3))).astype(np.float32)
+    np.savez(take, positions=positions, fps=30.0, joint_names=["hip", "hand"], parents=[-1, 0])
+    assert mossar("teach", moves, take, "--name", "punch", "--unit", "m")[0] == 0
+    game = example("react_to_moves.py", f"tcp://127.0.0.1:{port}")
+    run = process(
+        *("run", str(take), "--moves", str(moves), "--unit", "m", "--speed", "1", "--emit", "move,stream"),
+        *("--to", f"zmq+bind://127.0.0.1:{port}?encoding=json"),
+    )
+    _, err = run.communicate(timeout=120)
+    assert run.returncode == 0, err
+    assert output(game).splitlines() == [
+        f"punch with the hand: the dragon has {left} left" for left in (2, 1)
+    ]

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 COMMANDS: Final[dict[str, str]] = {
     "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
     "run": "segment live or recorded streams; JSON lines on standard output unless --to says otherwise",
+    "teach": "show moves that run --moves recognises: live, or from a recording; --list, --remove",
     "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
@@ -42,7 +43,7 @@ COMMANDS: Final[dict[str, str]] = {
 }
 
 # Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = ("demo", "run", "segment", "view", "evaluate", "bench")
+_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer

@@ -5,9 +5,16 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StatsEvent, StreamEvent
+from mossar_stream import (
+    Event,
+    KeyFrameEvent,
+    MoveEvent,
+    SegmentEvent,
+    StatsEvent,
+    StreamEvent,
+)
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, RepetitionEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:

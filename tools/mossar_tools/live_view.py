@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
-from mossar_stream import Event, Frames, KeyFrameEvent, StreamEvent
+from mossar_stream import Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -68,6 +68,8 @@ class LiveView:
         for event in events:
             if isinstance(event, KeyFrameEvent):
                 self._take(event)
+            elif isinstance(event, MoveEvent) and self.visible and event.status != "final":
+                self._console.line(self._move_line(event))
             elif isinstance(event, StreamEvent) and self.visible and event.event != _STARTED:
                 text = f"{event.performer:<12}{event.event} {event.reason}".rstrip()
                 self._console.line(self._dim(self._cut(text)))
@@ -164,6 +166,11 @@ class LiveView:
             if name in cells
         )
         return self._cut(text)
+
+    def _move_line(self, event: MoveEvent) -> str:
+        span = f"{event.start:>8.2f} s to {event.end:.2f} s"
+        text = f"{event.performer:<12}{span:<22} {event.status:<10}{event.name} ({event.limb})"
+        return self._console.colour(text, "1" if event.status == "confirmed" else "2")
 
     def _judge(self, now: dict[str, float]) -> None:
         with self._lock:

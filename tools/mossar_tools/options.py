@@ -42,6 +42,13 @@ class Options(msgspec.Struct, frozen=True):
     fps: float | None = None
     allow_2d: bool = False
     control: tuple[str, ...] = ()
+    moves: str | None = None
+    name: str | None = None
+    times: int = 2
+    begin: float | None = None
+    until: float | None = None
+    list: bool = False
+    remove: str | None = None
     snapshot: str | None = None
     snapshot_every: float = 5.0
     emit: tuple[str, ...] = ()
@@ -228,9 +235,10 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
+    group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
     group.add_argument(
         "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
     )

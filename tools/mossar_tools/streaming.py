@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 import mossar_stream
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
@@ -12,7 +14,7 @@ from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream import Settings
+from mossar_stream import Moves, MovesError, Settings
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
@@ -40,6 +42,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     """
     settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
+    moves = read_moves(options.moves) if options.moves else None
     with contextlib.ExitStack() as opened:
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
@@ -61,11 +64,12 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
                 snapshot=Path(options.snapshot) if options.snapshot else None,
                 period=options.snapshot_every,
             ),
+            moves=moves,
             resume=snapshot,
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        warm_up(settings)
+        warm_up(settings, moves)
         with (
             _controls(options, pipeline, listeners),
             _metrics(options, pipeline),
@@ -103,7 +107,21 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
     return show
 
 
-def warm_up(settings: Settings) -> None:
+def read_moves(path: str) -> Moves:
+    """Return the moves of a file.
+
+    Raises:
+        MossarError: If it cannot be read, or is not a file of moves.
+    """
+    try:
+        return Moves.load(path)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except MovesError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     """Compile, or load, the kernels before frames come; say so if it takes long.
 
     Raises:
@@ -112,7 +130,11 @@ def warm_up(settings: Settings) -> None:
     from mossar_stream import Segmenter, Skeleton
 
     with saying_if_cold(settings):
-        Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+        if moves is None:
+            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+        else:
+            still = np.zeros((1, len(moves.skeleton), 3), np.float32)
+            Segmenter(moves.skeleton, settings, moves=moves).push(still, [0.0])
 
 
 @contextlib.contextmanager

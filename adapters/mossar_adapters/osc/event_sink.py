@@ -2,7 +2,8 @@
 
 `/mossar/key_frame ,sssiiffffi` performer, status, kind, take, frame, time, decided time, velocity, strength (-1
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
-time, end time; `/mossar/stream ,sssi` performer, event, reason, take.
+time, end time; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+`/mossar/stream ,sssi` performer, event, reason, take.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
-from mossar_stream import Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
+from mossar_stream import Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent, StreamEvent
 
 _MAX_PERFORMERS = 1024
 
@@ -72,10 +73,12 @@ class OscSink:
                 return self._key_frame(event)
             case SegmentEvent():
                 return self._segment(event)
+            case MoveEvent():
+                return self._move(event)
             case RepetitionEvent():
                 numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
-                words = (event.performer, event.status, event.channel)
-                return encode("/mossar/repetition", "sssiiiff", *words, *numbers)
+                who = (event.performer, event.status, event.channel)
+                return encode("/mossar/repetition", "sssiiiff", *who, *numbers)
             case StreamEvent():
                 words = (event.performer, event.event, event.reason)
                 return encode("/mossar/stream", "sssi", *words, event.take)
@@ -101,15 +104,26 @@ class OscSink:
             *(event.start_time - start, event.end_time - start),
         )
 
-    def _start(self, event: KeyFrameEvent | SegmentEvent) -> float:
+    def _move(self, event: MoveEvent) -> bytes:
+        start = self._start(event)
+        return encode(
+            "/mossar/move",
+            "ssssiffffi",
+            *(event.performer, event.status, event.name, event.limb, event.take),
+            *(event.start - start, event.end - start, event.decided_time - start, event.score, event.rev),
+        )
+
+    def _start(self, event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:
         known = self._starts.get(event.performer)
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
         return self._starts[event.performer][1]
 
 
-def _reckoned(event: KeyFrameEvent | SegmentEvent) -> float:
-    """Return when frame 0 was, going back from two frames at their mean rate."""
+def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:
+    """Return when frame 0 was, going back from two frames at their mean rate; a move knows no frames."""
+    if isinstance(event, MoveEvent):
+        return event.start
     if isinstance(event, SegmentEvent):
         first, last = (event.start_frame, event.start_time), (event.end_frame, event.end_time)
     else:

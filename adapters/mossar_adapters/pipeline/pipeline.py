@@ -29,7 +29,7 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream import Event, Frames, Settings, SettingsError
+from mossar_stream import Event, Frames, Moves, Settings, SettingsError
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
@@ -58,6 +58,7 @@ class Pipeline:
         emit: Which events go out, see `Emission`.
         seconds: Stop after so much time of the stream, for each performer.
         upkeep: What is done between frames; by default stalls and silence are noticed.
+        moves: That are recognised of all performers.
         resume: Snapshot of a run that was cut short, to go on with.
         tick: Called about every 0.05 s from the thread that segments.
 
@@ -76,6 +77,7 @@ class Pipeline:
         emit: Sequence[str] = (),
         seconds: float | None = None,
         upkeep: Upkeep | None = None,
+        moves: Moves | None = None,
         resume: Snapshot | None = None,
         tick: Callable[[], None] = lambda: None,
     ) -> None:
@@ -84,7 +86,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings, MAX_PERFORMERS)
+        self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves)
         self.outcome = Outcome()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.stream_time = StreamTime(seconds)

@@ -30,6 +30,11 @@ def page_product(page, one, other):
 
 
 @entry_point
+def line_product(one, other):
+    return simd.line_product(one, other)
+
+
+@entry_point
 def page_within(page, line, limit):
     return simd.page_within(page, line, limit)
 
@@ -134,3 +139,11 @@ def test_the_lowest_bit_is_found_wherever_it_is():
         for above in (0, -1, 0x5A5A5A5A5A5A5A5A):
             mask = int(np.array(1 << bit | (above << bit & (2**64 - 1)), np.uint64).astype(np.int64))
             assert lowest_bit(mask) == simd_twin.lowest_bit(mask) == bit
+
+
+@pytest.mark.parametrize("length", [8, 16, 64, 192])
+def test_products_of_lines_are_those_of_the_twin(length):
+    rng = np.random.default_rng(length)
+    one, other = rng.normal(0, 1, (2, length)).astype(np.float32)
+    assert line_product(one, other) == simd_twin.line_product(one, other)
+    assert line_product(one, other) == pytest.approx(float(one.astype(float) @ other.astype(float)), abs=1e-4)

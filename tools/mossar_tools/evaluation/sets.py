@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import Settings
+from mossar_stream import Segmenter, Settings
 from mossar_tools.evaluation.chance import blind, randomly
 from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
 from mossar_tools.evaluation.mossar import found_in, stream

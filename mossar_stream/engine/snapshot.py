@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.row import records
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.validation import is_sound
-from mossar_stream.errors import FrameError, SettingsError, SnapshotError
+from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -34,6 +36,8 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     level: LevelName | float
     pending: list[Event]
     row: bytes
+    moves: bytes | None  # as a file of moves has them
+    recognition: bytes | None  # what is remembered of the performer to recognise them
     repetitions: bytes = b""  # of the counter, if there is one
 
 
@@ -43,6 +47,7 @@ def pack_snapshot(
     level: LevelName | float,
     pending: list[Event],
     row: NDArray[np.uint8],
+    recognition: tuple[bytes, bytes] | None = None,
     repetitions: bytes = b"",
 ) -> bytes:
     """Return a snapshot of a performer.
@@ -53,8 +58,10 @@ def pack_snapshot(
         level: As it is now.
         pending: Events that have not been handed out.
         row: Bytes of the performer.
+        recognition: The moves that are recognised, and what is remembered to recognise them.
         repetitions: What the counter of repetitions knows.
     """
+    moves, memory = recognition or (None, None)
     content = _Content(
         plan.given,
         plan.skeleton,
@@ -64,6 +71,8 @@ def pack_snapshot(
         level,
         pending,
         row.tobytes(),
+        moves,
+        memory,
         repetitions,
     )
     body = msgspec.msgpack.encode(content)
@@ -72,8 +81,8 @@ def pack_snapshot(
 
 def unpack_snapshot(
     blob: bytes,
-) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], bytes]:
-    """Return plan, performer, level, pending events, row and repetitions of a snapshot.
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, bytes]:
+    """Return plan, performer, level, pending events, row, recognition and repetitions of a snapshot.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -103,4 +112,15 @@ def unpack_snapshot(
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     name = performer_name(content.performer)
-    return plan, name, content.level, content.pending, row, content.repetitions
+    return plan, name, content.level, content.pending, row, _recognition(content, name), content.repetitions
+
+
+def _recognition(content: _Content, performer: str) -> Recognition | None:
+    if content.moves is None or content.recognition is None:
+        return None
+    try:
+        recognition = Recognition(Moves.from_json(content.moves), content.skeleton, performer)
+    except (MovesError, FrameError) as error:
+        raise SnapshotError(f"the snapshot's moves cannot be read: {error}") from None
+    recognition.go_on_from(content.recognition)
+    return recognition

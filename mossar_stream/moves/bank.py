@@ -1,0 +1,92 @@
+"""The bank: all examples described for the joints of one stream, as the recogniser compares them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import entry_point
+from mossar_stream.moves.example import Example, smoothed
+from mossar_stream.moves.joints import Pair, shared_joints
+from mossar_stream.moves.lanes import padded
+from mossar_stream.moves.limbs import limbs_of
+from mossar_stream.moves.measure import DIRECTIONS, describe
+from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
+from mossar_stream.moves.track import JOINT, SMOOTHED
+from mossar_stream.skeleton import Skeleton
+
+
+def make_store(
+    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton
+) -> NDArray[np.uint8]:
+    """Describe examples for a stream.
+
+    Args:
+        shown: Skeleton of the examples.
+        examples: All of them.
+        names: Of the moves, in the order in which they are numbered.
+        streamed: Skeleton of the stream.
+
+    Returns:
+        A store, as `recogniser.open_store` opens it.
+
+    Raises:
+        FrameError: If the stream lacks joints that the examples need.
+    """
+    _, ours, theirs = shared_joints(shown, streamed)
+    numbers = padded(3 * len(ours))
+    store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
+    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers
+    write_joints(store, _joint_records(theirs, streamed))
+    for t, example in enumerate(examples):
+        poses = example_poses(example, len(shown), ours, numbers)
+        write_example(store, t, names.index(example.name), poses, _path(poses))
+    return store
+
+
+@entry_point
+def write_joints(store, records):
+    """Write where the joints of the examples are in the stream."""
+    open_store(store).joints[:] = records
+
+
+@entry_point
+def write_example(store, t, move, poses, path):
+    """Describe the whole of an example, number t; see `measure.describe`."""
+    bank = open_store(store)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.room)
+    bank.examples[t].move = move
+    bank.examples[t].size = bank.room.size[0]
+    at = t * ROWS
+    bank.rows[at : at + DIRECTIONS] = bank.room.directions
+    bank.rows[at + DIRECTIONS] = bank.room.box
+    bank.rows[at + DIRECTIONS + 1] = bank.room.shares
+
+
+def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:
+    """Return an example as the recogniser sees a stream: (n, D) metres, centre first, others relative to it."""
+    positions = example.metres(joints).astype(np.float64)
+    mean = positions.mean(axis=1)
+    lines = [
+        (positions[:, pair.one] + positions[:, pair.other]) / 2 if pair.one >= 0 else mean for pair in pairs
+    ]
+    placed = np.stack(lines, axis=1)
+    placed[:, 1:] -= placed[:, :1]
+    placed = smoothed(placed, SMOOTHED, example.fps)
+    poses = np.zeros((len(placed), numbers), np.float32)
+    poses[:, : 3 * len(pairs)] = placed.reshape(len(placed), -1)
+    return poses
+
+
+def _path(poses: NDArray[np.float32]) -> NDArray[np.float64]:
+    steps = np.linalg.norm(np.diff(poses.astype(np.float64), axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _joint_records(places: Sequence[Pair], streamed: Skeleton) -> NDArray[np.void]:
+    records = np.zeros(len(places), JOINT)
+    limbs = list(limbs_of(streamed).values())
+    for k, place in enumerate(places):
+        limb = next((i for i, joints in enumerate(limbs) if place.one in joints and k > 0), -1)
+        records[k] = (place.one, place.other, limb)
+    return records

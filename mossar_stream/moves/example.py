@@ -1,0 +1,147 @@
+"""One example of a move: what the player showed, from its onset to its offset."""
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_stream.errors import MovesError
+from mossar_stream.frames import plain_array
+from mossar_stream.moves.activity import AVERAGED, ONSET
+from mossar_stream.moves.track import SMOOTHED
+
+MAX_FRAMES = 128  # that an example keeps
+LONGEST_TAKEN = 100_000  # frames that are looked at
+LEAST_FRAMES = 8
+MAX_DISTANCE = 1000.0  # m from the origin
+LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movement
+PAUSE = 0.5  # s, of rest that a move may have inside
+UNIT = 1e-4  # m, to which positions are rounded
+MAX_NAME = 64
+
+_Integer = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
+
+
+class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An example of a move.
+
+    Args:
+        name: Of the move.
+        fps: Frames per second, Hz.
+        positions: `n · J · 3` numbers in `UNIT` (tenths of a millimetre), frame by frame, joint by joint.
+    """
+
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_NAME)]
+    fps: Annotated[float, msgspec.Meta(gt=0, le=10_000)]
+    positions: Annotated[tuple[_Integer, ...], msgspec.Meta(max_length=MAX_FRAMES * 3 * 1024)]
+
+    def metres(self, joints: int) -> NDArray[np.float32]:
+        """Return the positions as (n, J, 3) float32, metres."""
+        return (np.array(self.positions, np.float64) * UNIT).astype(np.float32).reshape(-1, joints, 3)
+
+
+def check_name(name: str) -> str:
+    """Return a move's name if it is one.
+
+    Raises:
+        MovesError: If it is empty, too long, or has what cannot be printed.
+    """
+    if not 1 <= len(name) <= MAX_NAME or not name.isprintable() or name != name.strip():
+        raise MovesError(f"a move's name has 1 to {MAX_NAME} printable characters, not {str(name)[:80]!r}")
+    return name
+
+
+def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root: int) -> Example:
+    """Return an example of a move, cut at its onset and its offset.
+
+    Args:
+        name: Of the move.
+        positions: (n, J, 3), metres, of one performance; rest before and after it does no harm.
+        fps: Rate, Hz.
+        joints: J.
+        root: Joint that the others are taken relative to; -1 for the mean of all.
+
+    Raises:
+        MovesError: If the name or the positions cannot be used, or nothing moves.
+    """
+    check_name(name)
+    shown = _checked(plain_array(positions, np.float64), fps, joints)
+    first, last = _extent(shown, fps, root)
+    cut = shown[first : last + 1]
+    if len(cut) < LEAST_FRAMES:
+        raise MovesError(f"the movement has {len(cut)} frames; an example needs at least {LEAST_FRAMES}")
+    rate = fps
+    if len(cut) > MAX_FRAMES:
+        rate = fps * (MAX_FRAMES - 1) / (len(cut) - 1)
+        cut = _resampled(cut, MAX_FRAMES)
+    numbers = np.rint(cut / UNIT).astype(np.int64)
+    return Example(name, float(rate), tuple(numbers.ravel().tolist()))
+
+
+def _checked(shown: NDArray[np.float64], fps: float, joints: int) -> NDArray[np.float64]:
+    if not (np.isfinite(fps) and 0 < fps <= 10_000):
+        raise MovesError(f"the rate of an example is a positive number of frames per second, not {fps!r}")
+    if shown.ndim != 3 or shown.shape[1:] != (joints, 3):
+        raise MovesError(f"an example has the form (frames, {joints} joints, 3), not {shown.shape}")
+    if not LEAST_FRAMES <= len(shown) <= LONGEST_TAKEN:
+        raise MovesError(f"an example has {LEAST_FRAMES} to {LONGEST_TAKEN} frames, not {len(shown)}")
+    if not np.isfinite(shown).all():
+        bad = int(np.argmin(np.isfinite(shown).all(axis=(1, 2))))
+        raise MovesError(f"an example needs all joints in all frames; frame {bad} lacks some")
+    if np.abs(shown).max() > MAX_DISTANCE:
+        raise MovesError(f"an example's positions are metres, at most {MAX_DISTANCE:g} from the origin")
+    return shown
+
+
+def _extent(shown: NDArray[np.float64], fps: float, root: int) -> tuple[int, int]:
+    """Return the first and the last frame of the movement around the peak of speed."""
+    speed = _speed(shown, fps, root)
+    peak = int(np.argmax(speed))
+    if speed[peak] < LEAST_SPEED:
+        raise MovesError(
+            f"nothing moves in the example (at most {speed[peak]:.3f} m/s, mean over the joints)"
+        )
+    moving = np.flatnonzero(speed > ONSET * speed[peak])
+    breaks = np.flatnonzero(np.diff(moving) > PAUSE * fps)
+    at = int(np.searchsorted(moving, peak))
+    begins = [0, *(breaks + 1)]
+    ends = [*breaks, len(moving) - 1]
+    part = int(np.searchsorted(begins, at, side="right")) - 1
+    first, last = int(moving[begins[part]]), int(moving[ends[part]])
+    while first > 0 and speed[first - 1] < speed[first]:
+        first -= 1
+    while last + 1 < len(speed) and speed[last + 1] < speed[last]:
+        last += 1
+    return first, last
+
+
+def _speed(shown: NDArray[np.float64], fps: float, root: int) -> NDArray[np.float64]:
+    """Return (n,) m/s, mean over the joints, centred on each frame."""
+    centre = shown[:, root] if root >= 0 else shown.mean(axis=1)
+    placed = np.concatenate([centre[:, None], shown - centre[:, None]], axis=1)
+    steps = (
+        np.linalg.norm(np.diff(smoothed(placed, SMOOTHED, fps), axis=0), axis=2).sum(axis=1) / shown.shape[1]
+    )
+    return smoothed(np.append(steps, steps[-1]) * fps, AVERAGED, fps)
+
+
+def smoothed(values: NDArray[np.float64], seconds: float, fps: float) -> NDArray[np.float64]:
+    """Return the moving average over `seconds`, centred, along the first axis; shorter at both ends."""
+    reach = int(seconds * fps / 2)
+    if reach < 1:
+        return values
+    sums = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
+    places = np.arange(len(values))
+    begin, end = np.maximum(places - reach, 0), np.minimum(places + reach + 1, len(values))
+    counts = (end - begin).reshape(-1, *[1] * (values.ndim - 1))
+    averaged: NDArray[np.float64] = (sums[end] - sums[begin]) / counts
+    return averaged
+
+
+def _resampled(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    places = np.linspace(0, len(values) - 1, count)
+    below = np.minimum(places.astype(np.int64), len(values) - 2)
+    share = (places - below).reshape(-1, 1, 1)
+    resampled: NDArray[np.float64] = values[below] * (1 - share) + values[below + 1] * share
+    return resampled

@@ -1,0 +1,125 @@
+"""Joints by name: the same joint of another joint set, so that examples of one serve streams of another.
+
+A joint that a set lacks may lie in the middle of two that it has, as the centre of the hips does in pose estimators.
+Joints that say little of a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
+"""
+
+import re
+from typing import NamedTuple
+
+from mossar_stream.errors import FrameError
+from mossar_stream.skeleton import Skeleton
+
+# What joints are called in Kinect v1 and v2, COCO, BlazePose, OpenPose, CMU, VMC humanoid, Mixamo, Motive: of several
+# that a set has, the first is meant (a humanoid's LeftShoulder is the collar bone, its LeftUpperArm the shoulder).
+_TRUNK = {
+    "hips": "spinebase hipcenter hipcentre hips pelvis midhip root hip",
+    "spine": "spinemid spine lowerback ab",
+    "chest": "spineshoulder shouldercenter shouldercentre upperchest spine2 thorax chest",
+    "neck": "neck upperneck lowerneck",
+    "head": "head nose",
+}
+_SIDED = {
+    "shoulder": "{s}upperarm {s}arm {c}uarm {c}clavicle {s}shoulder shoulder{s} {c}shoulder",
+    "elbow": "{s}lowerarm {s}forearm {c}farm {c}humerus {s}elbow elbow{s} {c}elbow",
+    "wrist": "{s}wrist wrist{s} {c}radius {c}wrist {s}hand {c}hand",
+    "hand": "{s}hand hand{s} {c}hand {s}index",
+    "hip": "{s}upperleg {s}upleg {c}thigh {c}hipjoint {s}hip hip{s} {c}hip",
+    "knee": "{s}lowerleg {s}leg {c}shin {c}femur {s}knee knee{s} {c}knee",
+    "ankle": "{s}ankle ankle{s} {c}tibia {c}ankle {s}foot {c}foot",
+    "foot": "{s}toes {s}toebase {s}footindex {s}foot foot{s} {c}foot {c}toe {c}bigtoe",
+}
+_MIDDLES = {"hips": ("left_hip", "right_hip"), "chest": ("left_shoulder", "right_shoulder")}
+_OPTIONAL = frozenset(
+    {"spine", "chest", "neck", "left_hand", "right_hand", "left_foot", "right_foot"},
+)
+ENOUGH = 8  # joints known by name: then the others are details, too
+CENTRE = "hips"
+MEAN = -1  # in place of a joint: the mean of all
+
+
+def _table() -> dict[str, tuple[str, ...]]:
+    table = {slot: tuple(names.split()) for slot, names in _TRUNK.items()}
+    for side in ("left", "right"):
+        for part, names in _SIDED.items():
+            table[f"{side}_{part}"] = tuple(names.format(s=side, c=side[0]).split())
+    return table
+
+
+_NAMES = _table()
+
+
+class Pair(NamedTuple):
+    """One joint of a template: the middle of two joints of a skeleton, mostly twice the same."""
+
+    one: int
+    other: int
+
+
+def known_joints(skeleton: Skeleton) -> dict[str, int]:
+    """Return which joints of a skeleton are known by name: slots such as `left_wrist` to indices."""
+    place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
+    taken: set[int] = set()
+    found: dict[str, int] = {}
+    for slot, names in _NAMES.items():
+        joint = next((place[name] for name in names if name in place and place[name] not in taken), None)
+        if joint is not None:
+            found[slot] = joint
+            taken.add(joint)
+    return found
+
+
+def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[Pair], list[Pair]]:
+    """Return the joints by which examples of one skeleton are recognised in a stream of another, the centre first.
+
+    Args:
+        shown: Skeleton of the examples.
+        streamed: Skeleton of the stream.
+
+    Returns:
+        Names (slots for known joints), and where to find them in each of the two.
+
+    Raises:
+        FrameError: If the stream lacks joints that examples need; it names them.
+    """
+    ours, theirs = _places(shown), _places(streamed)
+    known = len(known_joints(shown)) >= ENOUGH
+    names, missing = [], []
+    for name in _wanted(shown):
+        if name in theirs:
+            names.append(name)
+        elif not (known and (name in _OPTIONAL or name not in _NAMES)):
+            missing.append(name)
+    if missing:
+        raise FrameError(f"the moves need joints that the stream does not have: {', '.join(missing[:20])}")
+    centre = CENTRE if CENTRE in ours and CENTRE in theirs else ""
+    names = [centre, *(name for name in names if name != centre)]
+    return (
+        names,
+        [_place(ours, shown, name) for name in names],
+        [_place(theirs, streamed, name) for name in names],
+    )
+
+
+def _wanted(skeleton: Skeleton) -> list[str]:
+    """Return the names of a skeleton's own joints: slots of known ones, plain names of others."""
+    slots = {joint: slot for slot, joint in known_joints(skeleton).items()}
+    return [slots.get(joint, _plain(name)) for joint, name in enumerate(skeleton.names)]
+
+
+def _places(skeleton: Skeleton) -> dict[str, Pair]:
+    places = {name: Pair(joint, joint) for joint, name in reversed(list(enumerate(_wanted(skeleton))))}
+    for slot, (left, right) in _MIDDLES.items():
+        if slot not in places and left in places and right in places:
+            places[slot] = Pair(places[left].one, places[right].one)
+    return places
+
+
+def _place(places: dict[str, Pair], skeleton: Skeleton, name: str) -> Pair:
+    if name:
+        return places[name]
+    return Pair(skeleton.root, skeleton.root) if skeleton.root >= 0 else Pair(MEAN, MEAN)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower().rpartition(":")[2]) or name.lower()

@@ -1,0 +1,155 @@
+"""Moves: the examples that a user showed, by the name of the move."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_stream.errors import MovesError
+from mossar_stream.moves.example import Example, check_name, make_example
+from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
+from mossar_stream.skeleton import Skeleton
+
+
+class Moves:
+    """Named moves, each with one or more examples; what a segmenter recognises in a stream.
+
+    Examples of one joint set serve streams of another that has the same joints. Several segmenters may share one
+    `Moves`; each sees the examples that there were when it was built.
+
+    Args:
+        skeleton: Of the examples.
+
+    Example:
+        >>> import numpy as np
+        >>> moves = Moves(Skeleton(("hip", "hand"), (-1, 0)))
+        >>> wave = np.zeros((30, 2, 3))
+        >>> wave[:, 1, 0] = np.sin(np.linspace(0, 6, 30))
+        >>> moves.add("wave", wave, fps=30)
+        >>> moves.names
+        ('wave',)
+        >>> Moves.from_json(moves.to_json()).names
+        ('wave',)
+    """
+
+    def __init__(self, skeleton: Skeleton) -> None:
+        self.skeleton = skeleton
+        self._examples: list[Example] = []
+
+    def __len__(self) -> int:
+        return len(self._examples)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the moves, in the order in which they were first shown."""
+        return tuple(dict.fromkeys(example.name for example in self._examples))
+
+    @property
+    def examples(self) -> tuple[Example, ...]:
+        """All examples, in the order in which they were shown."""
+        return tuple(self._examples)
+
+    def add(self, name: str, positions: ArrayLike, fps: float) -> None:
+        """Add an example; it is cut at its onset and its offset.
+
+        Args:
+            name: Of the move; 1 to 64 printable characters.
+            positions: (n, J, 3), metres: one performance; rest before and after it does no harm.
+            fps: Frames per second, Hz.
+
+        Raises:
+            MovesError: If the name or the positions cannot be used, nothing moves, or there are too many examples.
+        """
+        if len(self._examples) >= MAX_EXAMPLES:
+            raise MovesError(f"there are {MAX_EXAMPLES} examples already, which is the most")
+        skeleton = self.skeleton
+        self._examples.append(make_example(name, positions, fps, len(skeleton), skeleton.root))
+
+    @staticmethod
+    def check_name(name: str) -> str:
+        """Return a name that a move may have.
+
+        Raises:
+            MovesError: If it is empty, too long, or has what cannot be printed.
+        """
+        return check_name(name)
+
+    def remove(self, name: str) -> None:
+        """Forget all examples of a move.
+
+        Raises:
+            MovesError: If there is none of that name.
+        """
+        check_name(name)
+        if name not in self.names:
+            raise MovesError(
+                f"there is no move called {name!r}; there are {', '.join(self.names[:40]) or 'none'}"
+            )
+        self._examples = [example for example in self._examples if example.name != name]
+
+    def remove_example(self, place: int) -> None:
+        """Forget one example, counted from 0 in the order of `examples`.
+
+        Raises:
+            MovesError: If there is no such example.
+        """
+        if not 0 <= place < len(self._examples):
+            raise MovesError(f"there is no example {place}; there are {len(self._examples)}")
+        del self._examples[place]
+
+    def store(self, streamed: Skeleton) -> NDArray[np.uint8]:
+        """Return the examples, described for a stream.
+
+        Raises:
+            FrameError: If the stream lacks joints that the examples need.
+        """
+        from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
+
+        return make_store(self.skeleton, self._examples, self.names, streamed)
+
+    def to_json(self) -> bytes:
+        """Return the moves as JSON text."""
+        return write_moves(self.skeleton, self._examples)
+
+    @classmethod
+    def from_json(cls, text: bytes) -> "Moves":
+        """Return the moves of a JSON text, which may come from anybody.
+
+        Raises:
+            MovesError: If it is not of that form, of a newer version, or too large.
+        """
+        skeleton, examples = read_moves(text)
+        moves = cls(skeleton)
+        moves._examples = examples
+        return moves
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the moves to a file, which is replaced as a whole: nothing is lost whenever the power goes.
+
+        Raises:
+            OSError: If it cannot be written.
+        """
+        target = Path(path)
+        draft = target.with_name(f".{target.name}.{os.getpid()}")
+        try:
+            with draft.open("wb") as file:
+                file.write(self.to_json())
+                file.flush()
+                os.fsync(file.fileno())
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "Moves":
+        """Read moves from a file.
+
+        Raises:
+            OSError: If it cannot be read.
+            MovesError: If it is not a file of moves; see `from_json`.
+        """
+        from mossar_stream.moves.moves_file import MAX_BYTES  # noqa: PLC0415
+
+        with Path(path).open("rb") as file:
+            return cls.from_json(file.read(MAX_BYTES + 1))

@@ -1,0 +1,384 @@
+"""The recogniser: frames in, recognised moves out, a bounded amount of work at each.
+
+Once speed has come down from a peak, stretches that end now and begin at one of the last onsets or minima of speed are
+compared with all examples, every `LOOK_EVERY` seconds. A move is recognised when it costs little enough, where a clear
+lead over every other move counts as well as a low cost, and when `AGREED` looks in a row say so. No later move begins
+before its end, but until the movement rests a longer stretch may show that it was another one.
+
+The numbers were chosen on continuous sessions of ten players (14 moves on command, one and two examples of each), each
+player left out in turn; they lie in the middle of wide plateaus.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.views import part
+from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
+from mossar_stream.moves.lanes import padded
+from mossar_stream.moves.measure import (
+    DIRECTIONS,
+    LEAST,
+    NEVER,
+    POINTS,
+    Description,
+    correction,
+    describe,
+    first_half,
+    warped,
+)
+from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
+
+LOOK_EVERY = 0.1  # s
+AGREED = 2  # looks in a row that must name the same move
+MOST = -0.78  # natural logarithm of a move's largest cost
+LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
+LEAD_COUNTED = (
+    0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
+)
+FALLEN = 0.7  # of the peak of speed: looks begin below it
+LOUD = 0.15  # m/s, mean over the joints: slower is rest
+QUIET = 0.67  # s after the last loud pose for which looks go on
+SHORTEST, LONGEST = 8, 3.0  # poses, s, of a stretch
+REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
+SETTLED = 1.5  # s after which a recognised move is final at the latest
+
+CONFIRMED, FINAL, WITHDRAWN = 1, 2, 4  # what happened at a frame
+
+BAR = np.float32(np.exp(MOST + LEAD_WORTH * LEAD_COUNTED))  # no stretch that costs more counts
+RIVALS = np.float32(np.exp(LEAD_COUNTED))  # costs beyond so many times the best do not matter
+HANDICAP = np.float32(np.exp(REVISED))
+
+DECISION = np.dtype(
+    [
+        ("next_look", "f8"),  # s, when stretches are compared next
+        ("loud", "f8"),  # s, when speed was last above `LOUD`
+        ("peak", "f8"),  # m/s, largest speed since the last onset or decision
+        (
+            "from_pose",
+            "i8",
+        ),  # a new move begins at this pose or later: what was before belongs to the last one
+        ("leader", "i8"),  # move that was best at the last look, -1 for none
+        ("agreed", "i8"),  # how many looks in a row it was
+    ],
+)
+FOUND = np.dtype(
+    [
+        ("move", "i8"),  # -1 for none
+        ("number", "i8"),  # counts the performer's moves
+        ("take", "i8"),  # in which it was confirmed
+        ("limb", "i8"),  # that led, -1 for none
+        ("cost", "f8"),  # see measure.py
+        ("first", "i8"),  # number of the pose where it begins
+        ("start", "f8"),  # s
+        ("end", "f8"),  # s
+        ("time", "f8"),  # s, when it was recognised
+    ],
+)
+STATE = np.dtype(
+    [
+        ("track", TRACK),
+        ("activity", ACTIVITY),
+        ("decision", DECISION),
+        ("found", FOUND),  # the last move recognised, not final yet
+        ("before", FOUND),  # the one before, of which the frame brought news
+        ("happened", "i8"),  # at the frame that `recognise` stopped at
+        ("time", "f8"),  # s, of that frame
+    ],
+)
+STATE_BYTES = STATE.itemsize
+EXAMPLE = np.dtype(
+    [
+        ("move", "i8"),  # that it is an example of
+        ("size", "f4"),  # m, diagonal of its box
+        ("cost", "f4"),  # of the best stretch of this look; room to work in
+    ],
+)
+ROWS = DIRECTIONS + 2  # of an example in `Bank.rows`: directions, box, shares
+
+
+class Bank(NamedTuple):
+    """The examples of all moves, described for the joints of one stream, and room to work in; views of a store."""
+
+    joints: NDArray[np.void]  # (K,) JOINT
+    examples: NDArray[np.void]  # (T,) EXAMPLE
+    rows: NDArray[np.float32]  # (T·ROWS, D)
+    room: Description
+
+
+# A store is one array of bytes, because every array that is handed to a kernel takes its time: this record, then the
+# arrays of `Bank` and of `Description` in their order.
+STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
+STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
+ROOM_ROWS = POINTS + DIRECTIONS + 3  # of numbers: points, directions, shares, box, low; then size and warping
+
+
+def store_bytes(joints: int, examples: int) -> int:
+    """Return the bytes that examples take, described for so many joints."""
+    rows = examples * ROWS + ROOM_ROWS
+    floats = rows * padded(3 * joints) + 2 * (DIRECTIONS + 1) + 1
+    return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + 4 * floats
+
+
+def memory_bytes(joints: int) -> int:
+    """Return the bytes that recognising takes for one performer, by the joints of the templates."""
+    return STATE_BYTES + 4 * (RING + RAW) * padded(3 * joints)
+
+
+def new_memory(joints: int) -> NDArray[np.uint8]:
+    """Return the memory of a performer who has not been seen."""
+    memory = np.zeros(memory_bytes(joints), np.uint8)
+    state = state_of(memory)
+    for which in ("found", "before"):
+        state[which]["move"] = -1
+    return memory
+
+
+def state_of(memory: NDArray[np.uint8]) -> np.void:
+    """Return a view of the state in a performer's memory."""
+    found: np.void = memory[:STATE_BYTES].view(STATE)[0]
+    return found
+
+
+@inline_kernel(returns_views=True)
+def open_store(store):
+    """Return the bank that a store holds."""
+    head = part(store, 0, STORE, (1,))[0]
+    joints, examples, numbers = head.joints, head.examples, head.numbers
+    at_examples = STORE_BYTES + joints * JOINT_BYTES
+    at_rows = at_examples + examples * EXAMPLE_BYTES
+    at_room = at_rows + 4 * examples * ROWS * numbers
+    line = 4 * numbers
+    after = at_room + ROOM_ROWS * line
+    return Bank(
+        part(store, STORE_BYTES, JOINT, (joints,)),
+        part(store, at_examples, EXAMPLE, (examples,)),
+        part(store, at_rows, np.float32, (examples * ROWS, numbers)),
+        Description(
+            part(store, at_room, np.float32, (POINTS, numbers)),
+            part(store, at_room + POINTS * line, np.float32, (DIRECTIONS, numbers)),
+            part(store, after - 3 * line, np.float32, (numbers,)),
+            part(store, after - 2 * line, np.float32, (numbers,)),
+            part(store, after, np.float32, (1,)),
+            part(store, after - line, np.float32, (numbers,)),
+            part(store, after + 4, np.float32, (2, DIRECTIONS + 1)),
+        ),
+    )
+
+
+@entry_point
+def recognise(
+    memory: NDArray[np.uint8],
+    store: NDArray[np.uint8],
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    begin: int,
+) -> int:
+    """Take frames in until there is news of a move.
+
+    Args:
+        memory: (memory_bytes,) uint8 of the performer.
+        store: (store_bytes,) uint8, the examples.
+        positions: (n, J, 3) float32 metres; NaN where a joint is missing.
+        times: (n,) float64 s.
+        begin: First frame to take in.
+
+    Returns:
+        Number of the frame that brought news, which stand in `state.happened`; n if none did.
+    """
+    bank = open_store(store)
+    state = part(memory, 0, STATE, (1,))[0]
+    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.room.box.size))
+    for i in range(begin, times.size):
+        if is_due(state.track, times[i]):
+            _follow(state, poses, bank, positions[i], times[i])
+            if state.happened != 0:
+                return i
+    return times.size
+
+
+@kernel
+def _follow(state, poses, bank, positions, time):
+    """Take one frame in."""
+    state.happened = 0
+    state.time = time
+    goes_on = add_pose(state.track, poses, positions, bank.joints, time)
+    if state.track.poses == 0:
+        return
+    if not goes_on:
+        _settle(state, FINAL)
+        _start(state, time)
+        return
+    pose = state.track.poses - 1
+    was_moving = state.activity.moving
+    follow_activity(state.activity, state.track.speed, state.track.times, state.track.first, pose)
+    if _is_look_due(state.decision, state.activity, was_moving, time):
+        _look(state, poses, bank, pose)
+    rests = state.activity.moving == 0 or time - state.found.time > SETTLED
+    if rests and state.found.move >= 0 and state.happened == 0:
+        _settle(state, FINAL)
+
+
+@inline_kernel
+def _is_look_due(decision, activity, was_moving, time):
+    speed = activity.speed
+    decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
+    if speed > LOUD:
+        decision.loud = time
+    if time < decision.next_look or time - decision.loud > QUIET or speed > FALLEN * decision.peak:
+        return False
+    decision.next_look = time + LOOK_EVERY - 0.001  # times of frames are not exact
+    return True
+
+
+@kernel
+def _start(state, time):
+    start_activity(state.activity)
+    decision = state.decision
+    decision.next_look = time
+    decision.loud = -np.inf
+    decision.peak = 0.0
+    decision.from_pose = state.track.first
+    decision.leader = -1
+    decision.agreed = 0
+
+
+@kernel
+def _settle(state, how):
+    """Say what became of the last move recognised."""
+    if state.found.move >= 0:
+        _copy(state.before, state.found)
+        state.found.move = -1
+        state.happened |= how
+
+
+@inline_kernel
+def _copy(to, found):
+    to.move = found.move
+    to.number = found.number
+    to.take = found.take
+    to.limb = found.limb
+    to.cost = found.cost
+    to.first = found.first
+    to.start = found.start
+    to.end = found.end
+    to.time = found.time
+
+
+@kernel
+def _look(state, poses, bank, last):
+    """Compare the stretches that end at pose `last` with the examples, and decide."""
+    examples = bank.examples
+    for t in range(examples.size):
+        examples[t].cost = NEVER
+    best, best_first = NEVER, -1
+    for i in range(STARTS):
+        first = max(state.activity.starts[i] - 1, state.track.first)
+        if state.activity.starts[i] < 0 or not _may_begin(state, first, last):
+            continue
+        describe(poses, state.track.path, first, last, bank.joints.size, bank.room)
+        cost = _compare(state, bank, first, best)
+        if cost < best:
+            best, best_first = cost, first
+    if best_first < 0 or not _is_agreed(state.decision, examples, best):
+        return
+    _confirm(state, poses, bank, best_first, last)
+
+
+@inline_kernel
+def _may_begin(state, first, last):
+    track = state.track
+    if last - first < SHORTEST or last - first >= RING - 1:
+        return False
+    if track.times[last % RING] - track.times[first % RING] > LONGEST:
+        return False
+    return first >= state.decision.from_pose or (state.found.move >= 0 and first >= state.found.first)
+
+
+@kernel
+def _compare(state, bank, first, best):
+    """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
+    room, examples, rows = bank.room, bank.examples, bank.rows
+    revision = first < state.decision.from_pose
+    bar = min(BAR, np.float32(state.found.cost)) if revision else BAR
+    for t in range(examples.size):
+        if revision and examples[t].move == state.found.move:
+            continue
+        at = t * ROWS
+        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
+        if revision:
+            factor *= HANDICAP
+        limit = min(examples[t].cost, min(best, bar) * RIVALS)
+        if LEAST * factor >= limit:
+            continue
+        cost = factor * warped(room, rows[at : at + DIRECTIONS], limit / factor)
+        if cost < examples[t].cost:
+            examples[t].cost = cost
+            best = min(best, cost)
+    return best
+
+
+@inline_kernel
+def _is_agreed(decision, examples, best):
+    """Tell whether the move with the least cost is recognised now."""
+    move = -1
+    for t in range(examples.size):
+        if examples[t].cost == best:
+            move = examples[t].move
+            break
+    second = NEVER
+    for t in range(examples.size):
+        if examples[t].move != move:
+            second = min(second, examples[t].cost)
+    lead = min(np.log(second / best), LEAD_COUNTED)
+    if not np.log(best) - LEAD_WORTH * lead < MOST:
+        decision.leader = -1
+        decision.agreed = 0
+        return False
+    decision.agreed = decision.agreed + 1 if decision.leader == move else 1
+    decision.leader = move
+    return decision.agreed >= AGREED
+
+
+@kernel
+def _confirm(state, poses, bank, first, last):
+    decision = state.decision
+    move = decision.leader
+    cost = NEVER
+    for t in range(bank.examples.size):
+        if bank.examples[t].move == move:
+            cost = min(cost, bank.examples[t].cost)
+    _settle(state, WITHDRAWN if first < decision.from_pose else FINAL)
+    found = state.found
+    found.move = move
+    found.number += 1
+    found.cost = cost
+    found.first = first
+    found.start = state.track.times[first % RING]
+    found.end = found.time = state.time
+    describe(poses, state.track.path, first, last, bank.joints.size, bank.room)
+    found.limb = _leading_limb(bank)
+    state.happened |= CONFIRMED
+    decision.from_pose = last
+    decision.peak = 0.0
+    decision.leader = -1
+    decision.agreed = 0
+
+
+@kernel
+def _leading_limb(bank):
+    """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 if there is none."""
+    first_half(bank.room)
+    extent = bank.room.row[0]
+    extent[:] = np.float32(0.0)
+    box = bank.room.box
+    best = -1
+    for k in range(bank.joints.size):
+        limb = bank.joints[k].limb
+        if limb >= 0:
+            extent[limb] += box[3 * k] ** 2 + box[3 * k + 1] ** 2 + box[3 * k + 2] ** 2
+            if best < 0 or extent[limb] > extent[best]:
+                best = limb
+    return best

@@ -1,0 +1,147 @@
+"""Recognition: a performer's frames in, move events out."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import SnapshotError
+from mossar_stream.events import MoveEvent, MoveStatus
+from mossar_stream.moves.limbs import limbs_of
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.recogniser import (
+    CONFIRMED,
+    FINAL,
+    STATE_BYTES,
+    WITHDRAWN,
+    memory_bytes,
+    new_memory,
+    recognise,
+    state_of,
+)
+from mossar_stream.skeleton import Skeleton
+
+WHOLE_BODY = "body"
+
+
+class Recognition:
+    """What recognises the moves of one performer.
+
+    Args:
+        moves: Those to recognise, as they are now.
+        skeleton: The performer's joints.
+        performer: Name that events carry.
+        store: The examples described for these joints, if there is one already.
+
+    Raises:
+        FrameError: If the performer lacks joints that the examples need.
+    """
+
+    def __init__(
+        self, moves: Moves, skeleton: Skeleton, performer: str, store: NDArray[np.uint8] | None = None
+    ) -> None:
+        self.moves = moves
+        self.names = moves.names
+        self.store = moves.store(skeleton) if store is None else store
+        self._performer = performer
+        self._limbs = tuple(limbs_of(skeleton))
+        self._joints = int(self.store[:8].view(np.int64)[0])
+        self._memory = new_memory(self._joints)
+        self._state: Any = state_of(self._memory)
+
+    @property
+    def bytes_taken(self) -> int:
+        """Bytes of a performer, besides the examples that all share."""
+        return len(self._memory)
+
+    def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
+        """Take frames in until there is news; return the number of the frame that brought it, n if none did.
+
+        Args:
+            positions: (n, J, 3) m.
+            times: (n,) s.
+            begin: First frame to take in.
+        """
+        stop: int = recognise(self._memory, self.store, positions, times, begin)
+        return stop
+
+    def news(self, take: int) -> list[MoveEvent]:
+        """Return the events of the frame that `follow` stopped at.
+
+        Args:
+            take: Number of the take that is open.
+        """
+        state = self._state
+        happened = int(state["happened"])
+        events = []
+        if happened & (FINAL | WITHDRAWN):
+            events.append(self._event("before", "final" if happened & FINAL else "withdrawn", 2))
+        if happened & CONFIRMED:
+            state["found"]["take"] = take
+            events.append(self._event("found", "confirmed", 1))
+        return events
+
+    def end(self) -> list[MoveEvent]:
+        """Forget what is going on, as a take ends; return the event of a move that becomes final by that."""
+        state = self._state
+        events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
+        number = int(state["found"]["number"])
+        self._memory[:] = new_memory(self._joints)
+        state["found"]["number"] = number
+        return events
+
+    def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:
+        found = self._state[which]
+        limb = int(found["limb"])
+        return MoveEvent(
+            performer=self._performer,
+            id=f"{self._performer}/move/{int(found['take'])}/{int(found['number'])}",
+            rev=rev,
+            name=self.names[int(found["move"])],
+            status=status,
+            take=int(found["take"]),
+            start=float(found["start"]),
+            end=float(found["end"]),
+            score=1.0 / (1.0 + float(found["cost"])),
+            limb=self._limbs[limb] if limb >= 0 else WHOLE_BODY,
+            decided_time=float(found["time"] if status == "confirmed" else self._state["time"]),
+        )
+
+    def to_bytes(self) -> bytes:
+        """Return what is remembered of the performer, for a snapshot."""
+        return self._memory.tobytes()
+
+    def go_on_from(self, content: bytes) -> None:
+        """Go on where another recognition of the same moves and joints was.
+
+        Raises:
+            SnapshotError: If the bytes do not fit, or contradict themselves.
+        """
+        if len(content) != memory_bytes(self._joints):
+            raise SnapshotError(
+                f"the snapshot's moves have {len(content)} bytes, not {memory_bytes(self._joints)}"
+            )
+        memory = np.frombuffer(content, np.uint8).copy()
+        if not _is_sound(memory, len(self.names), len(self._limbs)):
+            raise SnapshotError("the snapshot's state of moves contradicts itself")
+        self._memory[:] = memory
+
+
+def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
+    """Tell whether a performer's memory is one that recognising could have left."""
+    state: Any = state_of(memory)
+    poses, first = int(state["track"]["poses"]), int(state["track"]["first"])
+    marks = [*state["activity"]["starts"].tolist(), int(state["activity"]["low_pose"])]
+    decision = state["decision"]
+    found = [state[which] for which in ("found", "before")]
+    return (
+        0 <= first <= poses < 1 << 60
+        and all(-1 <= mark < max(poses, 1) for mark in marks)
+        and 0 <= int(decision["from_pose"]) <= poses
+        and -1 <= int(decision["leader"]) < moves
+        and all(-1 <= int(one["move"]) < moves and -1 <= int(one["limb"]) < limbs for one in found)
+        and all(0 <= int(one["first"]) <= poses and 0 <= int(one["number"]) < 1 << 60 for one in found)
+        and all(0 <= int(one["take"]) < 1 << 60 for one in found)
+        and bool(np.isfinite(state["track"]["path"]).all() and np.isfinite(state["track"]["speed"]).all())
+        and bool(np.isfinite(memory[STATE_BYTES:].view(np.float32)).all())
+    )

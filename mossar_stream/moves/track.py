@@ -1,0 +1,148 @@
+"""The last seconds of a performer's movement, as templates see it: joints relative to the centre, smoothed, about 30 a second.
+
+A pose has the centre's own place first, then each joint relative to it. Poses nearer than `TICK` to the one kept before
+are left out, so that cost and memory do not grow with the sensor's rate.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
+
+TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
+SMOOTHED = 0.15  # s, poses younger than this are averaged
+RAW = 8  # poses that may be averaged
+RING = 128  # poses, a power of two: 3.1 s at 41 Hz, 4.2 s at 30 Hz
+LATE = 1.0  # s, frames that are so late are repeated or out of order
+MAX_STEP = 0.25  # s, a longer time without poses breaks the movement
+
+TRACK = np.dtype(
+    [
+        ("poses", "i8"),  # kept so far; pose n lies in line n % RING
+        ("first", "i8"),  # no stretch may begin before this pose: the first one after a gap
+        ("time", "f8"),  # s, of the last pose
+        ("times", "f8", (RING,)),  # s
+        ("path", "f8", (RING,)),  # m, length of the path up to each pose since the gap
+        ("speed", "f8", (RING,)),  # m/s, mean over the joints
+    ],
+)
+JOINT = np.dtype(
+    [
+        ("one", "i8"),  # joint of the stream, -1 for the mean of all joints
+        ("other", "i8"),  # another, if the template's joint lies in their middle, else the same
+        ("limb", "i8"),  # index into `limbs.LIMBS`
+    ],
+)
+
+
+@inline_kernel
+def is_due(track, time):
+    """Tell whether a frame at `time` (s) is to become a pose; late ones are not, time that was set back begins anew."""
+    return track.poses == 0 or not -LATE <= time - track.time < TICK
+
+
+@kernel
+def add_pose(track, poses, positions, joints, time):
+    """Keep a frame as a pose.
+
+    Args:
+        track: Record of the history.
+        poses: (RING + RAW, D) float32 metres: the smoothed poses, then the last ones as they came.
+        positions: (J, 3) float32 metres; NaN where a joint is missing: it stays where it was.
+        joints: (K,) records of `JOINT`, the centre first.
+        time: s.
+
+    Returns:
+        Whether the movement goes on; if not, there was a gap, or nothing before.
+    """
+    number = track.poses
+    raw = poses[RING:]
+    whole = _localise(positions, joints, raw[number % RAW], raw[(number + RAW - 1) % RAW], number > 0)
+    goes_on = number > 0 and 0.0 < time - track.time <= MAX_STEP
+    if not whole and number == 0:
+        return False
+    if not goes_on:
+        track.first = number
+    here = number % RING
+    track.times[here] = time
+    track.path[here] = 0.0
+    track.speed[here] = 0.0
+    _average(track, poses, raw, number)
+    if goes_on:
+        _measure_step(track, poses, joints.size, here, (number - 1) % RING)
+    track.time = time
+    track.poses = number + 1
+    return goes_on
+
+
+@inline_kernel
+def _localise(positions, joints, pose, last, started):
+    """Write a frame as a pose; return whether all joints were there."""
+    whole = True
+    x = y = z = np.float32(0.0)
+    for k in range(joints.size):
+        a, b = joints[k].one, joints[k].other
+        if a < 0:
+            px, py, pz = _mean(positions)
+        else:
+            px = np.float32(0.5) * (positions[a, 0] + positions[b, 0])
+            py = np.float32(0.5) * (positions[a, 1] + positions[b, 1])
+            pz = np.float32(0.5) * (positions[a, 2] + positions[b, 2])
+        if k == 0:
+            x, y, z = px, py, pz
+        else:
+            px, py, pz = px - x, py - y, pz - z
+        if abs(px) + abs(py) + abs(pz) < np.float32(1e6):
+            pose[3 * k], pose[3 * k + 1], pose[3 * k + 2] = px, py, pz
+            continue
+        whole = False
+        for d in range(3 * k, 3 * k + 3):
+            pose[d] = last[d] if started else np.float32(0.0)
+    return whole
+
+
+@inline_kernel
+def _mean(positions):
+    x = y = z = np.float32(0.0)
+    count = 0
+    for j in range(positions.shape[0]):
+        if not np.isnan(positions[j, 0] + positions[j, 1] + positions[j, 2]):
+            x += positions[j, 0]
+            y += positions[j, 1]
+            z += positions[j, 2]
+            count += 1
+    share = np.float32(1.0) / np.float32(count)
+    return x * share, y * share, z * share
+
+
+@inline_kernel
+def _average(track, poses, raw, number):
+    """Average the poses since the gap that are younger than `SMOOTHED`, so that a sensor's noise adds little path."""
+    pose = poses[number % RING]
+    pose[:] = raw[number % RAW]
+    count = 1
+    while count < RAW and number - count >= track.first:
+        if not track.times[number % RING] - track.times[(number - count) % RING] < SMOOTHED:
+            break
+        older = raw[(number - count) % RAW]
+        for d in range(pose.size):
+            pose[d] += older[d]
+        count += 1
+    share = np.float32(1.0) / np.float32(count)
+    for d in range(pose.size):
+        pose[d] *= share
+
+
+@inline_kernel
+def _measure_step(track, poses, joints, here, before):
+    """Note how far the body moved since the pose before."""
+    squares = np.float32(0.0)
+    steps = np.float32(0.0)
+    for k in range(joints):
+        x = poses[here, 3 * k] - poses[before, 3 * k]
+        y = poses[here, 3 * k + 1] - poses[before, 3 * k + 1]
+        z = poses[here, 3 * k + 2] - poses[before, 3 * k + 2]
+        square = x * x + y * y + z * z
+        squares += square
+        steps += np.sqrt(square)
+    track.path[here] = track.path[before] + np.sqrt(np.float64(squares))
+    track.speed[here] = steps / (joints * (track.times[here] - track.times[before]))

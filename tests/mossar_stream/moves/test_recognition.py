@@ -1,0 +1,193 @@
+"""Recognition: moves are told apart soon after they were made, the same however frames are cut, and nothing else."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mossar_stream import MoveEvent, Moves, Performers, Segmenter, Skeleton, SnapshotError, segment_recording
+from mossar_stream.events import to_json
+from mossar_stream.moves.recogniser import memory_bytes
+
+from .conftest import FPS, MOVES, PERSON, session
+
+ORDER = ["punch_left", "circle_left", "kick_right", "punch_right", "punch_left", "kick_right", "circle_left"]
+KINECT = Path(__file__).parents[4] / "shared/data/moves/kinect"
+
+
+@pytest.fixture(scope="module")
+def take():
+    return session(ORDER)
+
+
+def events_of(segmenter, positions, times, size):
+    events = []
+    for at in range(0, len(times), size):
+        events += segmenter.push(positions[at : at + size], times[at : at + size])
+    return events + segmenter.end_take()
+
+
+def moves_among(events, status="confirmed"):
+    return [event for event in events if isinstance(event, MoveEvent) and event.status == status]
+
+
+def test_every_move_is_recognised_once_and_soon(moves, take):
+    positions, times, truth = take
+    events = events_of(Segmenter(PERSON, moves=moves, fps=FPS), positions, times, 64)
+    found = moves_among(events)
+    assert [event.name for event in found] == [name for name, _, _ in truth]
+    for event, (_, first, last) in zip(found, truth, strict=True):
+        assert times[first] < event.decided_time < times[last] + 0.4
+        assert event.start < event.end <= event.decided_time
+    assert [event.limb for event in found] == [
+        {
+            "punch_left": "left_arm",
+            "circle_left": "left_arm",
+            "kick_right": "right_leg",
+            "punch_right": "right_arm",
+        }[name]
+        for name in ORDER
+    ]
+
+
+def test_every_confirmed_move_ends_as_final_or_withdrawn(moves, take):
+    positions, times, _ = take
+    events = [
+        e for e in events_of(Segmenter(PERSON, moves=moves), positions, times, 7) if isinstance(e, MoveEvent)
+    ]
+    for confirmed in moves_among(events):
+        about = [event for event in events if event.id == confirmed.id]
+        assert [event.rev for event in about] == [1, 2]
+        assert about[1].status in ("final", "withdrawn")
+
+
+def test_chunks_make_no_difference(moves, take):
+    positions, times, _ = take
+    wanted = [to_json(e) for e in events_of(Segmenter(PERSON, moves=moves), positions, times, len(times))]
+    for size in (1, 7, 64):
+        assert [
+            to_json(e) for e in events_of(Segmenter(PERSON, moves=moves), positions, times, size)
+        ] == wanted
+    one = Segmenter(PERSON, moves=moves)
+    single = [to_json(e) for i in range(len(times)) for e in one.push(positions[i], float(times[i]))]
+    assert single + [to_json(e) for e in one.end_take()] == wanted
+
+
+def test_other_events_are_those_without_moves(moves, take):
+    positions, times, _ = take
+    without = [to_json(e) for e in events_of(Segmenter(PERSON), positions, times, 16)]
+    with_moves = events_of(Segmenter(PERSON, moves=moves), positions, times, 16)
+    assert [to_json(e) for e in with_moves if not isinstance(e, MoveEvent)] == without
+
+
+def test_a_snapshot_goes_on_in_the_middle_of_a_move(moves, take):
+    positions, times, _ = take
+    whole = [to_json(e) for e in events_of(Segmenter(PERSON, moves=moves), positions, times, 1)]
+    for cut in range(35, 130, 9):
+        first = Segmenter(PERSON, moves=moves)
+        events = [to_json(e) for e in first.push(positions[:cut], times[:cut])]
+        second = Segmenter.restore(first.snapshot())
+        assert second.moves.names == moves.names
+        rest = [*second.push(positions[cut:], times[cut:]), *second.end_take()]
+        assert events + [to_json(e) for e in rest] == whole
+
+
+def test_a_damaged_state_of_moves_is_refused(moves):
+    recognition = Segmenter(PERSON, moves=moves).recognition
+    with pytest.raises(SnapshotError, match="bytes"):
+        recognition.go_on_from(b"\0" * 10)
+    with pytest.raises(SnapshotError, match="contradicts"):
+        recognition.go_on_from(b"\xff" * memory_bytes(15))
+
+
+def test_rest_noise_and_other_movement_are_no_moves(moves):
+    rng = np.random.default_rng(3)
+    positions, _, _ = session([], rest=1.0)
+    still = np.repeat(positions[:1], 600, axis=0) + rng.normal(0, 0.004, (600, 15, 3)).astype(np.float32)
+    steps = np.cumsum(rng.normal(0, 0.01, (600, 15, 3)), axis=0).astype(np.float32)
+    for frames in (still, positions[:1] + steps):
+        events = events_of(
+            Segmenter(PERSON, moves=moves), frames.astype(np.float32), np.arange(600) / FPS, 64
+        )
+        assert not moves_among(events)
+
+
+@pytest.mark.parametrize("fps", [15.0, 60.0, 120.0, 240.0])
+def test_the_rate_makes_no_difference(moves, take, fps):
+    positions, times, truth = take
+    moments = np.arange(0, times[-1], 1 / fps)
+    flat = positions.reshape(len(times), -1)
+    resampled = np.stack([np.interp(moments, times, column) for column in flat.T], axis=1).astype(np.float32)
+    found = moves_among(events_of(Segmenter(PERSON, moves=moves), resampled.reshape(-1, 15, 3), moments, 64))
+    assert [event.name for event in found] == [name for name, _, _ in truth]
+
+
+def test_joints_that_are_missing_for_a_moment_do_no_harm(moves, take):
+    positions, times, truth = take
+    holes = positions.copy()
+    rng = np.random.default_rng(5)
+    holes[rng.random(holes.shape[:2]) < 0.02] = np.nan
+    found = moves_among(events_of(Segmenter(PERSON, moves=moves), holes, times, 64))
+    assert [event.name for event in found] == [name for name, _, _ in truth]
+
+
+def test_a_gap_ends_what_goes_on(moves, take):
+    positions, times, truth = take
+    _, first, last = truth[0]
+    middle = (first + last) // 2
+    late = times.copy()
+    late[middle:] += 5.0
+    found = moves_among(events_of(Segmenter(PERSON, moves=moves), positions, late, 64))
+    assert [event.name for event in found] == [name for name, _, _ in truth[1:]]
+
+
+def test_performers_share_moves_and_recordings_have_them(moves, take):
+    positions, times, truth = take
+    pool = Performers(moves=moves)
+    for name in ("ann", "bob"):
+        pool.announce(name, PERSON, FPS)
+    events = pool.push_many(["ann", "bob"], np.stack([positions, positions]), times) + pool.end_takes()
+    wanted = [name for name, _, _ in truth]
+    for performer in ("ann", "bob"):
+        assert [e.name for e in moves_among(events) if e.performer == performer] == wanted
+    result = segment_recording(positions, FPS, PERSON, moves=moves)
+    assert [event.name for event in result.moves] == wanted
+
+
+def test_moves_can_be_set_while_running(moves, take):
+    positions, times, _truth = take
+    segmenter = Segmenter(PERSON)
+    only = Moves.from_json(moves.to_json())
+    for name in MOVES.keys() - {"kick_right"}:
+        only.remove(name)
+    segmenter.push(positions[:10], times[:10])
+    segmenter.moves = only
+    found = moves_among([*segmenter.push(positions[10:], times[10:]), *segmenter.end_take()])
+    assert {event.name for event in found} == {"kick_right"}
+    segmenter.moves = None
+    assert segmenter.moves is None
+
+
+@pytest.mark.skipif(not KINECT.is_dir(), reason="the recordings of moves are not here: ../shared/data/moves")
+def test_a_real_session_on_command():
+    file = KINECT / "sessions/U105.json"
+    commands = json.loads(file.read_text())["commands"]
+    data = np.load(file.with_suffix(".npz"))
+    skeleton = Skeleton(tuple(map(str, data["joint_names"])), tuple(map(int, data["parents"])))
+    moves = Moves(skeleton)
+    samples = np.load(KINECT / "samples/U105.npz")
+    for name in samples.files:
+        moves.add(name.rsplit("_", 1)[0], samples[name], 30)
+    segmenter = Segmenter(skeleton, fps=30, moves=moves)
+    found = moves_among([*segmenter.push(data["positions"]), *segmenter.end_take()])
+    right = sum(
+        any(begin <= e.decided_time * 30 < end and e.name == name for begin, end, name in commands)
+        for e in found
+    )
+    assert right >= 0.97 * len(found)
+    assert right >= 0.95 * sum(
+        1
+        for here, after in zip(commands, [*commands[1:], None], strict=True)
+        if not after or here[2] != after[2]
+    )

@@ -1,0 +1,126 @@
+"""`mossar teach`: moves are shown live or from recordings, and `mossar run --moves` recognises them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mossar_stream import Moves, Skeleton
+
+FPS = 30.0
+PERSON = Skeleton(("hip", "left", "right"), (-1, 0, 0))
+RESTING = np.array([[0.0, 1, 0], [-0.3, 1, 0], [0.3, 1, 0]])
+
+
+def reach(joint, way, count=30):
+    there = np.sin(np.pi * (0.5 - 0.5 * np.cos(np.linspace(0, np.pi, count))))[:, None] * np.array(way)
+    frames = np.repeat(RESTING[None], count, axis=0)
+    frames[:, joint] += there
+    return frames
+
+
+def shown(*performances):
+    rest = np.repeat(RESTING[None], 50, axis=0)
+    parts = [rest, *(part for one in performances for part in (one, rest))]
+    return np.concatenate(parts) + np.random.default_rng(1).normal(0, 0.0005, (sum(map(len, parts)), 3, 3))
+
+
+PUNCH, RAISE = reach(1, (0, 0.2, 0.9)), reach(2, (0.5, 0.9, 0))
+
+
+@pytest.fixture
+def recording(tmp_path):
+    def write(name, positions):
+        path = tmp_path / name
+        np.savez(
+            path,
+            positions=positions.astype(np.float32),
+            fps=FPS,
+            joint_names=PERSON.names,
+            parents=PERSON.parents,
+        )
+        return path
+
+    return write
+
+
+def test_movements_are_taken_as_they_come_and_recognised_later(mossar, events, recording, tmp_path):
+    moves = tmp_path / "moves.json"
+    for name, move in (("punch", PUNCH), ("raise", RAISE)):
+        take = recording(f"{name}.npz", shown(move, move, move))
+        status, _, err = mossar("teach", moves, take, "--name", name, "--unit", "m")
+        assert status == 0, err
+        assert "example 2 of 2 taken" in err
+    assert [Moves.load(moves).names, len(Moves.load(moves))] == [("punch", "raise"), 4]
+    played = recording("played.npz", shown(RAISE, PUNCH, PUNCH, RAISE))
+    found = events("run", played, "--moves", moves, "--emit", "move.confirmed", "--unit", "m", "--to", "-")
+    assert [event["name"] for event in found] == ["raise", "punch", "punch", "raise"]
+    assert [event["limb"] for event in found] == ["right", "left", "left", "right"]
+
+
+def test_a_part_of_a_recording_and_a_table_of_parts(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH, RAISE))
+    assert (
+        mossar("teach", moves, take, "--name", "punch", "--from", "1.2", "--until", "3", "--unit", "m")[0]
+        == 0
+    )
+    table = tmp_path / "labels.csv"
+    table.write_text("start,end,name\n1.2,3,punch\n4,6,raise\n")
+    assert mossar("teach", moves, take, "--labels", table, "--unit", "m")[0] == 0
+    status, out, _ = mossar("teach", moves, "--list")
+    assert status == 0
+    assert [line.split()[:2] for line in out.splitlines()] == [["punch", "2"], ["raise", "1"]]
+    assert mossar("teach", moves, "--remove", "punch")[0] == 0
+    assert Moves.load(moves).names == ("raise",)
+
+
+def test_too_few_movements_are_said_and_those_taken_are_kept(mossar, recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH))
+    status, _, err = mossar("teach", moves, take, "--name", "punch", "--times", "3", "--unit", "m")
+    assert status == 1
+    assert "1 of 3 examples taken" in err
+    assert len(Moves.load(moves)) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--name", "x"], "what to learn from"),
+        (["{take}"], "--name"),
+        (["{take}", "--name", "a\tb"], "printable"),
+        (["{take}", "--name", "x", "--from", "0", "--until", "1"], "nothing moves"),
+        (["{take}", "--name", "x", "--from", "100"], "no frames"),
+        (["{take}", "--labels", "{none}"], "cannot be read"),
+        (["--list"], "cannot be read"),
+    ],
+)
+def test_mistakes_are_one_line(mossar, recording, tmp_path, arguments, says):
+    take = recording("take.npz", shown(PUNCH))
+    filled = [part.format(take=take, none=tmp_path / "none.csv") for part in arguments]
+    status, _, err = mossar(
+        "teach", tmp_path / "moves.json", *filled, *(["--unit", "m"] if "{take}" in arguments else [])
+    )
+    assert status == 2
+    assert says in err
+    assert len([line for line in err.splitlines() if "error" in line.lower() or says in line]) == 1
+    assert not (tmp_path / "moves.json").exists()
+
+
+def test_a_broken_file_of_moves_is_refused(mossar, recording, tmp_path):
+    path = tmp_path / "moves.json"
+    path.write_text(json.dumps({"format": "mossar-moves", "version": 9}))
+    for command in (["run", recording("take.npz", shown(PUNCH)), "--moves", path], ["teach", path, "--list"]):
+        status, _, err = mossar(*command)
+        assert status == 2
+        assert "version 9" in err
+
+
+def test_moves_that_do_not_fit_the_stream_are_said(mossar, recording, tmp_path):
+    path = tmp_path / "moves.json"
+    other = Moves(Skeleton(("hip", "tail"), (-1, 0)))
+    other.add("wag", reach(1, (0.5, 0, 0))[:, :2], FPS)
+    other.save(path)
+    _, _, err = mossar(
+        "run", recording("take.npz", shown(PUNCH)), "--moves", path, "--unit", "m", "--to", "-"
+    )
+    assert "tail" in err

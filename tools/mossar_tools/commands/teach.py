@@ -1,0 +1,203 @@
+"""`mossar teach`: show moves, once or twice each, that `mossar run --moves` then recognises."""
+
+import argparse
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, FAILED, UsageError
+from mossar_tools.options import Options, add_body, add_messages, add_settings, add_speed
+from mossar_tools.values import positive
+from mossar_tools.values import whole as whole_number
+
+if TYPE_CHECKING:
+    from mossar_adapters.files.loaded import LoadedRecording
+    from mossar_stream import Moves, Skeleton
+
+DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
+taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names."""
+EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
+  mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
+  mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
+  mossar teach moves.json --list
+  mossar teach moves.json --remove punch
+  mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
+    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a stream or a recording")
+    group = parser.add_argument_group("what to show")
+    group.add_argument("--name", metavar="NAME", help="of the move")
+    group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
+    group.add_argument("--from", dest="begin", metavar="S", type=seconds, help="of a recording: from here, s")
+    group.add_argument("--until", metavar="S", type=seconds, help="of a recording: until here, s")
+    group.add_argument(
+        "--labels", metavar="FILE.csv", help="of a recording: many moves, with columns start, end, name"
+    )
+    group = parser.add_argument_group("what there is")
+    group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
+    group.add_argument("--remove", metavar="NAME", help="forget a move")
+    add_speed(parser, "max for recordings, 1 for demo:")
+    add_settings(parser)
+    add_body(parser)
+    add_messages(parser)
+
+
+def seconds(text: str) -> float:
+    """Return a time, which may be 0."""
+    return 0.0 if text.strip() in {"0", "0.0"} else positive(text)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the command and return the exit status."""
+    if options.list or options.remove is not None:
+        return _look_after(options, console)
+    if len(options.sources) != 1:
+        raise UsageError("what to learn from? One stream or recording (see mossar teach --help)")
+    if options.labels is not None:
+        return _teach_labels(options, console)
+    if options.name is None:
+        raise UsageError("--name says what the move is called")
+    from mossar_stream import Moves
+
+    Moves.check_name(options.name)
+    if options.begin is not None or options.until is not None:
+        begin = options.begin if options.begin is not None else -np.inf
+        until = options.until if options.until is not None else np.inf
+        return _teach_parts(options, console, [(begin, until, options.name)])
+    return _teach_live(options, console)
+
+
+def _look_after(options: Options, console: Console) -> int:
+    from mossar_tools.streaming import read_moves
+
+    moves = read_moves(options.file)
+    if options.remove is not None:
+        moves.remove(options.remove)
+        _save(moves, options.file)
+        console.say(f"removed: {options.remove}")
+    if options.list:
+        for name in moves.names:
+            lengths = [
+                (len(e.positions) // (3 * len(moves.skeleton)) - 1) / e.fps
+                for e in moves.examples
+                if e.name == name
+            ]
+            spans = ", ".join(f"{length:.2f} s" for length in lengths)
+            console.line(f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}")
+    return DONE
+
+
+def _teach_labels(options: Options, console: Console) -> int:
+    path = Path(options.labels or "")
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [(float(row["start"]), float(row["end"]), row["name"]) for row in csv.DictReader(file)]
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except (KeyError, TypeError, ValueError, csv.Error):
+        raise UsageError(f"{path}: a table of moves has columns start, end (seconds) and name") from None
+    if not rows:
+        raise UsageError(f"{path}: there are no moves in it")
+    return _teach_parts(options, console, rows)
+
+
+def _teach_parts(options: Options, console: Console, parts: list[tuple[float, float, str]]) -> int:
+    """Take parts of a recording, all or none of them."""
+    from mossar_tools.loaded_recording import load_recording
+
+    whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
+    moves = _moves_for(options.file, whole.skeleton)
+    for begin, until, name in parts:
+        positions, fps = _part(whole, begin, until)
+        moves.add(name, positions, fps)
+    _save(moves, options.file)
+    console.say(f"{options.file}: {len(parts)} taken; {len(moves)} examples of {len(moves.names)} moves")
+    return DONE
+
+
+def _part(whole: "LoadedRecording", begin: float, until: float) -> tuple[NDArray[np.float32], float]:
+    since = whole.times - whole.times[0] if len(whole.times) else whole.times
+    inside = (since >= begin) & (since <= until)
+    if np.count_nonzero(inside) < 2:
+        raise UsageError(f"there are no frames from {begin:g} s until {until:g} s of {whole.name}")
+    times = since[inside]
+    fps = (len(times) - 1) / float(times[-1] - times[0]) if times[-1] > times[0] else whole.fps or 0.0
+    return whole.positions[inside], fps
+
+
+def _teach_live(options: Options, console: Console) -> int:
+    """Take movements as they come."""
+    import contextlib
+
+    from mossar_adapters.pipeline import Pipeline
+    from mossar_tools.opening import source_of
+    from mossar_tools.signals import stopping
+    from mossar_tools.streaming import warm_up
+    from mossar_tools.taking import MovementTaker
+
+    settings = options.settings()
+    taken = 0
+    with contextlib.closing(source_of(options.sources[0], options)) as source:
+
+        def take(positions: NDArray[np.float32], fps: float) -> None:
+            nonlocal taken
+            if taken >= options.times:
+                return
+            moves = _moves_for(options.file, pipeline.pool[pipeline.pool.names[0]].skeleton)
+            moves.add(options.name or "", positions, fps)
+            # In the file before it is said to be: whatever happens afterwards, nothing is lost.
+            _save(moves, options.file)
+            taken += 1
+            console.say(
+                f"{options.name}: example {taken} of {options.times} taken ({len(positions) / fps:.1f} s)"
+            )
+            if taken >= options.times:
+                pipeline.stop()
+
+        taker = MovementTaker(take, console.say)
+        pipeline = Pipeline([source], [], settings, views=[taker])
+        warm_up(settings)
+        console.say(f"rest, do {options.name!r}, rest; {options.times} times")
+        with stopping(pipeline.stop) as stop:
+            outcome = pipeline.run()
+    if stop.status:
+        return stop.status
+    if taken < options.times:
+        console.say(f"{taken} of {options.times} examples taken: the stream ended")
+        return FAILED
+    return FAILED if outcome.errors else DONE
+
+
+def _moves_for(path: str, skeleton: "Skeleton") -> "Moves":
+    """Return the moves that a file has so far.
+
+    Raises:
+        UsageError: If they were shown with another skeleton.
+    """
+    from mossar_stream import Moves
+    from mossar_tools.streaming import read_moves
+
+    if not Path(path).exists():
+        return Moves(skeleton)
+    moves = read_moves(path)
+    if moves.skeleton != skeleton:
+        raise UsageError(
+            f"{path} holds moves of another skeleton, with {len(moves.skeleton)} joints; this one has {len(skeleton)}"
+        )
+    return moves
+
+
+def _save(moves: "Moves", path: str) -> None:
+    try:
+        moves.save(path)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from None
