@@ -70,7 +70,7 @@ class RepetitionCounter:
         self._row = self._header[0]
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
-        self._last_held = self._due = 0.0  # s
+        self._last_held = self._due = -math.inf  # s
         self._begin()
 
     def _begin(self) -> None:

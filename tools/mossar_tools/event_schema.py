@@ -14,7 +14,7 @@ from mossar_stream import (
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, MoveEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, RepetitionEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:

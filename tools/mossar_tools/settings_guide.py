@@ -74,4 +74,5 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "max_gap": Guide("s", "longer: a missing joint is held longer before it is left out"),
     "max_speed": Guide("m/s", "smaller: more of a quick move is taken for an outlier"),
     "max_pause": Guide("s", "longer: a take survives longer pauses of its sender"),
+    "repetitions": Guide("true, false", "true: counts how often movements are repeated, and how fast"),
 }
