@@ -24,6 +24,7 @@ KeyFrameKind = Literal["onset", "offset", "minimum"]
 SegmentStatus = Literal["closed", "withdrawn", "final"]
 SegmentState = Literal["moving", "resting"]
 MoveStatus = Literal["confirmed", "withdrawn", "final"]
+RepetitionStatus = Literal["counted", "withdrawn"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
 KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
@@ -35,6 +36,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
     "final",
 )
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
+REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
@@ -97,6 +99,46 @@ class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment",
     similarity: float | None
 
 
+class RepetitionEvent(
+    msgspec.Struct, frozen=True, tag_field="type", tag="repetition", kw_only=True, gc=False
+):
+    """News about one repetition of a movement (setting `repetitions`).
+
+    The running count is `total` of the latest message: a later look may withdraw a repetition or move its ends.
+
+    Args:
+        id: `performer/take/rNUMBER`, the number of the repetition in the take.
+        rev: Counts the messages about this id from 1.
+        channel: What repeats; `body` for the whole posture.
+        count: In this bout, from 1; 0 when withdrawn.
+        total: In the take.
+        period: Duration of a cycle over the last ones of the bout, s; None for the first of a bout.
+        tempo: Cycles a minute; None for the first of a bout.
+        start: Begin of the cycle, s on the source's clock; None when withdrawn.
+        end: Its end, s.
+        amplitude: From one extreme to the other, m, rms over joints.
+        joint: The joint that moves most.
+        decided_time: Time of the frame that caused this message, s.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    status: RepetitionStatus
+    take: int
+    channel: str
+    count: int
+    total: int
+    period: float | None
+    tempo: float | None
+    start: float | None
+    end: float | None
+    amplitude: float | None
+    joint: str | None
+    decided_time: float
+
+
 class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True, gc=False):
     """A take started or ended, or frames stopped and came back."""
 
@@ -156,7 +198,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     latency_p99_ms: float | None = None
 
 
-Event = KeyFrameEvent | SegmentEvent | MoveEvent | StreamEvent | StatsEvent
+Event = KeyFrameEvent | SegmentEvent | MoveEvent | RepetitionEvent | StreamEvent | StatsEvent
 
 _encoder = msgspec.json.Encoder()
 

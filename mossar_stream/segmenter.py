@@ -1,8 +1,6 @@
 """Segmenter: frames of one performer in, events out."""
 
-import warnings
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,20 +8,19 @@ from numpy.typing import ArrayLike, NDArray
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.intake import FLOAT32, checked, has_said_size
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
-from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
-from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
-FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
-LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -91,6 +88,16 @@ class Segmenter:
         self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
         self._is_measured = False
+        self._renew_counter()
+
+    def _renew_counter(self) -> None:
+        """Begin to count repetitions anew, or stop, as the settings say."""
+        row, given = self._row, self._row.plan.given
+        self._counter = (
+            RepetitionCounter(row.plan.skeleton, row.name, int(row.clock["take"]), given.max_pause)
+            if given.repetitions
+            else None
+        )
 
     @classmethod
     def of_row(cls, row: Row, recognition: Recognition | None = None) -> "Segmenter":
@@ -109,6 +116,8 @@ class Segmenter:
         self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
             self._row.state["counters"][name] = counts[name]
+        if self._counter is not None:
+            self._counter.take = counts["take"]
 
     @property
     def skeleton(self) -> Skeleton:
@@ -196,13 +205,19 @@ class Segmenter:
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `planned` returned, and return the events of the take that this ends."""
-        row = self._row
+        row, before = self._row, self._row.plan
         events: list[Event] = []
-        if plan.continues(row.plan):
+        if plan.continues(before):
             row.replan(plan)
         else:
             events = self.end_take("settings changed")
             row.restart(plan)
+        if (plan.given.repetitions, plan.given.max_pause) != (
+            before.given.repetitions,
+            before.given.max_pause,
+        ):
+            events += [] if self._counter is None else self._counter.end_take()
+            self._renew_counter()
         self.level = level
         return events
 
@@ -241,30 +256,25 @@ class Segmenter:
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
-            if positions.dtype is FLOAT32 and positions.flags.carray:
-                frame = positions[None]
-            else:
+            frame = positions[None]
+            if not (positions.dtype is FLOAT32 and positions.flags.carray):
                 frame = self._one_frame
                 frame[0] = positions
-            if self.recognition is None:
+            if self.recognition is not None:
+                return self._push_and_recognise(self.recognition, frame, self._one_time, None)
+            if self._counter is None or self._counter.hold(frame[0], float(times)):
                 return engine.push_frame(row, frame, self._one_time)
-            return self._push_frame(self.recognition, frame)
+            return self._push_counted(self._counter, frame, self._one_time, None)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
-        chunk, moments = self._check(positions, times, confidence, first_frame)
+        chunk, moments = checked(row, positions, times, confidence, first_frame)
         if not row.is_live:
-            self._look_at_size(chunk)
+            self._is_measured = self._is_measured or has_said_size(self.performer, chunk)
         self._fast_shape = self._one_shape
-        if self.recognition is None:
-            return engine.push(row, chunk, moments, first_frame)
-        return self._push_and_recognise(self.recognition, chunk, moments, first_frame)
-
-    def _push_frame(self, recognition: Recognition, position: NDArray[np.float32]) -> list[Event]:
-        """Take one frame of a take that goes on in."""
-        has_news = recognition.follow(position, self._one_time, 0) == 0
-        events = engine.push_frame(self._row, position, self._one_time)
-        return [*events, *recognition.news(self.take)] if has_news else events
+        if self.recognition is not None:
+            return self._push_and_recognise(self.recognition, chunk, moments, first_frame)
+        return self._push_body(chunk, moments, first_frame)
 
     def _push_and_recognise(
         self,
@@ -279,11 +289,63 @@ class Segmenter:
         while begin < count or not begin:
             stop = recognition.follow(positions, times, begin)
             end = min(stop + 1, count)
-            events += engine.push(self._row, positions[begin:end], times[begin:end], first_frame)
+            events += self._push_body(positions[begin:end], times[begin:end], first_frame)
             if stop < count:
                 events += recognition.news(self.take)
             begin, first_frame = max(end, 1), None
         return events
+
+    def _push_body(
+        self, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        """Take frames in; what is said of repetitions comes with the events of the body."""
+        if self._counter is not None:
+            return self._push_counted(self._counter, positions, times, first_frame)
+        if len(times) == 1 and first_frame is None and self._row.is_live and not self._row.is_level_new:
+            return engine.push_frame(self._row, positions, times)
+        return engine.push(self._row, positions, times, first_frame)
+
+    def _push_counted(
+        self,
+        counter: RepetitionCounter,
+        chunk: NDArray[np.float32],
+        moments: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
+        row, begin = self._row, 0
+        end, stop = counter.follow(chunk, moments)
+        if (
+            len(moments) == 1
+            and stop == NOTHING
+            and row.is_live
+            and first_frame is None
+            and not row.is_level_new
+        ):
+            return engine.push_frame(row, chunk, moments)
+        events: list[Event] = []
+        while True:
+            first = None if first_frame is None else first_frame + begin
+            if end > begin or begin == 0:
+                events += engine.push(row, chunk[begin:end], moments[begin:end], first)
+            if stop == TAKE_ENDS:
+                events += counter.end_take()
+            elif stop != NOTHING:
+                events += counter.news()
+            if stop == NOTHING or (end == len(moments) and stop != TAKE_ENDS):
+                return events
+            begin = end
+            end, stop = counter.follow(chunk, moments, begin)
+
+    @property
+    def repetitions(self) -> int:
+        """Repetitions counted in the open take; 0 without the setting."""
+        return 0 if self._counter is None else self._counter.total
+
+    @property
+    def phase(self) -> float | None:
+        """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
+        return None if self._counter is None else self._counter.phase()
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -294,8 +356,10 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        last = self.recognition.end() if self.recognition is not None else []
-        return [*last, *engine.end_take(self._row, reason)]
+        events: list[Event] = [] if self.recognition is None else [*self.recognition.end()]
+        if self._counter is not None:
+            events += self._counter.end_take()
+        return events + engine.end_take(self._row, reason)
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
@@ -311,7 +375,8 @@ class Segmenter:
         row.pending = engine.take_pending(row)
         recognition = self.recognition
         moves = None if recognition is None else (recognition.moves.to_json(), recognition.to_bytes())
-        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], moves)
+        counted = b"" if self._counter is None else self._counter.snapshot()
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], moves, counted)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -320,78 +385,11 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, content, recognition = unpack_snapshot(blob)
+        plan, performer, level, pending, content, recognition, counted = unpack_snapshot(blob)
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
+        if segmenter._counter is not None:  # noqa: SLF001 - its own class
+            segmenter._counter.restore(counted)  # noqa: SLF001 - its own class
         return segmenter
-
-    def _check(
-        self,
-        positions: ArrayLike,
-        times: ArrayLike | None,
-        confidence: ArrayLike | None,
-        first_frame: int | None,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Return frames and times in the form that the kernels take."""
-        joints = self.joints
-        # Writeable and contiguous: other arrays would be another type to the compiler.
-        chunk = _as_array(positions, FLOAT32)
-        if chunk.ndim == 2:
-            chunk = chunk[None]
-        if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
-            raise FrameError(
-                f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)"
-            )
-        if times is None:
-            fps = self._row.plan.fps
-            if fps is None:
-                raise ValueError("push needs times, or the segmenter fps")
-            begin = int(self._row.clock["next_frame"]) if first_frame is None else first_frame
-            moments = constant_times(len(chunk), fps, begin)
-        else:
-            moments = np.atleast_1d(_as_array(times, FLOAT64))
-        if moments.shape != chunk.shape[:1]:
-            raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
-        if first_frame is not None:
-            self._check_number(first_frame, moments)
-        if confidence is not None:
-            sure = np.atleast_2d(np.asarray(confidence, np.float32))
-            if sure.shape != chunk.shape[:2]:
-                raise FrameError(
-                    f"{len(chunk)} frames of {joints} joints but confidence of shape {sure.shape}"
-                )
-            chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
-        return chunk, moments
-
-    def _check_number(self, first_frame: int, times: NDArray[np.float64]) -> None:
-        """Raise FrameError for a frame number that would give two key frames one id."""
-        clock = self._row.clock
-        goes_on = (
-            bool(clock["open"])
-            and len(times) > 0
-            and abs(times[0] - clock["time"]) <= self.settings.max_pause
-        )
-        if first_frame < (int(clock["next_frame"]) if goes_on else 0):
-            raise FrameError(
-                f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}"
-            )
-
-    def _look_at_size(self, chunk: NDArray[np.float32]) -> None:
-        """Warn once if a person is far larger or smaller than people are: the unit must be another one."""
-        if self._is_measured or not len(chunk) or not np.isfinite(chunk[0]).any():
-            return
-        self._is_measured = True
-        seen = chunk[0][np.isfinite(chunk[0]).all(axis=1)]
-        size = float(np.ptp(seen, axis=0).max()) if len(seen) else 0.0
-        if size > LARGEST_PERSON:
-            message = f"performer {self.performer} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
-            warnings.warn(message, stacklevel=3)
-
-
-def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:
-    """Return an array of a kind; most come in the right form, and seeing to it takes as long as a frame."""
-    if type(values) is np.ndarray and values.dtype is kind and values.flags.carray:
-        return values
-    return plain_array(values, kind)

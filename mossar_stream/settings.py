@@ -78,6 +78,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
         max_speed: A joint faster than this is an outlier, m/s.
         max_pause: A gap or a step back in time longer than this starts a new take, s.
+        repetitions: Whether to count how often movements are repeated.
 
     Raises:
         SettingsError: If a value is outside its legal range; the message names field, value and range.
@@ -119,6 +120,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_gap: float = 0.25
     max_speed: float = 15.0
     max_pause: float = 1.0
+    repetitions: bool = False
 
     def __post_init__(self) -> None:
         for name, (low, high) in SETTING_LIMITS.items():

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.cycles import FREE, JUDGED_AFTER, Cycles, due_verdict, judge
+from mossar_stream.algorithm.cycles import FREE, Cycles
 from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
@@ -138,44 +138,6 @@ def start_window(state, frame, time):
     state.before = NO_SLOT
     state.due_time = np.inf
     state.pace = 1.0
-
-
-@inline_kernel
-def set_due_time(w):
-    """Set when the oldest undecided key frame must be decided, or a verdict on a candidate is due."""
-    due = np.inf
-    if w.state.undecided > 0 and w.plan.offline == 0:
-        due = w.keys[0].time + w.plan.hold
-    if w.plan.evidence == 1:
-        due = min(due, due_verdict(w.cycles, verdict_delay(w.plan)))
-    w.state.due_time = due
-
-
-@inline_kernel
-def verdict_delay(plan):
-    """Return how old a candidate is when it is judged, s: decided it is not earlier."""
-    return min(plan.hold, JUDGED_AFTER)
-
-
-@kernel
-def judge_candidates(w, until):
-    """Judge the candidates that are due until some time, s, and let their key frames know."""
-    first = w.state.ordinal - w.state.undecided
-    while due_verdict(w.cycles, verdict_delay(w.plan)) <= until:
-        ordinal = w.cycles.state.judged
-        verdict = judge(w.cycles)
-        if ordinal >= first and verdict != FREE:
-            w.keys[ordinal - first].verdict = verdict
-            w.state.ranked = 0
-
-
-@inline_kernel
-def is_due(w):
-    """Tell whether the oldest key frame must be decided now."""
-    state = w.state
-    if state.undecided == 0:
-        return False
-    return state.undecided > w.plan.capacity or w.clock.time >= w.keys[0].time + w.plan.hold
 
 
 @kernel

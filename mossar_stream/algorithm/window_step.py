@@ -18,6 +18,7 @@ from mossar_stream.algorithm.cycles import (
     note_candidate,
 )
 from mossar_stream.algorithm.decision import decide_oldest
+from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
 from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
     NO_SLOT,
@@ -44,13 +45,10 @@ from mossar_stream.algorithm.window import (
     Window,
     add_key,
     describe,
-    is_due,
-    judge_candidates,
     point_of,
     put_segment,
     rank,
     relabel,
-    set_due_time,
 )
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part

@@ -27,7 +27,7 @@ VERSION = 5  # the next one whenever rows are laid out, or their numbers are mea
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
-class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     settings: Settings
     skeleton: Skeleton
     fps: float | None
@@ -38,6 +38,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     row: bytes
     moves: bytes | None  # as a file of moves has them
     recognition: bytes | None  # what is remembered of the performer to recognise them
+    repetitions: bytes = b""  # of the counter, if there is one
 
 
 def pack_snapshot(
@@ -47,6 +48,7 @@ def pack_snapshot(
     pending: list[Event],
     row: NDArray[np.uint8],
     recognition: tuple[bytes, bytes] | None = None,
+    repetitions: bytes = b"",
 ) -> bytes:
     """Return a snapshot of a performer.
 
@@ -57,6 +59,7 @@ def pack_snapshot(
         pending: Events that have not been handed out.
         row: Bytes of the performer.
         recognition: The moves that are recognised, and what is remembered to recognise them.
+        repetitions: What the counter of repetitions knows.
     """
     moves, memory = recognition or (None, None)
     content = _Content(
@@ -70,6 +73,7 @@ def pack_snapshot(
         row.tobytes(),
         moves,
         memory,
+        repetitions,
     )
     body = msgspec.msgpack.encode(content)
     return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
@@ -77,8 +81,8 @@ def pack_snapshot(
 
 def unpack_snapshot(
     blob: bytes,
-) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None]:
-    """Return plan, performer, level, pending events, row and recognition of a snapshot.
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, bytes]:
+    """Return plan, performer, level, pending events, row, recognition and repetitions of a snapshot.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -108,7 +112,7 @@ def unpack_snapshot(
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     name = performer_name(content.performer)
-    return plan, name, content.level, content.pending, row, _recognition(content, name)
+    return plan, name, content.level, content.pending, row, _recognition(content, name), content.repetitions
 
 
 def _recognition(content: _Content, performer: str) -> Recognition | None:

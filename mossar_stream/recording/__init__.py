@@ -23,6 +23,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     KeyFrameKind,
     MoveEvent,
+    RepetitionEvent,
     SegmentEvent,
     SegmentState,
 )
@@ -30,6 +31,7 @@ from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
+from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -95,12 +97,14 @@ class Result:
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
         moves: The moves that were recognised, if there were any to recognise.
+        repetitions: Repetitions of movements, with the setting `repetitions`.
     """
 
     def __init__(self, row: Row, curves: list[CurveState], moves: list[MoveEvent]) -> None:
         self.settings = row.plan.given
         self.curves = curves
         self.moves = moves
+        self.repetitions: list[RepetitionEvent] = []
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         # Evidence works with more candidates than people are told of: those that stand for nothing stay inside.
@@ -246,7 +250,10 @@ def segment_recording(
     row = _new_row(skeleton, chosen, fps, moments)
     states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
-    return Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
+    result = Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
+    if chosen.repetitions:
+        result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
+    return result
 
 
 def _push_all(

@@ -32,13 +32,14 @@ def test_running_text_mentions_only_what_there_is():
 
 
 def test_commands_are_judged(tmp_path):
-    stage = Stage(tmp_path)
+    stage = Stage(tmp_path, 120.0)
     assert stage.run(Command("x", "mossar --version")) == ""
     assert stage.run(Command("x", "mossar segment nowhere.bvh")).startswith(
         "WRONG: status 2: mossar: error: "
     )
     assert stage.run(Command("x", "rm -r everything")).startswith("WRONG: no command")
-    assert stage.run(Command("x", "python -c 'import time; time.sleep(99)'")) == "goes on until Ctrl-C"
+    hasty = Stage(tmp_path / "other", 2.0)
+    assert hasty.run(Command("x", "python -c 'import time; time.sleep(99)'")) == "goes on until Ctrl-C"
 
 
 def test_the_stand_in_is_a_recording(tmp_path):

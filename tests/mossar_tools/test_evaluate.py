@@ -68,7 +68,54 @@ def test_a_labelled_folder_gives_a_table_for_people(capsys, tmp_path):
     assert main(["evaluate", str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "motion: 1 recordings, 3 s, 2 true cuts" in out
-    assert "Mossar likelihood, streaming" in out
+    assert "Mossar default, streaming" in out
+
+
+def labelled_sets(tmp_path):
+    for name in ("one", "two"):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "walk.csv").write_text(table())
+        label = '{"recording": "walk.csv", "fps": 30, "unit": "m", "cuts": [30, 60]}'
+        (folder / "walk.json").write_text(label)
+    return [str(tmp_path / "one"), str(tmp_path / "two")]
+
+
+def test_several_sets_stand_beside_each_other_and_one_can_be_left_out(capsys, tmp_path):
+    folders = labelled_sets(tmp_path)
+    assert main(["evaluate", *folders, "--leave-out", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [group["group"] for group in found["groups"]] == ["one", "two"]
+    methods = {method["method"]: method for method in found["groups"][0]["methods"]}
+    assert list(methods)[:3] == ["final", "final, strength chosen on the other sets", "confirmed"]
+    assert float(methods["final, strength chosen on the other sets"]["recordings"][0]["variant"]) > 0
+    assert "a cut every k seconds" in methods
+
+
+def test_leaving_out_needs_several_sets(capsys, tmp_path):
+    assert main(["evaluate", labelled_sets(tmp_path)[0], "--leave-out"]) == 2
+    assert "needs several folders" in capsys.readouterr().err
+
+
+def test_tune_finds_the_strength_for_a_number_a_minute_and_saves_it(capsys, tmp_path):
+    saved = tmp_path / "settings.toml"
+    assert main(["tune", "demo:?seed=3", "--per-minute", "20", "--save", str(saved)]) == 0
+    out = capsys.readouterr().out
+    assert "strength" in out
+    assert "a minute" in out.splitlines()[-1]
+    assert main(["segment", "demo:?seed=3", "--config", str(saved), "--json"]) == 0
+    segments = json.loads(capsys.readouterr().out)["segments"]
+    minutes = (segments[-1]["end_time"] - segments[0]["start_time"]) / 60
+    assert (len(segments) - 1) / minutes == pytest.approx(20, abs=3)
+
+
+def test_tune_chooses_by_labels(capsys, tmp_path):
+    folder = labelled_sets(tmp_path)[0]
+    assert (
+        main(["tune", f"{folder}/walk.csv", "--unit", "m", "--fps", "30", "--labels", f"{folder}/walk.json"])
+        == 0
+    )
+    assert "for 2 cuts, F1" in capsys.readouterr().out
 
 
 def table():

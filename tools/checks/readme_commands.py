@@ -33,7 +33,8 @@ PAGES = (
     *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
 )
 PATIENCE = 6.0  # s until a command that goes on is interrupted
-GOODBYE = 30.0  # s that it may take to end then
+GOODBYE = 120.0  # s that it may take to end then; a busy machine may be compiling
+FIRST = ("mossar demo --speed max --seconds 2", "mossar evaluate DIR")  # what has all kernels compiled
 AT_ONCE = 3  # commands; most of them wait for something
 
 COMMENT = re.compile(r"\s{2,}|\s+#\s")
@@ -99,7 +100,10 @@ def main() -> int:
     commands = [command for command in dict.fromkeys(all_commands()) if given.only in command.line]
     with tempfile.TemporaryDirectory() as name:
         stage = Stage(Path(name))
-        stage.run(Command("", "mossar demo --speed max --seconds 2"))  # compiles, so that the others need not
+        # The first run compiles, so that the others need not.
+        first = Stage(Path(name) / "first", 600.0)
+        for line in FIRST:
+            first.run(Command("", line))
         with ThreadPoolExecutor(AT_ONCE) as threads:
             for command, problem in zip(commands, threads.map(stage.run, commands), strict=True):
                 print(
@@ -174,14 +178,15 @@ class Stage:
 
     Args:
         folder: Where they are made.
+        patience: s until a command that goes on is interrupted.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._count = folder, 0
+    def __init__(self, folder: Path, patience: float = PATIENCE) -> None:
+        self._folder, self._patience, self._count = folder, patience, 0
         self._lock = threading.Lock()
         self._ports: dict[str, threading.Lock] = {}
         bin_ = folder / "bin"
-        bin_.mkdir()
+        bin_.mkdir(parents=True)
         for name, module in {"mossar": "-m mossar_tools", "python": ""}.items():
             script = bin_ / name
             script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {module} "$@"\n')
@@ -237,7 +242,7 @@ class Stage:
         ) as running:
             interrupted = False
             try:
-                _, err = running.communicate(timeout=PATIENCE)
+                _, err = running.communicate(timeout=self._patience)
             except subprocess.TimeoutExpired:
                 interrupted = True
                 os.killpg(running.pid, signal.SIGINT)
@@ -271,7 +276,7 @@ def _last(lines: Sequence[str]) -> str:
 
 def furnished(folder: Path) -> Path:
     """Make a folder with all files that the documentation names, and return it."""
-    labelled = [folder / name for name in ("DIR", "FOLDER")]
+    labelled = [folder / name for name in ("DIR", "FOLDER", "DIR1", "DIR2", "DIR3")]
     for place in (folder, *labelled):
         place.mkdir(parents=True)
     contents = {
@@ -282,6 +287,7 @@ def furnished(folder: Path) -> Path:
         "take.c3d": recordings.c3d(),
         "poses.py": POSES.encode(),
         "stage.toml": STAGE.encode(),
+        "settings.toml": b"[settings]\nsig_threshold = 0.04\n",
     }
     for name, content in contents.items():
         (folder / name).write_bytes(content)

@@ -69,7 +69,7 @@ def report_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> dict[str, Any]:
     """Return what `--json` has of a recording."""
-    return {
+    report = {
         "v": 1,
         "recording": loaded.name,
         "fps": loaded.fps,
@@ -77,6 +77,7 @@ def report_of(
         "key_frames": result.key_frames,
         "segments": chosen.segments,
     }
+    return {**report, "repetitions": result.repetitions} if result.settings.repetitions else report
 
 
 def rows_of(loaded: LoadedRecording, chosen: Segmentation) -> list[dict[str, Any]]:

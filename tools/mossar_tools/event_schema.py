@@ -5,7 +5,14 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StatsEvent, StreamEvent
+from mossar_stream import (
+    Event,
+    KeyFrameEvent,
+    MoveEvent,
+    SegmentEvent,
+    StatsEvent,
+    StreamEvent,
+)
 
 _EVENTS = (KeyFrameEvent, SegmentEvent, MoveEvent, StreamEvent, StatsEvent)
 

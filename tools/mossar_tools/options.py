@@ -63,6 +63,8 @@ class Options(msgspec.Struct, frozen=True):
     performers: int = 1
     json: str | None = None
     csv: str | None = None
+    export: tuple[str, ...] = ()
+    repetitions: bool = False
     plot: str | None = None
     plot_from: float | None = None
     plot_to: float | None = None
@@ -99,6 +101,8 @@ class Options(msgspec.Struct, frozen=True):
         chosen = {**overrides, **self.set}
         if self.level is not None:
             chosen["level"] = self.level
+        if self.repetitions:
+            chosen["repetitions"] = True
         return Settings.build(self.preset, chosen)
 
     def reading(self) -> ReadOptions:
@@ -156,6 +160,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         type=setting,
         help="any setting, as in --set window=0.3; may be given several times",
     )
+    group.add_argument("--repetitions", action="store_true", help="count how often movements are repeated")
     group.add_argument(
         "--config",
         metavar="FILE.toml",

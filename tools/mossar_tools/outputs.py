@@ -24,11 +24,13 @@ class Outputs(NamedTuple):
         json: File for one JSON object, `-` for standard output, None if it is not wanted.
         csv: The same for a table with a heading.
         picture: File to be drawn.
+        exports: Files for annotation programs.
     """
 
     json: str | None
     csv: str | None
     picture: Path | None
+    exports: tuple[Path, ...] = ()
 
     @classmethod
     def of(cls, options: Options) -> Self:
@@ -47,13 +49,20 @@ class Outputs(NamedTuple):
 
             picture = check_picture(options.plot)
         named = [
-            name for name in (options.json, options.csv, options.plot) if name not in {None, STANDARD_OUTPUT}
+            name
+            for name in (options.json, options.csv, options.plot, *options.export)
+            if name not in {None, STANDARD_OUTPUT}
         ]
         if len(set(named)) < len(named):
             raise UsageError(f"{named[0]}: every output needs a file of its own")
         for name in named:
             _check(Path(name or ""), force=options.force)
-        return cls(options.json, options.csv, picture)
+        exports = tuple(Path(name) for name in options.export)
+        for path in exports:
+            from mossar_adapters.annotations.writing import check_annotations
+
+            check_annotations(path)
+        return cls(options.json, options.csv, picture, exports)
 
     @property
     def piped(self) -> bool:
@@ -63,7 +72,7 @@ class Outputs(NamedTuple):
     @property
     def silent(self) -> bool:
         """Whether there is nothing left to be shown as a table to read."""
-        return any(place is not None for place in self)
+        return bool(self.json or self.csv or self.picture or self.exports)
 
     def write_json(self, value: Mapping[str, Any], console: Console) -> None:
         """Write one JSON object, if that is wanted."""

@@ -123,8 +123,8 @@ def _arm(channel: dict[str, Floats], side: str, sign: float, chest: Floats, fram
     sin_e, cos_e = np.sin(elevation), np.cos(elevation)
     towards = np.stack([sign * sin_a * cos_e, sin_e, cos_a * cos_e], axis=-1)
     below = np.stack([sign * sin_a * sin_e, -cos_e, cos_a * sin_e], axis=-1)
-    aside = np.stack([sign * cos_a, np.zeros_like(sin_a), -sin_a], axis=-1)
-    bulge = np.cos(swivel)[:, None] * below + np.sin(swivel)[:, None] * aside
+    sideways = np.stack([sign * cos_a, np.zeros_like(sin_a), -sin_a], axis=-1)
+    bulge = np.cos(swivel)[:, None] * below + np.sin(swivel)[:, None] * sideways
     collar = chest + _turned(frame, (sign * COLLAR[0], *COLLAR[1:]))
     shoulder = collar + _turned(frame, (sign * SHOULDER[0], *SHOULDER[1:]))
     elbow, hand = _two_bones(UPPER_ARM, LOWER_ARM, channel[f"{side}_reach"], towards, bulge)

@@ -12,7 +12,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
-from mossar_stream import Event, KeyFrameEvent, MoveEvent, SegmentEvent, StreamEvent
+from mossar_stream import Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent, StreamEvent
 
 _MAX_PERFORMERS = 1024
 
@@ -75,6 +75,10 @@ class OscSink:
                 return self._segment(event)
             case MoveEvent():
                 return self._move(event)
+            case RepetitionEvent():
+                numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
+                who = (event.performer, event.status, event.channel)
+                return encode("/mossar/repetition", "sssiiiff", *who, *numbers)
             case StreamEvent():
                 words = (event.performer, event.event, event.reason)
                 return encode("/mossar/stream", "sssi", *words, event.take)

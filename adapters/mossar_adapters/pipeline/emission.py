@@ -5,10 +5,12 @@ from collections.abc import Sequence
 from mossar_stream import (
     KEY_FRAME_STATUSES,
     MOVE_STATUSES,
+    REPETITION_STATUSES,
     SEGMENT_STATUSES,
     Event,
     KeyFrameEvent,
     MoveEvent,
+    RepetitionEvent,
     SegmentEvent,
     SettingsError,
     StreamEvent,
@@ -18,6 +20,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "key_frame": KEY_FRAME_STATUSES,
     "segment": SEGMENT_STATUSES,
     "move": MOVE_STATUSES,
+    "repetition": REPETITION_STATUSES,
     "stream": ("",),
     "stats": ("",),
 }
@@ -33,8 +36,8 @@ class Emission:
         SettingsError: If there is no such type or status.
 
     Example:
-        >>> Emission(("stream", "key_frame.final")).allowed
-        frozenset({('stream', ''), ('key_frame', 'final')})
+        >>> sorted(Emission(("stream", "key_frame.final")).allowed)
+        [('key_frame', 'final'), ('stream', '')]
     """
 
     def __init__(self, wanted: Sequence[str] = ()) -> None:
@@ -69,4 +72,6 @@ def _pair(event: Event) -> tuple[str, str]:
         return "segment", event.status
     if isinstance(event, MoveEvent):
         return "move", event.status
+    if isinstance(event, RepetitionEvent):
+        return "repetition", event.status
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

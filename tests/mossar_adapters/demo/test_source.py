@@ -27,9 +27,10 @@ def gathered(source):
 
 
 def test_starts_with_a_meta_per_performer():
-    source: Source = DemoSource.from_url("demo:?performers=3&fps=50", speed="max")
+    url = "demo:?performers=3&fps=50"
+    source: Source = DemoSource.from_url(url, speed="max")
     metas = list(itertools.islice(source.items(), 3))
-    assert metas == [Meta(f"p{k}", SKELETON, 50.0) for k in (1, 2, 3)]
+    assert metas == [Meta(f"p{k}", SKELETON, 50.0, recording=url) for k in (1, 2, 3)]
 
 
 def test_chunks_together_are_the_whole_performance():

@@ -34,7 +34,7 @@ def test_at_full_speed_the_chunks_of_the_reader_come_as_they_are():
     source = RecordingSource(recording())
     assert not source.live
     items = list(source.items())
-    assert items[0] == Meta("p1", SKELETON, 100.0)
+    assert items[0] == Meta("p1", SKELETON, 100.0, recording=source.name)
     assert [len(item) for item in items[1:]] == [8, 8, 4]
 
 

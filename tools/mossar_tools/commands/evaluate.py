@@ -33,7 +33,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
 """
 
-SHOWN = "Mossar likelihood, streaming"  # the method whose recordings are listed one by one
+SHOWN = "Mossar default, streaming"  # the method whose recordings are listed one by one
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,7 @@ import argparse
 import glob
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec.structs
 
@@ -23,6 +24,10 @@ from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.values import whole as whole_number
 
+if TYPE_CHECKING:
+    from mossar_stream import Result, Segmentation
+    from mossar_tools.loaded_recording import LoadedRecording
+
 DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
 segments at a level. Without an option a table for people. Several recordings are segmented in several processes; those
 that cannot be read are told of, stop nothing, and make the exit status 2."""
@@ -32,6 +37,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
+  mossar segment squats.bvh --repetitions --export squats.eaf
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
@@ -42,6 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what to put out")
     add_output(group, "json", "all key frames with their strengths, and the segments")
     add_output(group, "csv", "a row for each segment: when, which frames, what it is like")
+    group.add_argument(
+        "--export",
+        metavar="FILE",
+        action="append",
+        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS)",
+    )
     add_plot(group)
     add_part(group)
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
@@ -61,6 +73,8 @@ def run(options: Options, console: Console) -> int:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
     if outputs.picture is not None:
         raise UsageError("--plot draws one recording; name one")
+    if outputs.exports:
+        raise UsageError("--export is of one recording; name one")
     return _several(files, options, outputs, console)
 
 
@@ -105,6 +119,8 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
 
         for line in segmentation_table(loaded, result, chosen, console):
             console.line(line)
+    if outputs.exports:
+        _export(outputs, loaded, result, chosen, console)
     if outputs.picture is not None:
         from mossar_tools.plot import draw
 
@@ -113,6 +129,19 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         draw(outputs.picture, loaded, result, chosen, colours, options.keep, span=span, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE
+
+
+def _export(
+    outputs: Outputs, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation", console: Console
+) -> None:
+    from mossar_adapters.annotations.tiers import tiers_of
+    from mossar_adapters.annotations.writing import write_annotations
+
+    origin = float(loaded.times[0]) if len(loaded.times) else 0.0
+    tiers = tiers_of(chosen.segments, chosen.key_frames, result.repetitions, origin)
+    for path in outputs.exports:
+        write_annotations(path, tiers, float(loaded.times[-1]) - origin if len(loaded.times) else 0.0)
+        console.say(f"written: {path}")
 
 
 def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:

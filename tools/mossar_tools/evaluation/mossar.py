@@ -31,7 +31,7 @@ def similarities(settings: Settings) -> dict[str, Settings]:
         for form in get_args(KernelForm)
     }
     return {
-        "evidence": settings.replace(similarity=None),
+        "default": settings.replace(similarity=None),
         "likelihood": settings.replace(similarity="likelihood"),
         **forms,
     }

@@ -1,0 +1,78 @@
+"""Intake: what people push, brought into the one form that the kernels take."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_stream.engine.pool import Row
+from mossar_stream.errors import FrameError
+from mossar_stream.frames import constant_times, plain_array
+
+FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
+
+
+def checked(
+    row: Row,
+    positions: ArrayLike,
+    times: ArrayLike | None,
+    confidence: ArrayLike | None,
+    first_frame: int | None,
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return what was pushed as (n, J, 3) m and (n,) s, in the form that the kernels take; see `Segmenter.push`."""
+    joints = len(row.plan.skeleton)
+    # Writeable and contiguous: other arrays would be another type to the compiler.
+    chunk = _as_array(positions, FLOAT32)
+    if chunk.ndim == 2:
+        chunk = chunk[None]
+    if chunk.ndim != 3 or chunk.shape[1:] != (joints, 3):
+        raise FrameError(f"positions have shape {np.shape(positions)}; this skeleton needs (n, {joints}, 3)")
+    if times is None:
+        fps = row.plan.fps
+        if fps is None:
+            raise ValueError("push needs times, or the segmenter fps")
+        begin = int(row.clock["next_frame"]) if first_frame is None else first_frame
+        moments = constant_times(len(chunk), fps, begin)
+    else:
+        moments = np.atleast_1d(_as_array(times, FLOAT64))
+    if moments.shape != chunk.shape[:1]:
+        raise FrameError(f"{len(chunk)} frames but times of shape {moments.shape}")
+    if first_frame is not None:
+        _check_number(row, first_frame, moments)
+    if confidence is not None:
+        sure = np.atleast_2d(np.asarray(confidence, np.float32))
+        if sure.shape != chunk.shape[:2]:
+            raise FrameError(f"{len(chunk)} frames of {joints} joints but confidence of shape {sure.shape}")
+        chunk = np.where(sure[:, :, None] > 0, chunk, np.float32(np.nan))
+    return chunk, moments
+
+
+def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> None:
+    """Raise FrameError for a frame number that would give two key frames one id."""
+    clock = row.clock
+    goes_on = (
+        bool(clock["open"]) and len(times) > 0 and abs(times[0] - clock["time"]) <= row.plan.given.max_pause
+    )
+    if first_frame < (int(clock["next_frame"]) if goes_on else 0):
+        raise FrameError(f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}")
+
+
+def has_said_size(performer: str, chunk: NDArray[np.float32]) -> bool:
+    """Warn if a person is far larger than people are: the unit must be another one; tell whether there was anybody."""
+    if not len(chunk) or not np.isfinite(chunk[0]).any():
+        return False
+    seen = chunk[0][np.isfinite(chunk[0]).all(axis=1)]
+    size = float(np.ptp(seen, axis=0).max()) if len(seen) else 0.0
+    if size > LARGEST_PERSON:
+        message = f"performer {performer} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
+        warnings.warn(message, stacklevel=4)
+    return True
+
+
+def _as_array(values: ArrayLike, kind: "np.dtype[Any]") -> NDArray[Any]:
+    """Return an array of a kind; most come in the right form, and seeing to it takes as long as a frame."""
+    if type(values) is np.ndarray and values.dtype is kind and values.flags.carray:
+        return values
+    return plain_array(values, kind)

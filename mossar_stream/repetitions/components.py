@@ -1,0 +1,116 @@
+"""Leading principal components of the posture over the window, by one power iteration a look.
+
+The window changes little between two looks, so that one step of the subspace iteration from the axes of the last look
+is enough; the first look at a movement makes a few.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
+
+
+@kernel
+def find_components(header, samples):
+    """Set axes and scores, in the order of time, for the samples in the window.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`; axes of the last look are where to begin.
+
+    Returns:
+        How many samples there are.
+    """
+    n = min(header.open, SAMPLES)
+    lost = _begin_axes(samples, n)
+    for _ in range(4 if lost else 1):
+        _project(samples, n)
+        _turn_axes(samples, n)
+    _project(samples, n)
+    if header.open > SAMPLES:
+        _in_order(samples, header.open % SAMPLES)
+    return n
+
+
+@kernel
+def _begin_axes(samples, n):
+    """Let axes that are zero, as before a take and while nobody moves, begin with the departures at four times.
+
+    Returns:
+        Whether the first was among them.
+    """
+    d = samples.pose.size
+    lost = False
+    for k in range(COMPONENTS):
+        square = np.float32(0.0)
+        for j in range(d):
+            square += samples.axes[k, j] ** 2
+        if square == 0:
+            lost |= k == 0
+            i = (k + 1) * (n - 1) // COMPONENTS
+            for j in range(d):
+                samples.axes[k, j] = samples.by_sample[i, j] - samples.by_sample[0, j]
+    _orthonormalise(samples.axes)
+    return lost
+
+
+@kernel
+def _project(samples, n):
+    """Set the centred scores of the window in the order of the ring."""
+    for k in range(COMPONENTS):
+        row = samples.scores[k]
+        row[:n] = np.float32(0.0)
+        for j in range(samples.pose.size):
+            weight = samples.axes[k, j]
+            column = samples.by_coordinate[j]
+            for i in range(n):
+                row[i] += weight * column[i]
+        total = np.float32(0.0)
+        for i in range(n):
+            total += row[i]
+        total /= np.float32(n)
+        for i in range(n):
+            row[i] -= total
+
+
+@kernel
+def _turn_axes(samples, n):
+    """Multiply the axes by the covariance of the window and make them orthonormal again."""
+    for k in range(COMPONENTS):
+        axis = samples.axes[k]
+        axis[:] = np.float32(0.0)
+        for i in range(n):
+            score = samples.scores[k, i]
+            pose = samples.by_sample[i]
+            for j in range(axis.size):
+                axis[j] += score * pose[j]
+    _orthonormalise(samples.axes)
+
+
+@kernel
+def _orthonormalise(axes):
+    """Gram and Schmidt; an axis of which nothing is left becomes zero."""
+    for k in range(COMPONENTS):
+        for other in range(k):
+            product = np.float32(0.0)
+            for j in range(axes.shape[1]):
+                product += axes[k, j] * axes[other, j]
+            for j in range(axes.shape[1]):
+                axes[k, j] -= product * axes[other, j]
+        square = np.float32(0.0)
+        for j in range(axes.shape[1]):
+            square += axes[k, j] * axes[k, j]
+        scale = np.float32(0.0) if square < np.float32(1e-12) else np.float32(1.0) / np.sqrt(square)
+        for j in range(axes.shape[1]):
+            axes[k, j] *= scale
+
+
+@kernel
+def _in_order(samples, oldest):
+    """Turn the scores of a full ring so that the oldest sample comes first."""
+    scratch = np.empty(SAMPLES, np.float32)
+    for k in range(COMPONENTS):
+        row = samples.scores[k]
+        scratch[:] = row
+        for i in range(SAMPLES):
+            row[i] = scratch[(oldest + i) % SAMPLES]

@@ -1,0 +1,256 @@
+"""Counting: a look at the window every half second, and what it changes of what was counted before.
+
+Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
+the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
+what was counted in the last part of the window; what is older stands.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import entry_point, kernel
+from mossar_stream.repetitions.alike import crossing, cycles_between, dwelling, keep_alike
+from mossar_stream.repetitions.components import find_components
+from mossar_stream.repetitions.sampling import close_sample, take_pose
+from mossar_stream.repetitions.state import CYCLES, RATE, SAMPLES, STRIDE, views
+from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
+
+NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
+
+PROPOSING = 3  # components
+LEAST_SAMPLES = 8
+OPEN_TO_CHANGE = 0.6  # of the window
+DWELL = 0.1  # for beginning where the movement rests
+BONUS = 0.3  # for beginning where cycles were counted before
+NEAR = 0.15  # of a cycle
+OVERLAP = 0.35  # of a cycle, that may overlap the one before
+LEAST_GAP, LONGEST_GAP = 0.65, 1.5  # cycles, that were missed if the movement went on
+GOES_ON = 0.5  # of a swing
+DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
+LONGEST_PAUSE = 0.5  # cycles, within a bout
+
+
+@entry_point
+def count_frames(headers, memory, positions, times, begin):
+    """Take frames in, up to and with the first that changes what is counted.
+
+    Args:
+        headers: (1,) `HEADER`.
+        memory: See `Samples`.
+        positions: (n, J, 3) float32, m.
+        times: (n,) float64, s.
+        begin: The first frame to take.
+
+    Returns:
+        The first frame that was not taken, and one of NOTHING, CHANGED and TAKE_ENDS (before that frame).
+    """
+    header = headers[0]
+    samples = views(memory, header.joints)
+    for i in range(begin, len(times)):
+        if not np.isfinite(times[i]):
+            continue
+        if header.begun == 0:
+            header.begun, header.origin, header.latest = 1, times[i], times[i]
+        elif abs(times[i] - header.latest) > header.max_pause:
+            return i, TAKE_ENDS
+        elif times[i] <= header.latest:
+            continue
+        changed = False
+        sample = int((times[i] - header.origin) * RATE + 1e-6)
+        while header.open < sample:
+            close_sample(header, samples)
+            if header.open - header.looked >= STRIDE:
+                changed |= look(header, samples)
+        header.latest = times[i]
+        take_pose(header, samples, positions[i])
+        if changed:
+            return i + 1, CHANGED
+    return len(times), NOTHING
+
+
+@entry_point
+def count_rest(headers, memory):
+    """Look once more when a take ends; return whether that changed what is counted."""
+    header = headers[0]
+    samples = views(memory, header.joints)
+    if header.begun == 0:
+        return False
+    close_sample(header, samples)
+    return look(header, samples)
+
+
+@kernel
+def look(header, samples):
+    """Look at the window and renew what is counted in it; return whether anything changed."""
+    if header.open < LEAST_SAMPLES:
+        return False
+    header.looked = header.open
+    n = find_components(header, samples)
+    cycles = np.empty((3, SAMPLES), np.int64)
+    best = np.empty((3, SAMPLES), np.int64)
+    count, component, clear = _best_proposal(header, samples, n, cycles, best)
+    if count == 0:
+        return False
+    was_clear = header.clear
+    header.clear |= clear
+    changed = _renew(header, samples, n, component, best, count)
+    if header.clear and not was_clear:
+        _forget_doubtful(header)
+        header.changed = 0
+        return header.cycles > 0
+    return changed and header.clear == 1
+
+
+@kernel
+def _forget_doubtful(header):
+    """Forget cycles from long before it became clear that a movement repeats."""
+    first = 0
+    while first < header.cycles and header.cycle[first].end < header.open - DOUBTFUL * SAMPLES:
+        first += 1
+    for q in range(first, header.cycles):
+        header.cycle[q - first] = header.cycle[q]
+    header.cycles -= first
+    header.dropped = 0
+
+
+@kernel
+def _best_proposal(header, samples, n, cycles, best):
+    """Write the cycles of the proposal that wins; return their number, its component and whether it is clear."""
+    turns = np.empty((2, SAMPLES), np.int64)
+    spread = np.float64(1e-12)
+    for k in range(len(samples.scores)):
+        spread += _square(samples.scores[k], n)
+    winner, most, component, sure = 0, 0.0, 0, False
+    for k in range(PROPOSING):
+        least = np.float32(HYSTERESIS) * swing_range(samples.scores[k], n)
+        if least <= 0:
+            continue
+        found = turning_points(samples.scores[k], n, least, turns)
+        share = np.sqrt(np.sqrt(_square(samples.scores[k], n) / spread))
+        for direction in (1, -1):
+            count = cycles_between(turns, found, direction, n == header.open, cycles)
+            count, covered, clear = keep_alike(samples, k, cycles, count)
+            covered *= share * (1.0 + BONUS * _agreeing(header, n, cycles, count))
+            covered *= 1.0 + DWELL * dwelling(samples.scores[k], n, cycles, count)
+            if covered > most:
+                winner, most, component, sure = count, covered, k, clear
+                best[:, :count] = cycles[:, :count]
+    return winner, component, sure
+
+
+@kernel
+def _square(row, n):
+    total = 0.0
+    for i in range(n):
+        total += float(row[i]) * float(row[i])
+    return total
+
+
+@kernel
+def _agreeing(header, n, cycles, count):
+    """Return the share of proposed cycles that begin where one was counted before."""
+    if count == 0:
+        return 0.0
+    hits = 0
+    oldest = header.open - n
+    for i in range(count):
+        slack = max(2.0, NEAR * (cycles[2, i] - cycles[0, i]))
+        for q in range(header.cycles):
+            if abs(header.cycle[q].start - oldest - cycles[0, i]) <= slack:
+                hits += 1
+                break
+    return hits / count
+
+
+@kernel
+def _renew(header, samples, n, component, cycles, count):
+    """Replace the counted cycles that the window shows anew; return whether anything changed."""
+    oldest = header.open - n
+    settled = header.open - OPEN_TO_CHANGE * SAMPLES
+    middle = 2 * (oldest + cycles[0, 0])
+    before, header.changed = header.cycles, -1
+    while header.cycles > 0:
+        last = header.cycle[header.cycles - 1]
+        if last.end <= settled or last.start + last.end <= middle:
+            break
+        header.cycles -= 1
+    proposed = np.empty(3, np.int64)
+    for i in range(count):
+        start, end = oldest + cycles[0, i], oldest + cycles[2, i]
+        if header.cycles > 0:
+            last = header.cycle[header.cycles - 1].end
+            if start < last - OVERLAP * (end - start):
+                continue
+            missed = _missed(samples.scores[component], cycles[:, i], max(last - oldest, 0))
+            for q in range(missed):
+                proposed[0] = last - oldest + q * (start - last) // missed
+                proposed[2] = last - oldest + (q + 1) * (start - last) // missed
+                proposed[1] = (proposed[0] + proposed[2]) // 2
+                before = _write(header, samples, component, proposed, oldest, before)
+        before = _write(header, samples, component, cycles[:, i], oldest, before)
+    if header.changed < 0 and header.cycles != before:
+        header.changed = header.cycles
+    return header.changed >= 0
+
+
+@kernel
+def _missed(scores, cycle, begin):
+    """Return how many cycles were missed between an earlier one and this: the movement went on, but not alike."""
+    gap, period = cycle[0] - begin, cycle[2] - cycle[0]
+    if gap < LEAST_GAP * period or gap > LONGEST_GAP * period:
+        return 0
+    low = high = scores[begin]
+    for i in range(begin, cycle[0]):
+        low, high = min(low, scores[i]), max(high, scores[i])
+    if high - low < np.float32(GOES_ON) * abs(scores[cycle[1]] - scores[cycle[0]]):
+        return 0
+    return int(gap / period + 0.5)
+
+
+@kernel
+def _write(header, samples, component, cycle, oldest, before):
+    """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
+    if header.cycles == CYCLES:
+        for q in range(CYCLES - 1):
+            header.cycle[q] = header.cycle[q + 1]
+        header.dropped += 1
+        header.cycles -= 1
+        before -= 1
+        header.changed = max(header.changed - 1, -1 if header.changed < 0 else 0)
+    start, far, end = oldest + cycle[0], oldest + cycle[1], oldest + cycle[2]
+    place = header.cycles
+    header.cycles += 1
+    row = header.cycle[place]
+    same = place < before and abs(row.start - start) <= 1 and abs(row.end - end) <= 1
+    if not same and header.changed < 0:
+        header.changed = place
+    row.start, row.far, row.end = start, far, end
+    _measure(header, samples, component, cycle, oldest, row)
+    row.count = 1
+    if place > 0:
+        last = header.cycle[place - 1]
+        if start - last.end <= LONGEST_PAUSE * (end - start):
+            row.count = last.count + 1
+    return before
+
+
+@kernel
+def _measure(header, samples, component, cycle, oldest, row):
+    """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
+    scores = samples.scores[component]
+    start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
+    row.out = oldest + crossing(scores, start, far, 0.5)
+    row.back = oldest + crossing(scores, end, far, 0.5)
+    swing = abs(scores[far] - np.float32(0.5) * (scores[start] + scores[end]))
+    row.amplitude = float(swing) / np.sqrt(float(header.joints))
+    row.joint = _leading_joint(header, samples.axes[component])
+
+
+@kernel
+def _leading_joint(header, axis):
+    """Return the joint that moves most along an axis."""
+    most, leading = np.float32(-1.0), 0
+    for j in range(header.joints):
+        square = axis[3 * j] ** 2 + axis[3 * j + 1] ** 2 + axis[3 * j + 2] ** 2
+        if square > most:
+            most, leading = square, j
+    return leading

@@ -1,0 +1,73 @@
+"""Frames become samples at a constant rate: per coordinate the mean of a sample's frames without extremes.
+
+Joints are taken relative to the root; the root keeps its own path, since squats and jumps move it most. Of three
+frames the mean without the least and the most is their median, so a joint that leaps for one frame does not count.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.repetitions.state import SAMPLES
+
+
+@kernel
+def take_pose(header, samples, positions):
+    """Add a frame to the open sample; what is missing stays where it was.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        positions: (J, 3) float32, m, NaN where missing.
+    """
+    r = header.root
+    pose = samples.pose
+    fresh = header.frames == 0
+    for c in range(3):
+        base = positions[r, c]
+        for j in range(header.joints):
+            value = positions[j, c] if j == r else positions[j, c] - base
+            k = 3 * j + c
+            if not np.isnan(value):
+                if np.isnan(pose[k]):
+                    _appear(header, samples, k, value)
+                pose[k] = value
+    if fresh:
+        for k in range(pose.size):
+            samples.sums[k] = samples.least[k] = samples.most[k] = pose[k]
+    else:
+        for k in range(pose.size):
+            value = pose[k]
+            samples.sums[k] += value
+            samples.least[k] = min(samples.least[k], value)
+            samples.most[k] = max(samples.most[k], value)
+    header.frames += 1
+
+
+@kernel
+def _appear(header, samples, k, value):
+    """Let a coordinate that is seen for the first time have been there all along."""
+    for i in range(SAMPLES):
+        samples.by_sample[i, k] = value
+        samples.by_coordinate[k, i] = value
+    n = np.float32(header.frames)
+    samples.sums[k] = n * value
+    samples.least[k] = samples.most[k] = value
+
+
+@kernel
+def close_sample(header, samples):
+    """Put the open sample into the ring; without frames it repeats the latest pose."""
+    place = header.open % SAMPLES
+    n = header.frames
+    for k in range(samples.pose.size):
+        value = samples.pose[k]
+        if n > 2:
+            value = (samples.sums[k] - samples.least[k] - samples.most[k]) / np.float32(n - 2)
+        elif n > 0:
+            value = samples.sums[k] / np.float32(n)
+        if np.isnan(value):
+            value = np.float32(0.0)
+        samples.by_sample[place, k] = value
+        samples.by_coordinate[k, place] = value
+    header.frames = 0
+    header.open += 1

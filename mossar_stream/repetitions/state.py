@@ -1,0 +1,102 @@
+"""State of one performer's repetitions: a record of fixed size and one array of samples.
+
+Poses are kept at `RATE` over the last `WINDOW` seconds, twice: by sample and by coordinate, so that both products of a
+power iteration run along contiguous memory.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mossar_stream.jit.decorators import inline_kernel
+
+RATE = 10.0  # Hz, of the samples
+SAMPLES = 120  # kept, which is 12 s
+STRIDE = 5  # samples between two looks at the window
+COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
+CYCLES = 64  # remembered; more than fit into the window
+
+CYCLE = np.dtype(
+    [
+        ("start", "i8"),  # sample at which the cycle begins, counted from the start of the take
+        ("far", "i8"),  # sample of the other extreme
+        ("end", "i8"),
+        ("out", "f8"),  # samples, where it passes half way to the other extreme, and
+        ("back", "f8"),  # half way back: better timed than the extremes
+        ("amplitude", "f8"),  # m, rms over joints, from one extreme to the other
+        ("count", "i8"),  # in its bout, from 1
+        ("joint", "i8"),  # that moves most
+    ]
+)
+
+HEADER = np.dtype(
+    [
+        ("joints", "i8"),
+        ("root", "i8"),
+        ("max_pause", "f8"),  # s
+        ("begun", "i8"),  # 1 after the first frame of a take
+        ("origin", "f8"),  # s, time of that frame
+        ("latest", "f8"),  # s, time of the latest frame
+        ("frames", "i8"),  # in the open sample
+        ("open", "i8"),  # number of the open sample; as many are complete
+        ("looked", "i8"),  # complete samples at the last look
+        ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is told before
+        ("dropped", "i8"),  # cycles that are no longer remembered
+        ("cycles", "i8"),  # remembered ones
+        ("changed", "i8"),  # the first remembered cycle that the last look changed
+        ("cycle", CYCLE, (CYCLES,)),
+    ]
+)
+
+
+class Samples(NamedTuple):
+    """Views of one performer's array; D = 3 · joints, float32."""
+
+    by_sample: np.ndarray  # (SAMPLES, D), m, ring buffer
+    by_coordinate: np.ndarray  # (D, SAMPLES), the same
+    axes: np.ndarray  # (COMPONENTS, D), unit vectors
+    scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
+    sums: np.ndarray  # (D,) of the open sample's frames
+    least: np.ndarray  # (D,) of them
+    most: np.ndarray  # (D,) of them
+    pose: np.ndarray  # (D,) latest known, NaN before a joint was seen
+
+
+def length(joints: int) -> int:
+    """Return how many float32 a performer's samples need."""
+    return 3 * joints * (2 * SAMPLES + COMPONENTS + 4) + COMPONENTS * SAMPLES
+
+
+@inline_kernel(returns_views=True)
+def views(memory, joints):
+    """Return the parts of a performer's array as `Samples`."""
+    d = 3 * joints
+    a = d * SAMPLES
+    b = 2 * a
+    c = b + COMPONENTS * d
+    e = c + COMPONENTS * SAMPLES
+    return Samples(
+        memory[:a].reshape((SAMPLES, d)),
+        memory[a:b].reshape((d, SAMPLES)),
+        memory[b:c].reshape((COMPONENTS, d)),
+        memory[c:e].reshape((COMPONENTS, SAMPLES)),
+        memory[e : e + d],
+        memory[e + d : e + 2 * d],
+        memory[e + 2 * d : e + 3 * d],
+        memory[e + 3 * d : e + 4 * d],
+    )
+
+
+def start(header: np.ndarray, memory: np.ndarray) -> None:
+    """Begin a take: forget everything but the skeleton.
+
+    Args:
+        header: (1,) `HEADER`.
+        memory: (`length(joints)`,) float32.
+    """
+    kept = {name: header[name].copy() for name in ("joints", "root", "max_pause")}
+    header[:] = np.zeros(1, HEADER)
+    for name, value in kept.items():
+        header[name] = value
+    memory[:] = 0.0
+    memory[-3 * int(header["joints"][0]) :] = np.nan

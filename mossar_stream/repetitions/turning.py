@@ -1,0 +1,71 @@
+"""Turning points of one component, with hysteresis: what moves back by less than a share of the range is no turn."""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.repetitions.state import SAMPLES
+
+HYSTERESIS = 0.4  # of the range from the 10th to the 90th percentile
+RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
+BINS = 64
+
+
+@kernel
+def swing_range(scores, n):
+    """Return the range from the 10th to the 90th percentile, from a histogram."""
+    low = high = scores[0]
+    for i in range(n):
+        low = min(low, scores[i])
+        high = max(high, scores[i])
+    if high <= low:
+        return np.float32(0.0)
+    counts = np.zeros(BINS, np.int64)
+    width = (high - low) / np.float32(BINS)
+    for i in range(n):
+        counts[min(int((scores[i] - low) / width), BINS - 1)] += 1
+    below, above = 0, 0
+    while counts[: below + 1].sum() <= 0.1 * n:
+        below += 1
+    while counts[BINS - 1 - above :].sum() <= 0.1 * n:
+        above += 1
+    return width * np.float32(BINS - above - below - 1)
+
+
+@kernel
+def turning_points(scores, n, least, turns):
+    """Find where a component turns back by more than `least`.
+
+    Args:
+        scores: (n,) float32.
+        n: Samples.
+        least: Hysteresis, in the unit of the scores.
+        turns: (2, SAMPLES) int64, out: sample and direction (1 a maximum, -1 a minimum).
+
+    Returns:
+        How many there are.
+    """
+    found, direction, low, high = 0, 0, 0, 0
+    for i in range(n):
+        if scores[i] > scores[high]:
+            high = i
+        if scores[i] < scores[low]:
+            low = i
+        if direction >= 0 and scores[high] - scores[i] > least:
+            turns[0, found], turns[1, found] = high, 1
+            found, direction, low = found + 1, -1, i
+        elif direction <= 0 and scores[i] - scores[low] > least:
+            turns[0, found], turns[1, found] = low, -1
+            found, direction, high = found + 1, 1, i
+    return _with_the_last(scores, turns, found, high if direction > 0 else low)
+
+
+@kernel
+def _with_the_last(scores, turns, found, latest):
+    """Add the extreme that is being made if it is nearly as far as the swing before."""
+    if found < 2 or found >= SAMPLES:
+        return found
+    last, before = turns[0, found - 1], turns[0, found - 2]
+    if abs(scores[latest] - scores[last]) <= RETURNED * abs(scores[last] - scores[before]):
+        return found
+    turns[0, found], turns[1, found] = latest, -turns[1, found - 1]
+    return found + 1

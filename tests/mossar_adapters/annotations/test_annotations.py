@@ -1,0 +1,105 @@
+"""Annotations: each format is opened by a reader that is not ours, and what is read back is what was written."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from mossar_adapters.annotations.reading import read_annotations
+from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
+from mossar_adapters.annotations.writing import check_annotations, write_annotations
+
+TIERS = [
+    Tier("segments", (Mark(0.0, 1.25, "resting"), Mark(1.25, 2.5, "moving hand"), Mark(3.0, 3.2, "a<b & c"))),
+    Tier("key frames", (Mark(1.25, 1.25, "onset"), Mark(2.5, 2.5, "offset")), moments=True),
+]
+
+
+def written(tmp_path: Path, suffix: str) -> Path:
+    path = tmp_path / f"take{suffix}"
+    write_annotations(path, TIERS, 4.0)
+    return path
+
+
+def test_elan_documents_are_opened_by_pympi(tmp_path: Path) -> None:
+    elan = pytest.importorskip("pympi").Elan
+    document = elan.Eaf(str(written(tmp_path, ".eaf")))
+    assert set(document.get_tier_names()) == {"segments", "key frames"}
+    assert sorted(document.get_annotation_data_for_tier("segments"))[1] == (1250, 2500, "moving hand")
+
+
+def test_textgrids_are_opened_by_another_library(tmp_path: Path) -> None:
+    pytest.importorskip("pympi")
+    textgrid = pytest.importorskip("textgrid")
+    grid = textgrid.TextGrid.fromFile(str(written(tmp_path, ".TextGrid")))
+    assert [tier.name for tier in grid] == ["segments", "key frames"]
+    assert [(i.minTime, i.maxTime, i.mark) for i in grid[0] if i.mark][1] == (1.25, 2.5, "moving hand")
+    assert [(p.time, p.mark) for p in grid[1]] == [(1.25, "onset"), (2.5, "offset")]
+
+
+def test_cues_are_opened_by_a_webvtt_parser(tmp_path: Path) -> None:
+    webvtt = pytest.importorskip("webvtt")
+    cues = list(webvtt.read(str(written(tmp_path, ".vtt"))))
+    assert [(cue.start, cue.end) for cue in cues][1] == ("00:00:01.250", "00:00:02.500")
+    assert len(cues) == 3
+
+
+def test_events_of_bids_are_a_table_with_onset_and_duration_first(tmp_path: Path) -> None:
+    with written(tmp_path, ".tsv").open(newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    assert list(rows[0]) == ["onset", "duration", "trial_type", "value"]
+    assert (rows[1]["onset"], rows[1]["duration"], rows[1]["trial_type"]) == (
+        "1.250000",
+        "0.000000",
+        "key_frames",
+    )
+    assert [float(row["onset"]) for row in rows] == sorted(float(row["onset"]) for row in rows)
+
+
+@pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt"])
+def test_what_is_written_is_read_back(tmp_path: Path, suffix: str) -> None:
+    if suffix != ".txt":
+        pytest.importorskip("pympi")
+    tiers = {tier.name: tier for tier in read_annotations(written(tmp_path, suffix))}
+    assert tiers["segments"].marks == TIERS[0].marks
+    slack = 0.001 if suffix == ".eaf" else 0.0  # ELAN knows no moments
+    for mark, known in zip(tiers["key frames"].marks, TIERS[1].marks, strict=True):
+        assert (mark.start, mark.label) == (known.start, known.label)
+        assert mark.end - mark.start == pytest.approx(slack)
+
+
+def test_exports_of_label_studio_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "export.json"
+    path.write_text(
+        '[{"id": 1, "annotations": [{"result": [{"from_name": "label", "type": "timeserieslabels",'
+        ' "value": {"start": 1.5, "end": 2, "timeserieslabels": ["Step"]}}]}]}]'
+    )
+    assert read_annotations(path) == [Tier("label", (Mark(1.5, 2.0, "Step"),))]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.txt", "1.0\tx\ty\n"),
+        ("a.json", '{"no": "list"}'),
+        ("a.json", '[{"annotations": [{"result": [{}]}]}]'),
+    ],
+)
+def test_damaged_files_are_refused_in_one_line(tmp_path: Path, name: str, content: str) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(AnnotationError, match=name) as caught:
+        read_annotations(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+def test_damaged_elan_documents_are_refused(tmp_path: Path) -> None:
+    pytest.importorskip("pympi")
+    path = tmp_path / "a.eaf"
+    path.write_text("<ANNOTATION_DOCUMENT><HEADER>")
+    with pytest.raises(AnnotationError, match="ELAN"):
+        read_annotations(path)
+
+
+def test_an_unknown_format_is_refused_before_the_work() -> None:
+    with pytest.raises(AnnotationError, match=r"\.docx.*ELAN"):
+        check_annotations(Path("take.docx"))

@@ -1,0 +1,154 @@
+"""Repetitions: counted causally, the same for every way of chopping, revised by later evidence."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mossar_stream import Event, RepetitionEvent, Segmenter, Settings, Skeleton, segment_recording, to_json
+
+SHARED = Path(__file__).parents[3].parent / "shared/data/labelled"
+SKELETON = Skeleton(("hip", "knee", "hand"), (-1, 0, 0))
+COUNTING = Settings(repetitions=True)
+
+
+def raises(periods: list[float], fps: float = 30.0, rest: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return a hand that rests, goes up and down once for each period, and rests; and times."""
+    rate = int(1000 / 1)
+    wave = [np.zeros(int(rest * rate))]
+    wave += [0.5 - 0.5 * np.cos(np.linspace(0, 2 * np.pi, int(p * rate), endpoint=False)) for p in periods]
+    curve = np.concatenate([*wave, np.zeros(int(rest * rate))])
+    times = np.arange(int(len(curve) / rate * fps)) / fps
+    positions = np.zeros((len(times), 3, 3), np.float32)
+    positions[:, 2, 1] = 0.6 * curve[(times * rate).astype(int)]
+    positions[:, 2, 0] = 0.2 * curve[(times * rate).astype(int)] ** 2
+    return positions, times
+
+
+def counted(events: list[Event]) -> list[RepetitionEvent]:
+    return [event for event in events if isinstance(event, RepetitionEvent)]
+
+
+def pushed(positions: np.ndarray, times: np.ndarray, size: int, settings: Settings = COUNTING) -> list[Event]:
+    segmenter = Segmenter(SKELETON, settings)
+    events: list[Event] = []
+    for i in range(0, len(times), size):
+        if size == 1:
+            events += segmenter.push(positions[i], float(times[i]))
+        else:
+            events += segmenter.push(positions[i : i + size], times[i : i + size])
+    return events + segmenter.end_take()
+
+
+def test_ten_raises_of_the_hand_are_ten() -> None:
+    events = counted(pushed(*raises([1.5] * 10), 64))
+    assert events[-1].total == 10
+    assert events[-1].joint == "hand"
+    assert events[-1].amplitude == pytest.approx(0.36, rel=0.15)  # 0.63 m of one joint in three
+
+
+def test_the_tempo_is_right_within_three_percent_from_the_second_cycle() -> None:
+    for event in counted(pushed(*raises([1.3] * 12), 7)):
+        if event.count >= 2:
+            assert event.period == pytest.approx(1.3, rel=0.03)
+            assert event.tempo == pytest.approx(60 / 1.3, rel=0.03)
+        elif event.status == "counted":
+            assert event.period is None
+
+
+def test_a_change_of_tempo_is_followed_within_three_cycles() -> None:
+    events = counted(pushed(*raises([1.0] * 8 + [1.6] * 8), 64))
+    last = {event.id: event for event in events if event.status == "counted"}
+    slow = [
+        event for event in last.values() if event.start is not None and event.start > 1 + 8 + 3 * 1.6 - 0.3
+    ]
+    assert slow
+    for event in slow:
+        assert event.period == pytest.approx(1.6, rel=0.03)
+
+
+def test_one_movement_is_no_repetition() -> None:
+    assert counted(pushed(*raises([1.5]), 64)) == []
+
+
+@pytest.mark.parametrize("size", [7, 64, 10_000])
+def test_chunks_do_not_matter(size: int) -> None:
+    positions, times = raises([1.2, 1.3, 1.1, 1.2, 2.0, 1.9, 1.2])
+    positions[40:44, 2] = np.nan
+    times[100:] += 3.0  # another take
+    one = pushed(positions, times, 1)
+    assert [to_json(event) for event in pushed(positions, times, size)] == [to_json(event) for event in one]
+
+
+def test_key_frames_and_segments_are_the_same_with_and_without() -> None:
+    frames = raises([1.2] * 6)
+    without = [to_json(event) for event in pushed(*frames, 16, Settings())]
+    events = pushed(*frames, 16)
+    assert counted(events)
+    assert [to_json(event) for event in events if not isinstance(event, RepetitionEvent)] == without
+
+
+def test_a_snapshot_goes_on_where_it_was() -> None:
+    positions, times = raises([1.2] * 8)
+    segmenter, events = Segmenter(SKELETON, COUNTING), []
+    for i in range(len(times)):
+        events += segmenter.push(positions[i], float(times[i]))
+        if i % 50 == 0:
+            segmenter = Segmenter.restore(segmenter.snapshot())
+    assert [to_json(e) for e in events + segmenter.end_take()] == [
+        to_json(e) for e in pushed(positions, times, 1)
+    ]
+
+
+def test_the_phase_runs_from_zero_to_one_once_a_cycle() -> None:
+    positions, times = raises([1.2] * 10)
+    segmenter, phases = Segmenter(SKELETON, COUNTING), []
+    for i in range(len(times)):
+        segmenter.push(positions[i], float(times[i]))
+        phases.append((float(times[i]), segmenter.phase))
+    known = [(t, phase) for t, phase in phases if phase is not None and t < 1 + 12 - 0.1]
+    assert known
+    assert phases[10][1] is None
+    apart = [abs((phase - (t - 1) / 1.2 + 0.5) % 1 - 0.5) for t, phase in known]
+    assert np.median(apart) < 0.1
+
+
+def test_a_recording_has_its_repetitions() -> None:
+    positions, times = raises([1.5] * 6)
+    result = segment_recording(positions, 30, SKELETON, COUNTING, times=times)
+    assert [event.count for event in result.repetitions] == [1, 2, 3, 4, 5, 6]
+    assert segment_recording(positions, 30, SKELETON, times=times).repetitions == []
+
+
+@pytest.mark.parametrize(("folder", "most"), [("precog", 0), ("vmci", 1)])
+def test_what_is_no_exercise_is_not_counted(folder: str, most: int) -> None:
+    paths = sorted((SHARED / folder).glob("*.json"))
+    if not paths:
+        pytest.skip(f"../shared/data/labelled/{folder} is not there")
+    totals = []
+    for path in paths:
+        take = np.load(path.parent / json.loads(path.read_text())["recording"])
+        skeleton = Skeleton(tuple(map(str, take["joint_names"])), tuple(map(int, take["parents"])))
+        positions = np.asarray(take["positions"], np.float32)
+        result = segment_recording(positions, float(take["fps"]), skeleton, COUNTING)
+        totals.append(len(result.repetitions))
+    assert sum(totals) <= most
+
+
+def test_exercises_are_counted() -> None:
+    paths = sorted((SHARED / "repcount").glob("*.json"))
+    if not paths:
+        pytest.skip("../shared/data/labelled/repcount is not there")
+    errors, shares = [], []
+    for path in paths:
+        labels = json.loads(path.read_text())
+        take = np.load(path.parent / labels["recording"])
+        skeleton = Skeleton(tuple(map(str, take["joint_names"])), tuple(map(int, take["parents"])))
+        found = len(
+            segment_recording(np.asarray(take["positions"], np.float32), 30, skeleton, COUNTING).repetitions
+        )
+        errors.append(abs(found - labels["repetitions"]))
+        shares.append(errors[-1] / labels["repetitions"])
+    assert np.mean(np.array(errors) <= 1) >= 0.53
+    assert np.mean(shares) <= 0.32

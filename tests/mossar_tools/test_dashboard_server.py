@@ -1,0 +1,61 @@
+"""Who may ask the dashboard's server for something."""
+
+import socket
+
+from mossar_stream import Settings
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.page import Page
+from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.loaded_recording import load_recording
+from mossar_tools.options import Options
+
+
+def test_pages_of_other_sites_are_turned_away():
+    page = Page(LiveShow(Settings()), 0)
+    try:
+        for origin in ("http://evil.example", "null", f"http://127.0.0.1.evil.example:{page.port}"):
+            assert answer(page.port, origin).startswith(b"HTTP/1.1 403"), origin
+        for origin in (page.url, f"http://localhost:{page.port}"):
+            assert answer(page.port, origin).startswith(b"HTTP/1.1 101"), origin
+    finally:
+        page.close()
+
+
+def answer(port, origin):
+    """Return what a WebSocket gets that says it comes from there."""
+    with socket.create_connection(("127.0.0.1", port), 10) as asking:
+        asking.sendall(
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: {origin}\r\nUpgrade: websocket\r\n"
+            "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            "Sec-WebSocket-Version: 13\r\n\r\n".encode()
+        )
+        return asking.recv(1024)
+
+
+def test_only_the_page_itself_moves_the_playhead():
+    whole = load_recording(Options(file="demo:?seconds=6"))
+    show = RecordedShow([("p1", whole)], Settings(range="file"))
+    show.player.paused = True
+    page = Page(show, 0)
+    ours = f"Host: 127.0.0.1:{page.port}\r\nX-Mossar: 1\r\n"
+    try:
+        for headers in (
+            f"Host: 127.0.0.1:{page.port}\r\n",
+            f"Host: evil.example:{page.port}\r\nX-Mossar: 1\r\n",
+            f"{ours}Origin: http://evil.example\r\n",
+        ):
+            assert fetched(page.port, "mossar/seek?2.5", headers).startswith(b"HTTP/1.1 403")
+        for rubbish in ("", "nan", "x", "1e999"):
+            assert fetched(page.port, f"mossar/seek?{rubbish}", ours).startswith(b"HTTP/1.1 400")
+        assert show.player.place < 1
+        assert fetched(page.port, "mossar/seek?2.5", ours).startswith(b"HTTP/1.1 200")
+        assert show.player.place == 2.5
+        assert fetched(page.port, "mossar/window?390x800", ours).startswith(b"HTTP/1.1 200")
+    finally:
+        page.close()
+
+
+def fetched(port, path, headers):
+    with socket.create_connection(("127.0.0.1", port), 10) as asking:
+        asking.sendall(f"GET /{path} HTTP/1.1\r\n{headers}\r\n".encode())
+        return asking.recv(1024)
