@@ -91,8 +91,8 @@ class Result:
 
     Attributes:
         settings: The settings used.
-        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence those that a
-            stream would tell of.
+        key_frames: All key frames of Algorithm 2, with the strengths of Algorithm 3; with evidence they are
+            more than a stream tells of.
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
@@ -107,8 +107,6 @@ class Result:
         self.repetitions: list[RepetitionEvent] = []
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
-        # Evidence works with more candidates than people are told of: those that stand for nothing stay inside.
-        keys = keys[(keys["told"] == 1) | (keys["strength"] >= row.state["plan"]["beta"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[

@@ -37,7 +37,7 @@ _MOTION: dict[str, object] = {
     "pre_roll": 0.0,
     "post_roll": 0.0,
     "tempo": False,
-    "remerge_window": 24,
+    "remerge_window": 20,
     "remerge_seconds": 1.4,
 }
 # What level `motion` was before, and posture still is: likelihood alone.
