@@ -267,8 +267,9 @@ def test_a_level_acts_at_once_and_comes_back_with_the_next_push(core):
     segmenter = Segmenter(core.skeleton(4), settings)
     segmenter.push(positions[:200], times[:200])
     segmenter.level = 1e6
-    segmenter.level = 0.0
     events = segmenter.push(positions[200], times[200])
+    segmenter.level = 0.0
+    events += segmenter.push(positions[201], times[201])
     told = [e.status for e in events if e.__struct_config__.tag == "key_frame"]
     assert told.count("merged") == told.count("restored") > 5
     segmenter.level = 1e6
