@@ -9,12 +9,13 @@ from mossar_stream import (
     Event,
     KeyFrameEvent,
     MoveEvent,
+    RepetitionEvent,
     SegmentEvent,
     StatsEvent,
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, RepetitionEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, SegmentEvent, MoveEvent, RepetitionEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:
