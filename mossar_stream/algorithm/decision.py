@@ -5,7 +5,7 @@ import numpy as np
 from mossar_stream.algorithm.location import CANDIDATES, FREE, NONE, best_candidate, best_pose, move_poses
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.window import point_of, put_segment, tell_oldest
+from mossar_stream.algorithm.window import point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, WITHDRAWN, put_key_frame
 from mossar_stream.memory.slots import free
@@ -27,7 +27,6 @@ def decide_oldest(w, settled, open_slot, end_frame):
     Returns:
         The slot of the open segment that follows the newest key frame from now on.
     """
-    tell_oldest(w)
     key, state = w.keys[0], w.state
     if key.kept == 0:
         if key.told == 1:

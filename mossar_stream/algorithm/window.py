@@ -181,16 +181,18 @@ def add_key(w, slot, point, time, rev, told):
 
 
 @kernel
-def tell_oldest(w):
-    """Tell of the oldest key frame as confirmed if it was not, and will be final."""
-    key = w.keys[0]
-    if key.told == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
-        return
-    key.told = key.kept = 1
-    key.rev += 1
-    point = point_of(key, key.at_frame, key.at_time, key.strength)
-    put_key_frame(w.clock, w.events, point, CONFIRMED, key.rev, UNDECIDED)
-    if w.plan.offline == 0:
+def tell_kept(w, count):
+    """Tell of the first key frames that are about to be final as confirmed, if they were not told of."""
+    told = 0
+    for i in range(count):
+        key = w.keys[i]
+        if key.told == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
+            continue
+        key.told = key.kept = told = 1
+        key.rev += 1
+        point = point_of(key, key.at_frame, key.at_time, key.strength)
+        put_key_frame(w.clock, w.events, point, CONFIRMED, key.rev, UNDECIDED)
+    if told == 1 and w.plan.offline == 0:
         _update_segments(w, SEGMENT_WITHDRAWN)
         _update_segments(w, SEGMENT_CLOSED)
 

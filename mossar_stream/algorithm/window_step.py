@@ -17,7 +17,7 @@ from mossar_stream.algorithm.cycles import (
     forget_newest,
     note_candidate,
 )
-from mossar_stream.algorithm.decision import decide_oldest
+from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
 from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
@@ -49,6 +49,7 @@ from mossar_stream.algorithm.window import (
     put_segment,
     rank,
     relabel,
+    tell_kept,
 )
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
@@ -288,6 +289,7 @@ def _decide_what_is_due(w, segment, curve, begin):
         if not clear:
             rank(w, open_slot)
             relabel(w)
+        tell_kept(w, ONE)
         segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
         w.state.ranked = 0
     if open_slot != NO_SLOT:
@@ -364,6 +366,7 @@ def _withdraw_newest(w, segment):
 def _decide_all(w, segment):
     """Decide all undecided key frames by their strengths, and end the take."""
     relabel(w)
+    tell_kept(w, w.state.undecided)
     while w.state.undecided > 0:
         settled = segment.state.settled
         segment.state.settled = decide_oldest(w, settled, settled, w.clock.used_frame + 1)

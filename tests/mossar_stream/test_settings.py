@@ -4,8 +4,8 @@ import msgspec
 import pytest
 
 from mossar_stream import Settings, SettingsError
-from mossar_stream.presets import BUNDLES, PRESETS, STRENGTHS
 from mossar_stream.settings import LEVEL_NAMES, SETTING_LIMITS, Features, VarianceFloor
+from mossar_stream.settings.presets import BUNDLES, PRESETS, STRENGTHS
 
 
 def refusal(**changes):

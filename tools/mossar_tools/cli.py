@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 COMMANDS: Final[dict[str, str]] = {
     "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
     "run": "segment live or recorded streams; JSON lines on standard output unless --to says otherwise",
-    "teach": "show moves that run --moves recognises: live, or from a recording; --list, --remove",
     "segment": "a whole recording, offline: key frames, hierarchy; --json, --csv, --plot, --keep K",
+    "teach": "show moves that run --moves recognises: live, or from a recording; --list, --remove",
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",

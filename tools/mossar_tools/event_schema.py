@@ -15,7 +15,7 @@ from mossar_stream import (
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, MoveEvent, RepetitionEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:

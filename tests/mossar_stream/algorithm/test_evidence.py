@@ -130,3 +130,16 @@ def test_repetitions_are_found_at_their_period():
     assert len(steady) >= 8
     assert np.median(steady) == pytest.approx(2.0, abs=0.1)
     assert (np.abs(steady - 2.0) <= 0.5).mean() >= 0.8
+
+
+@pytest.mark.parametrize("pattern", ["ui_prmd/m01_s01.json", "precog/Seq1_1.json"])
+def test_a_number_of_key_frames_is_kept_exactly(pattern):
+    ((positions, fps, skeleton),) = takes(pattern)
+    result = segment_recording(positions, fps, skeleton)
+    everything = len(result.at(count=10_000).key_frames)
+    before = set()
+    for count in range(min(everything, 12) + 1):
+        kept = {key.frame for key in result.at(count=count).key_frames}
+        assert len(kept) == count
+        assert before <= kept
+        before = kept

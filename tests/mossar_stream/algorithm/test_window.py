@@ -256,7 +256,14 @@ def test_the_row_does_not_grow_with_the_stream(core):
 
 def test_a_level_acts_at_once_and_comes_back_with_the_next_push(core):
     positions, times = core.moving_people(3, frames=240, losses=False)
-    settings = Settings(level=0.0, remerge_seconds=1e6, remerge_window=50, range_floor=0.01, window=0.05)
+    settings = Settings(
+        similarity="likelihood",
+        level=0.0,
+        remerge_seconds=1e6,
+        remerge_window=50,
+        range_floor=0.01,
+        window=0.05,
+    )
     segmenter = Segmenter(core.skeleton(4), settings)
     segmenter.push(positions[:200], times[:200])
     segmenter.level = 1e6

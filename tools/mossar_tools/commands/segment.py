@@ -25,8 +25,8 @@ from mossar_tools.palette import palette
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
+    from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Result, Segmentation
-    from mossar_tools.loaded_recording import LoadedRecording
 
 DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
 segments at a level. Without an option a table for people. Several recordings are segmented in several processes; those

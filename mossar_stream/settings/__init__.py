@@ -10,7 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from mossar_stream.errors import SettingsError
-from mossar_stream.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
+from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
