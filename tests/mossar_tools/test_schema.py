@@ -70,7 +70,14 @@ def test_every_event_of_the_labelled_recordings_fits(valid):
 def test_the_events_in_the_documentation_fit(valid):
     shown = re.findall(r'\{"type".*?\n?.*?\}\n', (ROOT / "docs" / "events.md").read_text())
     found = [json.loads(line) for line in shown if '"type":"frame"' not in line]
-    assert {event["type"] for event in found} == {"key_frame", "segment", "stream", "stats"}
+    assert {event["type"] for event in found} == {
+        "key_frame",
+        "segment",
+        "move",
+        "repetition",
+        "stream",
+        "stats",
+    }
     assert all(valid(event) for event in found)
     text = (ROOT / "README.md").read_text()
     example = re.search(r'\{"type":"key_frame".*?\}', text, re.DOTALL).group()
