@@ -1,0 +1,109 @@
+"""Many performers: who makes room, who is refused, and who never ends the run of the others."""
+
+import logging
+import time
+
+from mossar_adapters.pipeline import Pipeline
+from mossar_adapters.source import Left
+from mossar_stream import (
+    SettingsError,
+    StreamEvent,
+)
+
+
+def test_who_had_to_make_room_and_comes_back_is_followed_again(stage, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 2)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", 0.1)
+    sink = stage.Collected()
+    names = ("ann", "bob", "eve")
+    items = [item for name in names for item in (0.15, stage.meta(name), stage.wave(0, 30, name))]
+    again = [0.5, stage.wave(30, 60, "ann")]  # longer than a stall
+    outcome = Pipeline([stage.Script([*items, *again], live=True)], [sink]).run()
+    assert outcome.frames == 150
+    changes = [
+        (e.event, e.take, e.reason)
+        for e in sink.of(StreamEvent)
+        if e.performer == "ann" and e.event in {"started", "ended"}
+    ]
+    assert changes[:2] == [("started", 0, ""), ("ended", 0, "too many performers")]
+    assert changes[2:] == [("started", 1, ""), ("ended", 1, "end of stream")]
+
+
+def test_a_flood_of_performers_neither_takes_memory_nor_ends_the_run(stage, monkeypatch):
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._NAMES", 40)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 8)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", -1.0)
+    monkeypatch.setattr("mossar_adapters.pipeline.watch.STALL", 0.05)
+    sink = stage.Collected()
+    people = [f"someone{k}" for k in range(100)]
+    items = [item for name in people for item in (stage.meta(name), stage.wave(0, 2, name))]
+    pipeline = Pipeline([stage.Script([*items, 0.2, stage.meta(), stage.wave(0, 60)], live=True)], [sink])
+    outcome = pipeline.run()
+    assert outcome.frames == 260
+    assert len(pipeline.naming) <= 41
+    assert len(pipeline.latency) <= 41
+    assert sum(e.event == "ended" for e in sink.of(StreamEvent)) == 101
+
+
+def test_newcomers_are_refused_and_counted_while_all_others_move(stage, monkeypatch, caplog):
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 2)
+    sink = stage.Collected()
+    names = ("ann", "bob", "eve", "joe")
+    items = [item for name in names for item in (stage.meta(name), stage.wave(0, 30, name))]
+    again = [stage.wave(30, 30, name) for name in names]
+    pipeline = Pipeline([stage.Script([*items, *again], live=True)], [sink])
+    with caplog.at_level(logging.WARNING, "mossar"):
+        outcome = pipeline.run()
+    assert outcome.frames == 120
+    assert pipeline.unusable == {"eve": 60, "joe": 60}
+    assert {event.performer for event in sink.events} == {"ann", "bob"}
+    assert len([message for message in caplog.messages if "newcomers are refused" in message]) == 1
+
+
+def test_a_performer_is_there_again_after_a_flood_of_names(stage, monkeypatch):
+    """Metas of the flood fill every table, while the frames between them are dropped."""
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._NAMES", 40)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.MAX_PERFORMERS", 8)
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline._IDLE", 0.05)
+    sink = stage.Collected()
+    before = [stage.meta("ann"), stage.wave(0, 30, "ann"), 0.3]
+    flood = [item for k in range(200) for item in (stage.meta(f"x{k}"), stage.wave(0, 2, f"x{k}"))]
+    after = [0.3, *(stage.wave(30 + k, 1, "ann") for k in range(60))]  # its meta does not come again
+    pipeline = Pipeline([stage.Script([*before, *flood, *after], live=True)], [sink])
+    pipeline.run()
+    ours = [(e.event, e.take) for e in sink.of(StreamEvent) if e.performer == "ann"]
+    assert ours[-2:] == [("started", 1), ("ended", 1)]
+    assert pipeline.unusable.get("ann", 0) == 0
+
+
+def test_seconds_are_not_waited_for_with_who_has_left_or_stopped(stage):
+    sink = stage.Collected()
+    ann, bob, eve = ([stage.meta(name), stage.wave(0, 30, name)] for name in ("ann", "bob", "eve"))
+    script = [*ann, *bob, *eve, Left("bob", "lost user"), stage.wave(30, 60, "ann"), 30.0]
+    began = time.monotonic()
+    outcome = Pipeline([stage.Script(script, live=True)], [sink], seconds=2.0).run()
+    assert time.monotonic() - began < 10, "eve's frames have stopped"
+    assert outcome.complete
+    assert outcome.frames == 30 + 30 + 60
+    ends = {e.performer: e.reason for e in sink.of(StreamEvent) if e.event == "ended"}
+    assert ends == {"bob": "lost user", "eve": "gap", "ann": "gap"}
+
+
+def test_an_error_of_one_performer_does_not_end_the_run(stage, monkeypatch, caplog):
+    sink = stage.Collected()
+    items = [item for name in ("ann", "bob") for item in (stage.meta(name), stage.wave(0, 60, name))]
+    pipeline = Pipeline([stage.Script(items)], [sink])
+    announce = pipeline.pool.announce
+
+    def refused(performer, *rest):
+        if performer == "ann":
+            raise SettingsError("location=free is impossible here")
+        return announce(performer, *rest)
+
+    monkeypatch.setattr(pipeline.pool, "announce", refused)
+    with caplog.at_level(logging.WARNING, "mossar"):
+        outcome = pipeline.run()
+    assert outcome.frames == 60
+    assert not outcome.errors
+    assert stage.changes(sink) == [("bob", "started", ""), ("bob", "ended", "end of stream")]
+    assert caplog.messages[0] == "script: ann cannot be followed: location=free is impossible here"
