@@ -7,7 +7,7 @@ from mossar_stream import KeyFrameEvent, Segmenter, SegmentEvent, Settings, Skel
 skeleton = Skeleton(("hip", "left_hand", "right_hand"), parents=(-1, 0, 0))
 segmenter = Segmenter(skeleton, Settings(level="motion"), performer="p1", fps=60)
 
-for number in range(600):  # ten seconds: two of rest and two of swinging arms, in turns
+for number in range(480):  # eight seconds: two of rest and two of swinging arms, in turns
     time = number / 60
     swing = np.sin(6 * time) if time % 4 > 2 else 0.0
     positions = np.array([[0, 1, 0], [-0.3, 1 + 0.4 * swing, 0.3], [0.3, 1 - 0.4 * swing, 0.3]])

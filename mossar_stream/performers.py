@@ -260,7 +260,7 @@ class Performers:
                 )
             return self._segmenters[performer].change(**changes)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
-        settings = self._settings.replace(**changes)
+        settings = self._settings.replace(**changes).at_level(level)
         Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
         plans = [segmenter.planned(**changes, level=level) for segmenter in self._segmenters.values()]
         self._settings = settings
@@ -307,11 +307,14 @@ class Performers:
 
     @property
     def level(self) -> LevelName | float:
-        """The level of all performers; setting it acts at once."""
+        """The level of all performers; setting it acts at once, as of a `Segmenter`."""
         return self._level
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._level = self._settings.replace(level=level).level
+        chosen = self._settings.replace(level=level).level
+        for given in (self._settings, *(segmenter.row.plan.given for segmenter in self._segmenters.values())):
+            given.strength(chosen)  # all or nothing
+        self._level = chosen
         for segmenter in self._segmenters.values():
             segmenter.level = level

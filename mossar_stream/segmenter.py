@@ -167,24 +167,26 @@ class Segmenter:
         """The level: `posture`, `motion`, `cluster` or a strength.
 
         Setting it acts at once on the undecided key frames and computes nothing again; the events come with the
-        next push.
+        next push. A name that works with other settings than those in force is refused with a `SettingsError`:
+        `change(level=...)` starts a new take with them.
         """
         return self._level
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        self._level = self._row.plan.given.replace(level=level).level
         row = self._row
-        row.state["plan"]["beta"] = row.plan.strength(self._level)
+        chosen = row.plan.given.replace(level=level).level
+        row.state["plan"]["beta"] = row.plan.strength(chosen)
+        self._level = chosen
         row.is_level_new = True
         self._fast_shape = None
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
 
-        The level and thresholds act at once. What changes the curve or the summaries (window, smoothing,
-        similarity, features and the like), or the tempo, which is known only to those who followed it from the start,
-        ends the take, and the next push starts a new one.
+        A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity,
+        features and the like, or a named level that brings others), or the tempo, which is known only to those who
+        followed it from the start, ends the take, and the next push starts a new one.
 
         Args:
             **changes: Fields of `Settings`.
@@ -201,7 +203,8 @@ class Segmenter:
         """Return the plan and the level that `change` would bring, and change nothing."""
         before = self._row.plan
         level = before.given.replace(level=changes.pop("level", self._level)).level
-        return Plan(self.skeleton, before.given.replace(**changes), before.fps, before.shape.ring), level
+        given = before.given.replace(**changes).at_level(level)
+        return Plan(self.skeleton, given, before.fps, before.shape.ring), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `planned` returned, and return the events of the take that this ends."""

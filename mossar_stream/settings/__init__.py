@@ -192,14 +192,30 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if self.similarity == "path_kernel" and values["location"] == "free":
             values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
         window = self.window if self.window is not None else values["window"]
-        if "range_floor" not in values:
-            values["range_floor"] = RANGE_FLOOR_SPEED * float(str(window))
+        # The floor is a speed: it follows the window.
+        share = float(str(window)) / float(str(values["window"]))
+        usual = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * float(str(values["window"])))))
+        values["range_floor"] = usual * share
         return values
 
+    def at_level(self, level: LevelName | float) -> "Settings":
+        """Return these settings with the bundle that a named level brings; a number leaves the bundle."""
+        other = self.replace(level=level)
+        return other if isinstance(level, str) and other.bundle != self.bundle else self
+
     def strength(self, level: LevelName | float) -> float:
-        """Return the strength that a level stands for within the bundle of these settings."""
+        """Return the strength that a level stands for within the bundle of these settings.
+
+        Raises:
+            SettingsError: If it is a name that has another bundle, which a strength cannot bring.
+        """
         if not isinstance(level, str):
             return float(level)
+        if self.at_level(level) is not self:
+            raise SettingsError(
+                f"level {level} works with other settings than those in force: segment again with Settings(level={level!r}), or "
+                f"Segmenter.change(level={level!r}), which starts a new take; a number moves the level at once, 0 keeps all"
+            )
         similarity = self.similarity or str(BUNDLES[self.bundle]["similarity"])
         measure = self.kernel_form if similarity == "path_kernel" else similarity
         return STRENGTHS[measure, self.bundle][level]
@@ -349,7 +365,7 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         return (
             f"setting level is {values.get('level')!r}; it must be {', '.join(LEVEL_NAMES)} or a number >= 0"
         )
-    choices = get_args(Settings.__annotations__.get(field))
+    choices = [choice for choice in SETTING_CHOICES.get(field, ()) if choice]
     legal = (
         f"; it must be one of {', '.join(map(str, choices))}"
         if choices and isinstance(choices[0], str)

@@ -12,7 +12,7 @@ from mossar_stream import FrameError, Segmenter, Settings, Skeleton, segment_rec
 from mossar_stream.algorithm.reference import generate_key_frames, remerge
 from mossar_stream.settings import Features
 
-LEVELS = ("posture", "motion", "cluster", 0.0, 0.05, 0.3, 2.0, 1e8)
+LEVELS = ("motion", 0.0, 0.05, 0.3, 1.0, 1.25, 2.0, 1e8)
 
 
 def equation_1(positions, root, count):

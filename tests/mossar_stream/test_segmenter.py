@@ -290,7 +290,12 @@ def test_frames_of_nothing_but_nan_are_a_take_at_rest(core):
 def test_a_reset_ends_the_take_and_forgets_the_range(core):
     fast, slow = np.array([0.0] + [16.0] * 9), np.array([0.0] + [0.5] * 9)
     settings = Settings(
-        window=1 / core.FPS, sig_threshold=0.1, range_floor=0.0, max_speed=1e4, noise_margin=0.0
+        window=1 / core.FPS,
+        sig_threshold=0.1,
+        range_floor=0.0,
+        max_speed=1e4,
+        noise_margin=0.0,
+        similarity="likelihood",
     )
     segmenter = Segmenter(core.PAIR, settings, fps=core.FPS)
     first = segmenter.push(core.hand_steps(fast))
@@ -306,11 +311,11 @@ def test_a_change_of_the_level_alone_goes_on_and_one_of_the_window_starts_a_new_
     positions, times = core.moving_people(7, losses=False)
     segmenter = Segmenter(core.skeleton(4))
     segmenter.push(positions[:50], times[:50])
-    assert segmenter.change(level="cluster") == []
-    assert (segmenter.level, segmenter.take) == ("cluster", 0)
+    assert segmenter.change(level=0.7) == []
+    assert (segmenter.level, segmenter.take) == (0.7, 0)
     events = segmenter.change(window=0.5)
     assert events[-1].event == "ended"
-    assert (segmenter.settings.window, segmenter.level, segmenter.take) == (0.5, "cluster", 1)
+    assert (segmenter.settings.window, segmenter.level, segmenter.take) == (0.5, 0.7, 1)
     assert segmenter.push(positions[50:], times[50:])[0].event == "started"
     assert segmenter.stats["frames"] == len(times)
     with pytest.raises(SettingsError):

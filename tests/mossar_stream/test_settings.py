@@ -40,7 +40,10 @@ def test_every_number_has_limits_and_the_message_names_them(name):
         ({"speed": 1}, "no setting called 'speed'; there are window, smoothing"),
         ({"windwo": 1}, "no setting called 'windwo'"),
         ({"range": "widest"}, "setting range is 'widest'; it must be one of running, file, fixed, decay"),
-        ({"similarity": "magic"}, "setting similarity is 'magic'; it must be one of likelihood, path_kernel"),
+        (
+            {"similarity": "magic"},
+            "setting similarity is 'magic'; it must be one of evidence, likelihood, path_kernel",
+        ),
         ({"level": "loud"}, "setting level is 'loud'; it must be posture, motion, cluster"),
         ({"level": -1}, "level is -1"),
         ({"level": "nan"}, "level is nan"),
@@ -153,7 +156,9 @@ def test_levels_are_strengths_that_rise():
         assert values["posture"] == 0.0
         assert 0 < values["motion"] < values["cluster"]
     assert Settings().strength(0.123) == 0.123
-    assert Settings(level="cluster").strength("motion") == STRENGTHS["likelihood", "cluster"]["motion"]
+    assert Settings(level="cluster").strength("cluster") == STRENGTHS["likelihood", "cluster"]["cluster"]
+    with pytest.raises(SettingsError, match="level motion works with other settings than those in force"):
+        Settings(level="cluster").strength("motion")
 
 
 def test_replace_validates_and_leaves_the_original_alone():

@@ -138,7 +138,7 @@ def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_p
     press(window, "Save settings")
     until(window, lambda: "saved" in window.text_content("#mossar-note"))
     saved = tomllib.loads((tmp_path / "mossar-1.toml").read_text())
-    assert Settings.build(overrides={**saved["settings"], "level": saved["level"]}).window == 0.2
+    assert Settings.build(overrides={**saved["settings"], "level": saved["level"]}).window == 0.1
 
     assert len(window.screenshot(path=tmp_path / "page.png")) > 20_000
     press(window, "Pause")

@@ -113,7 +113,7 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
     show.set_level("cluster")
     few = show.standing
     show.set_level("posture")
-    assert few < show.standing == total
+    assert few < show.standing == show.total
     show.change({"sig_threshold": 0.2})
     assert show.total != total
     (glimpse,) = show.glimpses()

@@ -30,8 +30,8 @@ def options(tmp_path):
 
 
 def test_defaults_go_behind_the_preset(options):
-    assert options("demo:").settings().window is None
-    assert options("demo:", "--preset", "game").settings().window == 0.15
+    assert options("demo:").settings().remerge_seconds is None
+    assert options("demo:", "--preset", "game").settings().remerge_seconds == 1.0
 
 
 def test_the_preset_goes_behind_the_configuration(options):

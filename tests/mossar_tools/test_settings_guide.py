@@ -32,9 +32,12 @@ def test_where_a_value_comes_from_is_said(mossar):
         "settings", "--preset", "game", "--level", "cluster", "--set", "sig_threshold=0.03", "--csv"
     )[1]
     rows = {row["name"]: row for row in csv.DictReader(out.splitlines())}
-    origins = {name: rows[name]["from"] for name in ("window", "refine", "sig_threshold", "level", "max_gap")}
+    origins = {
+        name: rows[name]["from"]
+        for name in ("remerge_seconds", "refine", "sig_threshold", "level", "max_gap")
+    }
     assert origins == {
-        "window": "preset game",
+        "remerge_seconds": "preset game",
         "refine": "level cluster",
         "sig_threshold": "you",
         "level": "you",

@@ -13,8 +13,8 @@ def test_nothing_asked_for_lets_everything_through():
     ("word", "allowed"),
     [
         ("stream", {("stream", "")}),
-        ("confirmed", {("key_frame", "confirmed")}),
-        ("final", {("key_frame", "final"), ("segment", "final")}),
+        ("confirmed", {("key_frame", "confirmed"), ("move", "confirmed")}),
+        ("final", {("key_frame", "final"), ("segment", "final"), ("move", "final")}),
         ("segment.final", {("segment", "final")}),
     ],
 )
@@ -24,5 +24,5 @@ def test_a_word_names_a_type_or_a_status_or_both(word, allowed):
 
 @pytest.mark.parametrize("word", ["keyframe", "key_frame.closed", "stream.started"])
 def test_an_unknown_word_is_refused_with_the_known_ones(word):
-    with pytest.raises(SettingsError, match="key_frame, segment, stream, stats"):
+    with pytest.raises(SettingsError, match="key_frame, segment, move, repetition, stream, stats"):
         Emission((word,))

@@ -25,7 +25,7 @@ def test_ours_one_by_one_is_ours_in_chunks(takes):
     own = run_take(MossarDetector(takes[0]), PositionFeed(), takes[0])
     assert own.found.times == stream(takes[0], Settings(), "final").times
     assert len(own.waits) == len(takes[0].times)
-    assert one_by_one(takes).scores.f1 == in_chunks(takes).scores.f1 > 0.5
+    assert one_by_one(takes).scores.f1 == in_chunks(takes).scores.f1 > 0.4
 
 
 class Alternating:
@@ -59,7 +59,7 @@ def test_the_curve_that_peers_are_fed_is_that_of_equation_1(takes):
     feed = feed_of("curve", takes[0])
     plain = [float(feed.sample(*frame)[0]) for frame in zip(takes[0].positions, takes[0].times, strict=True)]
     times, curve = velocity(takes[0], Settings(noise_margin=0.0))
-    window = Settings(level=takes[0].level).resolved().window
+    window = Settings(level=takes[0].level, similarity="likelihood").resolved().window
     assert len(times) == len(plain)
     assert plain == pytest.approx(curve / window / len(takes[0].skeleton), abs=1e-3)
 

@@ -33,6 +33,7 @@ def set_limits() -> None:
     limit = _status("VmSize") + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
     warnings.simplefilter("error")
+    warnings.filterwarnings("ignore", message="performer .* m tall")  # what random numbers are
 
 
 def memory() -> int:

@@ -23,12 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     del console
+    from mossar_adapters.extras import needed
     from mossar_adapters.flink.engine import JobFailedError, latest_checkpoint, run
     from mossar_adapters.flink.job import read_job
 
     job = read_job(Path(options.file))
     if job.checkpoints.resume and (latest := latest_checkpoint(job.checkpoints.folder)) is not None:
         LOGGER.info("going on from the checkpoint in %s", latest)
+    needed("pyflink", "flink", "mossar flink")
     LOGGER.info("starting Flink, which takes a minute or more; then it runs until its source ends, or Ctrl-C")
     try:
         run(job)

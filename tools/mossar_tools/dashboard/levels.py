@@ -4,8 +4,6 @@ A named level is what `--level` gives: a strength and the bundle of features tha
 strength within the bundle that is in force; it never borrows a name from another one.
 """
 
-import msgspec
-
 from mossar_stream import LEVEL_NAMES, LevelName, Settings
 
 
@@ -13,16 +11,10 @@ def needs_other_bundle(settings: Settings, level: LevelName | float) -> bool:
     """Tell whether a level is of other features than those of the settings.
 
     Example:
-        >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), "posture")
+        >>> needs_other_bundle(Settings(), "cluster"), needs_other_bundle(Settings(), 0.5)
         (True, False)
     """
-    return isinstance(level, str) and settings.replace(level=level).bundle != settings.bundle
-
-
-def bundle_changes(settings: Settings) -> dict[str, object]:
-    """Return the fields that the bundle of the settings fills in, with their values."""
-    values = msgspec.structs.asdict(settings.resolved())
-    return {name: values[name] for name in settings.bundle_values()}
+    return settings.at_level(level) is not settings
 
 
 def strength_of(settings: Settings, level: LevelName | float) -> float:
@@ -32,7 +24,8 @@ def strength_of(settings: Settings, level: LevelName | float) -> float:
 
 def highest_strength(settings: Settings) -> float:
     """Return how far a slider of strengths goes."""
-    return 2.0 * max(0.5, *(strength_of(settings, name) for name in LEVEL_NAMES))  # type: ignore[arg-type]
+    names = [name for name in LEVEL_NAMES if not needs_other_bundle(settings, name)]  # type: ignore[arg-type]
+    return 2.0 * max([0.5, *(settings.strength(name) for name in names)])  # type: ignore[arg-type]
 
 
 def level_words(settings: Settings, level: LevelName | float, strength: float, count: int | None) -> str:

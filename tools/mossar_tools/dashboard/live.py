@@ -12,7 +12,7 @@ from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, KeyFrameEvent, LevelName, MossarError, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
-from mossar_tools.dashboard.levels import bundle_changes, needs_other_bundle, strength_of
+from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
 
@@ -56,7 +56,6 @@ class LiveShow:
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
-        self._first_bundle = settings.bundle
         self._asked: list[_Act] = []  # before there was a pipeline
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
@@ -170,12 +169,9 @@ class LiveShow:
             self.settings = self.settings.replace(level=level)
         self.level = level
         if other:
-            # The segmenters keep the bundle that they began with, so the other one's values are set one by one.
-            changes = {**bundle_changes(self.settings), "level": self.strength}
-            self._ask(lambda pool: self._begin_anew(pool, changes))
+            self._ask(lambda pool: self._begin_anew(pool, {"level": level}))
         else:
-            own = self.settings.bundle == self._first_bundle
-            self._ask(lambda pool: pool.set({"level": level if own else self.strength_of(level)}))
+            self._ask(lambda pool: pool.set({"level": level}))
 
     def _begin_anew(self, pool: "Pool", changes: dict[str, object]) -> list[Event]:
         """Change what strengths are of; key frames so far stay as they were."""

@@ -25,7 +25,10 @@ def velocity_based(settings: Settings) -> Method:
 
 def velocity(take: Take, settings: Settings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return times (s) and the velocity of equation 1, smoothed as the settings say, m, frame by frame."""
-    chosen = settings.replace(level=take.level, range="running")
+    # Evidence measures the speed in another way.
+    chosen = settings.replace(
+        level=take.level, range="running", similarity=settings.similarity or "likelihood"
+    )
     result = segment_recording(take.positions, take.fps, take.skeleton, chosen, times=take.times, curves=True)
     times = np.array([state.time for state in result.curves])
     return times, np.array([state.value * state.scale for state in result.curves])

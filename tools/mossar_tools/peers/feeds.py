@@ -33,7 +33,7 @@ class CurveFeed:
     """
 
     def __init__(self, take: Take) -> None:
-        self._window = Settings(level=take.level).resolved().window or 1.0
+        self._window = Settings(level=take.level, similarity="likelihood").resolved().window or 1.0
         self._poses = PoseFeed(take)
         self._before: NDArray[np.float32] | None = None
         self._steps: deque[tuple[float, float]] = deque()
