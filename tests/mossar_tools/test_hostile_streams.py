@@ -153,6 +153,7 @@ def test_rubbish_floods_and_readers_that_never_read_do_no_harm(start, ports):
                 sender.send_json({"type": "frame", "performer": name, "t": k / 60, "xyz": [[0, 1, None]] * 3})
             if k % 50 == 0:
                 time.sleep(0.01)
+        time.sleep(2.5)  # newcomers are refused until somebody has been idle for 2 s
         for k in range(120):
             xyz = [[0, 1, 0], [np.sin(k / 5), 1, 0]]
             sender.send_json({"type": "frame", "performer": "ann", "t": 1000 * turn + k / 60, "xyz": xyz})
