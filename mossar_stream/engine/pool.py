@@ -157,9 +157,10 @@ class Pools:
 
     def allocate(self, name: str) -> Row:
         """Return a free row, prepared, for a performer of this name."""
-        if not self._pools or self._pools[-1].is_full:
-            self._pools = [pool for pool in self._pools if not pool.is_full]
-            if not self._pools:
-                rows = max(1, min(ROWS, MOST_BYTES // self._plan.row_bytes))
-                self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
+        self._pools = [pool for pool in self._pools if pool.names]  # nobody is left in the others
+        for pool in self._pools:
+            if not pool.is_full:
+                return pool.allocate(name)
+        rows = max(1, min(ROWS, MOST_BYTES // self._plan.row_bytes))
+        self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
         return self._pools[-1].allocate(name)
