@@ -144,7 +144,7 @@ def test_rubbish_floods_and_readers_that_never_read_do_no_harm(start, ports):
     sender.setsockopt(zmq.LINGER, 0)
     sender.connect(f"tcp://127.0.0.1:{zmq_in}")
     sizes = []
-    for turn in range(4):
+    for turn in range(6):
         for k, data in enumerate(rubbish()):
             wire.sendto(data[:65_500], ("127.0.0.1", osc_in))
             sender.send_multipart([b"x", data])
@@ -162,9 +162,9 @@ def test_rubbish_floods_and_readers_that_never_read_do_no_harm(start, ports):
     for opened in (lazy, page, wire, sender):
         opened.close()
     said = ended(running)
-    assert stats["frames"] == 480, stats
+    assert stats["frames"] == 720, stats
     assert stats["malformed"] > 1000
-    assert sizes[-1] - sizes[1] < 30, f"MiB grow: {sizes}; {said}"
+    assert sizes[-1] - sizes[3] < 60, f"MiB grow: {sizes}; {said}"
 
 
 def resident(pid):
