@@ -46,7 +46,7 @@ def save(path, count, joints, positions=None):
         (["run", "demo:", "--set", "foo=1"], "no setting called 'foo'; there are window"),
         (["run", "demo:", "--set", "window"], "'window' is not of the form name=value"),
         (["run", "demo:", "--set", "window=99"], "setting window is 99.0; it must lie between 0.01 and 10"),
-        (["run", "demo:", "--set", "similarity=x"], "it must be one of likelihood, path_kernel"),
+        (["run", "demo:", "--set", "similarity=x"], "it must be one of evidence, likelihood, path_kernel"),
         (["run", "demo:", "--level", "strong"], "it must be posture, motion, cluster or a number"),
         (["run", "demo:", "--level", "nan"], "setting level is nan"),
         (["run", "demo:", "--set", "range=file"], "use mossar segment"),

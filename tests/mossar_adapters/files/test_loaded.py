@@ -73,7 +73,7 @@ def test_results_are_drawn(path):
     assert result.plot(axes=axes) is axes
     assert len(axes.patches) == len(result.key_frames) + 1
     assert len(axes.lines) == len(result.key_frames) + 2
-    assert result.plot("cluster", axes=figures.Figure().add_subplot()).get_xlabel() == "s"
+    assert result.plot(0.5, axes=figures.Figure().add_subplot()).get_xlabel() == "s"
 
 
 def test_dir_shows_the_public_face_only():

@@ -138,7 +138,7 @@ def witnessed(core, seed, life, levels=(), frames=300):
     st.integers(0, 10**6),
     LIVES,
     st.lists(
-        st.tuples(st.integers(0, 299), st.sampled_from([0.0, 0.03, 0.1, "cluster", "posture", 1e8])),
+        st.tuples(st.integers(0, 299), st.sampled_from([0.0, 0.03, 0.1, 1.25, 1e8])),
         max_size=6,
     ),
 )
