@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, checked, has_said_size
+from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
@@ -255,19 +255,23 @@ class Segmenter:
             and confidence is None
             and first_frame is None
             and row.is_live
+            and row.is_placed
             and positions.dtype.kind in "fiu"
+            and self.recognition is None
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
             frame = positions[None]
-            if not (positions.dtype is FLOAT32 and positions.flags.carray):
+            if row.origin is not None:
+                less(positions, row.origin, self._one_frame[0])
+                frame = self._one_frame
+            elif not (positions.dtype is FLOAT32 and positions.flags.carray):
                 frame = self._one_frame
                 frame[0] = positions
-            if self.recognition is not None:
-                return self._push_and_recognise(self.recognition, frame, self._one_time, None)
             if self._counter is None or self._counter.hold(frame[0], float(times)):
-                return engine.push_frame(row, frame, self._one_time)
-            return self._push_counted(self._counter, frame, self._one_time, None)
+                events = engine.push_frame(row, frame, self._one_time)
+                if events is not None:
+                    return events
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -305,7 +309,9 @@ class Segmenter:
         if self._counter is not None:
             return self._push_counted(self._counter, positions, times, first_frame)
         if len(times) == 1 and first_frame is None and self._row.is_live and not self._row.is_level_new:
-            return engine.push_frame(self._row, positions, times)
+            events = engine.push_frame(self._row, positions, times)
+            if events is not None:
+                return events
         return engine.push(self._row, positions, times, first_frame)
 
     def _push_counted(
@@ -325,7 +331,9 @@ class Segmenter:
             and first_frame is None
             and not row.is_level_new
         ):
-            return engine.push_frame(row, chunk, moments)
+            quick = engine.push_frame(row, chunk, moments)
+            if quick is not None:
+                return quick
         events: list[Event] = []
         while True:
             first = None if first_frame is None else first_frame + begin
