@@ -85,9 +85,7 @@ def narrowed(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> N
     return _less(positions, row.origin)
 
 
-def _narrowed_takes(
-    row: Row, positions: NDArray[Any], times: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> NDArray[np.float32]:
     """Do the same where takes may begin among the frames."""
     begins = [*_begins_of_takes(row, times)]
     pieces = []
