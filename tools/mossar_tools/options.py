@@ -64,6 +64,7 @@ class Options(msgspec.Struct, frozen=True):
     json: str | None = None
     csv: str | None = None
     export: tuple[str, ...] = ()
+    cut: str | None = None
     repetitions: bool = False
     plot: str | None = None
     plot_from: float | None = None

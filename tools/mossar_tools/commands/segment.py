@@ -38,6 +38,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment walk.bvh --level cluster --cut clips/
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
@@ -53,6 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         action="append",
         help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS)",
+    )
+    group.add_argument(
+        "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
     )
     add_plot(group)
     add_part(group)
@@ -73,8 +77,8 @@ def run(options: Options, console: Console) -> int:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
     if outputs.picture is not None:
         raise UsageError("--plot draws one recording; name one")
-    if outputs.exports:
-        raise UsageError("--export is of one recording; name one")
+    if outputs.exports or outputs.clips is not None:
+        raise UsageError("--export and --cut are of one recording; name one")
     return _several(files, options, outputs, console)
 
 
@@ -121,6 +125,13 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
             console.line(line)
     if outputs.exports:
         _export(outputs, loaded, result, chosen, console)
+    if outputs.clips is not None:
+        from mossar_adapters.files.clips import write_clips
+
+        count = write_clips(
+            outputs.clips, loaded, chosen.segments, rows_of(loaded, chosen), options.reading()
+        )
+        console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
         from mossar_tools.plot import draw
 
