@@ -289,6 +289,12 @@ def _lsl_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - 
     return LslSink(address)
 
 
+def _midi_sink(address: Address, wanted: OpenOptions) -> Sink:
+    from mossar_adapters.midi.sink import MidiSink
+
+    return MidiSink(address, force=wanted.force)
+
+
 def _oak(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.oak.source import OakSource
 
@@ -326,6 +332,14 @@ SCHEMES: tuple[Scheme, ...] = (
         _lsl_sink,
         extra="lsl",
         library="pylsl",
+    ),
+    Scheme(
+        ("midi",),
+        "midi:, midi:?port=NAME, midi:PATH",
+        "MIDI notes and clock",
+        sink=_midi_sink,
+        extra="midi",
+        library="mido",
     ),
     Scheme(("oak",), "oak:?device=ID", "Luxonis OAK cameras", _oak, extra="oak", library="depthai"),
 )

@@ -72,13 +72,19 @@ def _converted(motion: JointMotion) -> BvhText:
     roots = [joint for joint, parent in enumerate(motion.parents) if parent < 0]
     order = [joint for root in roots for joint in _with_those_below(root, children)]
     order = [joint for joint in order if children[joint] or joint in roots]  # ends have no channels
-    head = ["HIERARCHY", *(line for root in roots for line in _joint_lines(motion, root, children, 0)), "MOTION"]
+    head = [
+        "HIERARCHY",
+        *(line for root in roots for line in _joint_lines(motion, root, children, 0)),
+        "MOTION",
+    ]
 
     def lines() -> Iterator[str]:
         for chunk in motion.chunks():
             angles = np.degrees(zyx_angles(chunk.rotations))
             for turns, places in zip(angles, _CM * chunk.translations, strict=True):
-                numbers = [value for j in order for value in ((*places[j], *turns[j]) if j in roots else turns[j])]
+                numbers = [
+                    value for j in order for value in ((*places[j], *turns[j]) if j in roots else turns[j])
+                ]
                 yield " ".join(f"{value:.9g}" for value in numbers)
 
     return BvhText(tuple(head), f"{1 / motion.fps:.9g}", lines)
