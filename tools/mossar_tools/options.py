@@ -81,6 +81,7 @@ class Options(msgspec.Struct, frozen=True):
     leave_out: bool = False
     per_minute: float | None = None
     labels: str | None = None
+    tier: str | None = None
     save: str | None = None
     only: tuple[str, ...] = ()
     peers: bool = False

@@ -24,7 +24,8 @@ A labelled folder has beside each recording, say walk.bvh, a file walk.json:
    "cuts": [[500, 550, 600], 1150, 1980]}
 Cuts are frames from 0, as [earliest, middle, latest] or one number; level is posture, motion or cluster.
 Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
-of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
+of an .amc. Or there is beside it what a person annotated or corrected: walk.eaf, walk.TextGrid, walk.txt
+(Audacity) or walk.json (Label Studio). With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
