@@ -241,7 +241,7 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        if self._moves is not None or any(own.settings.repetitions for own in segmenters):
+        if self._moves is not None or any(own.row.plan.given.repetitions for own in segmenters):
             pushed = zip(segmenters, frames, moments, strict=True)
             return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
         return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
