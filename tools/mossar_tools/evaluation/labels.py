@@ -6,8 +6,10 @@ A labelled folder holds, beside each recording or anywhere in it, one JSON objec
      "cuts": [[500, 550, 600], 1150, [1930, 1980, 2030]]}
 
 A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list
-of frames for each person who set cuts. With `"cuts_in": "seconds"` both are seconds since the first frame. `skeleton`
-names the .asf of an .amc. Other keys are for people to read.
+of frames for each person who set cuts, or `annotations`, a file of an annotation program, and which `tier` of it.
+With `"cuts_in": "seconds"` cuts are seconds since the first frame. `skeleton` names the .asf of an .amc. Other keys are
+for people to read. A recording without labels that has an annotation file of its name beside it, say walk.eaf, is
+taken with it.
 """
 
 from pathlib import Path
@@ -17,6 +19,7 @@ import msgspec
 
 from mossar_stream import LevelName, MossarError
 from mossar_tools.console import LOGGER
+from mossar_tools.evaluation.annotated import annotated_recordings
 from mossar_tools.evaluation.judges import BANDWIDTH, DENSITY_FLOOR
 
 MAX_BYTES = 4 << 20  # larger files are recordings in JSON
@@ -36,6 +39,8 @@ class Labels(msgspec.Struct, frozen=True):
         recording: Path from the label file's folder.
         cuts: Frames, or s.
         judges: The same for each judge.
+        annotations: Path of an annotation file from the label file's folder; see `annotated_cuts`.
+        tier: Of that file.
         cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
         fps: Rate, Hz; None takes the recording's.
         tolerance_s: How far from a cut a key frame still hits it, s.
@@ -49,6 +54,8 @@ class Labels(msgspec.Struct, frozen=True):
     recording: str
     cuts: list[Moment | tuple[Moment, Moment, Moment]] | None = None
     judges: list[list[Moment]] | None = None
+    annotations: str | None = None
+    tier: str | None = None
     cuts_in: Literal["frames", "seconds"] | None = None
     fps: float | None = None
     tolerance_s: float = 0.25
@@ -75,10 +82,13 @@ def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     if len(paths) > MAX_FILES:
         raise LabelError(f"{folder}: more than {MAX_FILES} JSON files; give a smaller folder")
     found = [(path, labels) for path in paths if (labels := read_labels(path)) is not None]
+    described = {path.parent / labels.recording for path, labels in found}
+    for path, recording in annotated_recordings(folder, described):
+        found.append((path, Labels(recording.name, annotations=path.name)))
     if not found:
         raise LabelError(
             f"{folder}: no label file; put NAME.json beside each recording, with at least "
-            '{"recording": "NAME.bvh", "fps": 120, "cuts": [[500, 550, 600], ...]}'
+            '{"recording": "NAME.bvh", "fps": 120, "cuts": [[500, 550, 600], ...]}, or NAME.eaf'
         )
     return found
 
@@ -102,8 +112,10 @@ def read_labels(path: Path) -> Labels | None:
         return None
     if not isinstance(content, dict) or "recording" not in content:
         return None
-    if content.get("cuts") is None and content.get("judges") is None:
-        LOGGER.warning("%s is passed over: it names a recording, but has neither cuts nor judges", path)
+    if all(content.get(key) is None for key in ("cuts", "judges", "annotations")):
+        LOGGER.warning(
+            "%s is passed over: it names a recording, but has neither cuts nor judges nor annotations", path
+        )
         return None
     try:
         labels = msgspec.convert(content, Labels)
@@ -115,8 +127,8 @@ def read_labels(path: Path) -> Labels | None:
 
 def _check(path: Path, labels: Labels) -> None:
     """Refuse what the types allow but nobody can mean."""
-    if (labels.cuts is None) == (labels.judges is None):
-        raise LabelError(f"{path}: needs either cuts or judges")
+    if [labels.cuts, labels.judges, labels.annotations].count(None) != 2:
+        raise LabelError(f"{path}: needs either cuts or judges or annotations")
     if labels.fps is not None and not 0 < labels.fps <= 1e5:
         raise LabelError(f"{path}: fps must be a rate in Hz, not {labels.fps:g}")
     if not 0 <= labels.tolerance_s <= 60:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_stream import Frames, LevelName, Skeleton
+from mossar_tools.evaluation.annotated import annotated_cuts
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
 from mossar_tools.evaluation.matching import Cut
@@ -68,7 +69,7 @@ def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> l
 
 def _load(path: Path, labels: Labels, name: str) -> Take:
     """Return the take that a label file describes."""
-    for part in filter(None, (labels.recording, labels.skeleton)):
+    for part in filter(None, (labels.recording, labels.skeleton, labels.annotations)):
         if not (path.parent / part).exists():
             raise LabelError(f"{path}: it names {part}, which is not in {path.parent}")
     skeleton = str(path.parent / labels.skeleton) if labels.skeleton else None
@@ -127,6 +128,10 @@ def cuts_of(path: Path, times: NDArray[np.float64]) -> tuple[list[Cut], float]:
 
 def _cuts(path: Path, labels: Labels, times: NDArray[np.float64]) -> list[Cut]:
     """Return the cuts in seconds on the recording's clock."""
+    if labels.annotations is not None:
+        return annotated_cuts(
+            path.parent / labels.annotations, labels.tier, labels.level, times, labels.tolerance_s
+        )
     bounds = [cut if isinstance(cut, tuple) else (cut, cut, cut) for cut in labels.cuts or ()]
     if labels.cuts_in is None:
         _check_frames(path, [moment for part in labels.judges or bounds for moment in part], times)
