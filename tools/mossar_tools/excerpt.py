@@ -27,6 +27,7 @@ class Excerpt(msgspec.Struct, frozen=True):
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
         level_name: What to call it.
+        about: What the title says of it; None counts frames and key frames.
     """
 
     start: float
@@ -41,6 +42,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     whole: tuple[float, float]
     level: float
     level_name: str
+    about: str | None = None
 
 
 def excerpt(
