@@ -61,7 +61,10 @@ WINDOW = np.dtype(
         ("has_before", "i8"),  # whether there is a segment before the window
         ("before", "i8"),  # slot of it
         ("due_time", "f8"),  # s, when the oldest key frame must be decided; inf if there is none
-        ("pace", "f8"),  # costs are divided by this: tempo, and share of the joints that count, at the last ranking
+        (
+            "pace",
+            "f8",
+        ),  # costs are divided by this: tempo, and share of the joints that count, at the last ranking
     ],
 )
 KEY = np.dtype(

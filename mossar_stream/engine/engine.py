@@ -76,9 +76,7 @@ def _push(
     return events
 
 
-def push_frame(
-    row: Row, position: NDArray[np.float32], time: NDArray[np.float64]
-) -> list[Event] | None:
+def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event] | None:
     """Take one frame of a take that goes on in: `push`, without what would cost more than the frame itself.
 
     Returns:

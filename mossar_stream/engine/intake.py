@@ -85,9 +85,7 @@ def narrowed(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> N
     return _less(positions, row.origin)
 
 
-def _narrowed_takes(
-    row: Row, positions: NDArray[Any], times: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> NDArray[np.float32]:
     """Do the same where takes may begin among the frames."""
     begins = [*_begins_of_takes(row, times)]
     pieces = []
@@ -136,7 +134,8 @@ def less(
     positions: NDArray[Any], origin: NDArray[np.float64], result: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return positions less the origin, taken off in double precision."""
-    return np.subtract(positions, origin, out=result, casting="same_kind")
+    np.subtract(positions, origin, out=result, casting="same_kind")
+    return result
 
 
 def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> None:

@@ -99,7 +99,7 @@ class Row:
         self.is_placed = bool(joints["placed"])
         self.origin = origin if origin.any() else None
 
-    def settle(self, origin: NDArray[np.float64], found: bool) -> None:  # noqa: FBT001 - of `place_of`
+    def settle(self, origin: NDArray[np.float64], found: bool) -> None:
         """Take off this much from positions until the take ends; look for it again if nobody was found."""
         joints = self.state["joints"]
         joints["origin_x"], joints["origin_y"], joints["origin_z"] = origin
