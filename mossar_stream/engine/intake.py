@@ -89,10 +89,12 @@ def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64
     """Do the same where takes may begin among the frames."""
     begins = [*_begins_of_takes(row, times)]
     pieces = []
+    goes_on = row.is_live and row.is_placed
     for begin, end in zip([0, *begins], [*begins, len(times)], strict=True):
-        if begin or not (row.is_live and row.is_placed):
+        if begin < end and not goes_on:
             row.settle(*place_of(positions[begin:end], row.plan.center))
         pieces.append(_less(positions[begin:end], row.origin))
+        goes_on = False
     return np.concatenate(pieces)
 
 
