@@ -29,6 +29,8 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.limbs.groups import groups_of, leading_limb, limbs_by_joint, positions_of
+from mossar_stream.limbs.limbs import settings_of_limbs
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
@@ -57,7 +59,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
     strength: float
 
 
-class Segment(msgspec.Struct, frozen=True):
+class Segment(msgspec.Struct, frozen=True, omit_defaults=True):
     """A segment of a recording; the fields are those of `SegmentEvent`."""
 
     start_frame: int
@@ -67,6 +69,7 @@ class Segment(msgspec.Struct, frozen=True):
     state: SegmentState
     active_joints: tuple[str, ...]
     similarity: float | None
+    limb: str | None = None
 
 
 class Segmentation(msgspec.Struct, frozen=True):
@@ -99,13 +102,18 @@ class Result:
         curves: The velocity curve, frame by frame, if it was asked for.
         moves: The moves that were recognised, if there were any to recognise.
         repetitions: Repetitions of movements, with the setting `repetitions`.
+        limbs: What was found in each limb, with the setting `limbs`.
     """
 
-    def __init__(self, row: Row, curves: list[CurveState], moves: list[MoveEvent]) -> None:
+    def __init__(
+        self, row: Row, curves: list[CurveState], moves: list[MoveEvent], limbs: "dict[str, Result]"
+    ) -> None:
         self.settings = row.plan.given
         self.curves = curves
         self.moves = moves
         self.repetitions: list[RepetitionEvent] = []
+        self.limbs = limbs
+        self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
@@ -178,19 +186,19 @@ class Result:
             for e in events
             if isinstance(e, KeyFrameEvent) and e.status == "final"
         ]
-        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+        return Segmentation(kept, [self._segment(e) for e in events if isinstance(e, SegmentEvent)])
 
-
-def _segment(event: SegmentEvent) -> Segment:
-    return Segment(
-        event.start_frame,
-        event.end_frame,
-        event.start_time,
-        event.end_time,
-        event.state,
-        event.active_joints,
-        event.similarity,
-    )
+    def _segment(self, event: SegmentEvent) -> Segment:
+        return Segment(
+            event.start_frame,
+            event.end_frame,
+            event.start_time,
+            event.end_time,
+            event.state,
+            event.active_joints,
+            event.similarity,
+            leading_limb(event.active_joints, self._by_joint) if self._by_joint else None,
+        )
 
 
 def segment_recording(
@@ -221,7 +229,7 @@ def segment_recording(
         The key frames and their hierarchy.
 
     Raises:
-        FrameError: If the shapes do not fit, or joints are missing that the moves need.
+        FrameError: If the shapes do not fit, or joints are missing that the moves or the limbs need.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -252,7 +260,15 @@ def segment_recording(
     row = _new_row(skeleton, chosen, fps, moments)
     states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
-    result = Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
+    found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
+    own = settings_of_limbs(settings or Settings())
+    limbs = {
+        limb.name: segment_recording(
+            positions_of(limb, frames), fps, limb.skeleton, own, times=moments, curves=curves
+        )
+        for limb in groups_of(skeleton, chosen.limbs)
+    }
+    result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result
