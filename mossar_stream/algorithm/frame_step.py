@@ -293,7 +293,7 @@ def _describe(state, a, dt, first):
     if plan.evidence == 1:
         _follow_evidence(state, a, squares, dt, first)
     if plan.flat == 1 or first:
-        flatten(body, a.segment.pose, plan.joints)
+        flatten(body, a.segment.pose)
     if plan.tempo == 1:
         if first:
             start_tempo(state.tempo, plan.joints, state.joints.moving, body)

@@ -337,7 +337,7 @@ def _close_take(w, segment, curve):
         _withdraw_newest(w, segment)
     settled = w.summaries[segment.state.settled]
     if w.plan.post_roll > 0.0:
-        flatten(segment.body, segment.pose, w.plan.joints)
+        flatten(segment.body, segment.pose)
         for j in range(w.plan.padded_joints):
             segment.pose[3, j] = REST
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)
