@@ -121,7 +121,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
-    outputs.write_csv(rows_of(loaded, chosen), console)
+    outputs.write_csv(rows_of(options, loaded, result, chosen), console)
     if not outputs.silent:
         from mossar_tools.tables import segmentation_table
 
