@@ -18,6 +18,7 @@ from typing import Literal
 import msgspec
 
 SCHEMA_VERSION = 1
+BODY = "body"  # the channel of the whole body; others are limbs
 
 KeyFrameStatus = Literal["candidate", "withdrawn", "confirmed", "merged", "restored", "final"]
 KeyFrameKind = Literal["onset", "offset", "minimum"]
@@ -42,11 +43,28 @@ MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
 SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
 
 
-class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_frame", kw_only=True, gc=False):
+def _version() -> int:
+    return SCHEMA_VERSION
+
+
+# A default of its own is left out on the wire (`omit_defaults`): of these two, all but what a factory makes.
+_ALWAYS_SENT: int = msgspec.field(default_factory=_version)
+
+
+class KeyFrameEvent(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="key_frame",
+    kw_only=True,
+    gc=False,
+    omit_defaults=True,
+):
     """News about one key frame.
 
     Args:
-        id: `performer/take/frame` with Algorithm 2's frame; stays the same over all messages.
+        id: `performer/take/frame` with Algorithm 2's frame, of a limb `performer/channel/take/frame`; stays the same
+            over all messages.
         rev: Counts the messages about this id from 1.
         frame: Frame number; a `final` message may carry another one than the id (setting `refine`).
         time: Time of that frame, s on the source's clock.
@@ -54,9 +72,10 @@ class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_fram
         decided_time: Its time, s.
         velocity: Velocity at the key frame, as a share of the range at that moment.
         strength: Strength at which it falls (Algorithm 3); None until first computed.
+        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
     """
 
-    v: int = SCHEMA_VERSION
+    v: int = _ALWAYS_SENT
     performer: str
     id: str
     rev: int
@@ -70,21 +89,32 @@ class KeyFrameEvent(msgspec.Struct, frozen=True, tag_field="type", tag="key_fram
     decided_time: float
     velocity: float
     strength: float | None
+    channel: str = BODY
 
 
-class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment", kw_only=True, gc=False):
+class SegmentEvent(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="segment",
+    kw_only=True,
+    gc=False,
+    omit_defaults=True,
+):
     """News about one segment between two kept key frames, or between one and an end of the take.
 
     Args:
-        id: `performer/take/start-end` in Algorithm 2's frames.
+        id: `performer/take/start-end` in Algorithm 2's frames, of a limb `performer/channel/take/start-end`.
         rev: Counts the messages about this id from 1.
         start_frame: First frame of the segment.
         end_frame: Frame of the key frame that ends it; the take's last frame for the last one.
         active_joints: At most 5 joints with the largest path lengths relative to the centre.
         similarity: To the segment before, in 0..1; None for the first of a take.
+        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
+        limb: The limb that led, of a segment of the body (setting `limbs`); not sent if that is not known.
     """
 
-    v: int = SCHEMA_VERSION
+    v: int = _ALWAYS_SENT
     performer: str
     id: str
     rev: int
@@ -97,6 +127,8 @@ class SegmentEvent(msgspec.Struct, frozen=True, tag_field="type", tag="segment",
     end_time: float
     active_joints: tuple[str, ...]
     similarity: float | None
+    channel: str = BODY
+    limb: str | None = None
 
 
 class RepetitionEvent(

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.intake import FLOAT32, given_positions, narrowed
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
+from mossar_stream.limbs.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
@@ -22,7 +24,8 @@ from mossar_stream.skeleton import Skeleton
 MOST_PERFORMERS = 1024
 MOST_MEMORY = 1 << 32  # bytes
 ANYBODY = Skeleton(("a", "b"), (-1, 0))
-MOST_KINDS = 8  # of performers that share pools: skeletons and rates
+MOST_KINDS = 8  # of performers that share examples: skeletons
+MOST_POOLS = 48  # kinds of rows that are shared: skeletons, those of limbs too, rates, and settings
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
 
@@ -67,7 +70,7 @@ class Performers:
         self._moves = moves
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
-        self._pools: dict[tuple[Skeleton, float | None], Pools] = {}
+        self._pools: dict[tuple[Skeleton, float | None, Settings], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
         self._absent: dict[str, Absent] = {}  # in the order in which they left
 
@@ -104,7 +107,8 @@ class Performers:
             The events of takes that this ends.
 
         Raises:
-            FrameError: If there is no memory for the performer, or the skeleton lacks joints that the moves need.
+            FrameError: If there is no memory for the performer, or the skeleton lacks joints that the moves or the
+                limbs need.
         """
         name = performer_name(performer)
         known = self._segmenters.get(name)
@@ -115,7 +119,12 @@ class Performers:
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        segmenter = Segmenter.of_row(self._pools_for(skeleton, fps).allocate(name), recognition)
+        rows = self._pools_for(skeleton, fps, self._settings)
+        segmenter = Segmenter.of_row(
+            rows.allocate(name),
+            recognition,
+            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate(name),
+        )
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
@@ -158,8 +167,9 @@ class Performers:
 
     def _check_memory(self, name: str, skeleton: Skeleton, fps: float | None) -> None:
         """Raise FrameError if the state of another performer would be more than there may be."""
-        own = Plan(skeleton, self._settings, fps).row_bytes
-        others = sum(s.row.plan.row_bytes for other, s in self._segmenters.items() if other != name)
+        limbs = [limb.skeleton for limb in groups_of(skeleton, self._settings.limbs)]
+        own = sum(Plan(part, self._settings, fps).row_bytes for part in (skeleton, *limbs))
+        others = sum(s.state_bytes for other, s in self._segmenters.items() if other != name)
         if own + others > self._most_memory:
             raise FrameError(
                 f"{len(skeleton)} joints of performer {name!r} need {own / 2**20:,.0f} MiB; with those of the others that is "
@@ -177,15 +187,15 @@ class Performers:
             del self._absent[next(iter(self._absent))]
         return events
 
-    def _pools_for(self, skeleton: Skeleton, fps: float | None) -> Pools:
-        """Return where the rows of performers with this skeleton and rate lie."""
-        key = skeleton, fps
+    def _pools_for(self, skeleton: Skeleton, fps: float | None, settings: Settings) -> Pools:
+        """Return where the rows of performers, or limbs, with this skeleton, rate and settings lie."""
+        key = skeleton, fps, settings
         if key not in self._pools:
-            while len(self._pools) >= MOST_KINDS:  # who has a row in them keeps it
+            while len(self._pools) >= MOST_POOLS:  # who has a row in them keeps it
                 del self._pools[next(iter(self._pools))]
             if fps is not None:
                 constant_times(0, fps)
-            self._pools[key] = Pools(Plan(skeleton, self._settings, fps))
+            self._pools[key] = Pools(Plan(skeleton, settings, fps))
         return self._pools[key]
 
     def push(self, frames: Frames) -> list[Event]:
@@ -216,7 +226,7 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 taken in then.
         """
-        frames = plain_array(positions, np.float32)
+        frames = given_positions(positions)
         moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         unknown = [name for name in names if name not in self._segmenters]
@@ -241,10 +251,15 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        if self._moves is not None or any(own.settings.repetitions for own in segmenters):
+        if any(segmenter.is_followed for segmenter in segmenters):
             pushed = zip(segmenters, frames, moments, strict=True)
             return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
-        return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
+        rows = [segmenter.row for segmenter in segmenters]
+        if frames.dtype is not FLOAT32 or any(
+            row.origin is not None or not (row.is_live and row.is_placed) for row in rows
+        ):
+            frames = np.stack([narrowed(row, *own) for row, *own in zip(rows, frames, moments, strict=True)])
+        return engine.push_many(rows, frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -290,7 +305,7 @@ class Performers:
         """End a performer's take and forget the performer."""
         segmenter = self._segmenters.pop(performer)
         events = segmenter.end_take(reason)
-        segmenter.row.release()
+        segmenter.release()
         return events
 
     def snapshot(self) -> dict[str, bytes]:

@@ -1,25 +1,28 @@
 """Segmenter: frames of one performer in, events out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, checked, has_said_size
+from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.events import Event
+from mossar_stream.followers import Followers
 from mossar_stream.frames import Frames, constant_times, performer_name
+from mossar_stream.limbs.groups import groups_of
+from mossar_stream.limbs.limbs import Limbs, together
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
-from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
+NewRow = Callable[[Plan], Row]
 NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
@@ -42,7 +45,7 @@ class Segmenter:
     Raises:
         TypeError: If `skeleton` is no `Skeleton`.
         ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
-        FrameError: If the skeleton lacks joints that the moves need.
+        FrameError: If the skeleton lacks joints that the moves or the limbs need.
 
     Example:
         >>> from mossar_stream import KeyFrameEvent
@@ -75,12 +78,18 @@ class Segmenter:
         plan = Plan(skeleton, settings or Settings(), fps)
         self._begin(pool_of_one(plan, name), plan.given.level, recognition)
 
-    def _begin(self, row: Row, level: LevelName | float, recognition: Recognition | None) -> None:
+    def _begin(
+        self,
+        row: Row,
+        level: LevelName | float,
+        recognition: Recognition | None,
+        new_row: NewRow | None = None,
+    ) -> None:
         self.performer = row.name
         self.joints = len(row.plan.skeleton)
         self._row = row
         self._level = level
-        self.recognition = recognition
+        self._new_row = new_row
         self._one_shape = (self.joints, 3)
         self._fast_shape: tuple[int, int] | None = (
             self._one_shape
@@ -88,23 +97,33 @@ class Segmenter:
         self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
         self._is_measured = False
-        self._renew_counter()
-
-    def _renew_counter(self) -> None:
-        """Begin to count repetitions anew, or stop, as the settings say."""
-        row, given = self._row, self._row.plan.given
-        self._counter = (
-            RepetitionCounter(row.plan.skeleton, row.name, int(row.clock["take"]), given.max_pause)
-            if given.repetitions
-            else None
-        )
+        self._followers = Followers(row, recognition, self._new_limbs)
+        self.is_followed = bool(self._followers)
 
     @classmethod
-    def of_row(cls, row: Row, recognition: Recognition | None = None) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool."""
+    def of_row(
+        cls, row: Row, recognition: Recognition | None = None, new_row: NewRow | None = None
+    ) -> "Segmenter":
+        """Return a segmenter whose state is a row of a pool.
+
+        Args:
+            row: The row.
+            recognition: What recognises its moves, if anything does.
+            new_row: Returns a row of a plan, for a limb; None for rows in pools of their own.
+        """
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.given.level, recognition)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
         return segmenter
+
+    def _new_limbs(self, settings: Settings) -> Limbs:
+        """Return limbs as settings call for them."""
+
+        def new_segmenter(skeleton: Skeleton, own: Settings) -> Segmenter:
+            plan = Plan(skeleton, own, self._row.plan.fps)
+            row = self._new_row(plan) if self._new_row else pool_of_one(plan, self.performer)
+            return Segmenter.of_row(row)
+
+        return Limbs(self.skeleton, settings, new_segmenter)
 
     @property
     def row(self) -> Row:
@@ -116,8 +135,11 @@ class Segmenter:
         self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
             self._row.state["counters"][name] = counts[name]
-        if self._counter is not None:
-            self._counter.take = counts["take"]
+        followers = self._followers
+        if followers.counter is not None:
+            followers.counter.take = counts["take"]
+        if followers.limbs is not None:
+            followers.limbs.carry_on(counts)
 
     @property
     def skeleton(self) -> Skeleton:
@@ -163,6 +185,27 @@ class Segmenter:
         self.recognition = Recognition(moves, self.skeleton, self.performer) if moves is not None else None
 
     @property
+    def recognition(self) -> Recognition | None:
+        """What recognises the moves; None if nothing does."""
+        return self._followers.recognition
+
+    @recognition.setter
+    def recognition(self, recognition: Recognition | None) -> None:
+        self._followers.recognition = recognition
+        self.is_followed = bool(self._followers)
+
+    @property
+    def limbs(self) -> tuple[str, ...]:
+        """The limbs that have key frames of their own (setting `limbs`), as the `channel` of events names them."""
+        return () if self._followers.limbs is None else self._followers.limbs.names
+
+    @property
+    def limb_states(self) -> dict[str, CurveState | None]:
+        """The velocity curve of each limb at the last frame; see `state`."""
+        limbs = self._followers.limbs
+        return {} if limbs is None else {name: s.state for name, s in limbs.segmenters.items()}
+
+    @property
     def level(self) -> LevelName | float:
         """The level: `posture`, `motion`, `cluster` or a strength.
 
@@ -180,6 +223,8 @@ class Segmenter:
         self._level = chosen
         row.is_level_new = True
         self._fast_shape = None
+        if self._followers.limbs is not None:
+            self._followers.limbs.set_level(chosen)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running.
@@ -204,6 +249,7 @@ class Segmenter:
         before = self._row.plan
         level = before.given.replace(level=changes.pop("level", self._level)).level
         given = before.given.replace(**changes).at_level(level)
+        groups_of(self.skeleton, given.limbs)  # or nothing is changed
         return Plan(self.skeleton, given, before.fps, before.shape.ring), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
@@ -215,12 +261,8 @@ class Segmenter:
         else:
             events = self.end_take("settings changed")
             row.restart(plan)
-        if (plan.given.repetitions, plan.given.max_pause) != (
-            before.given.repetitions,
-            before.given.max_pause,
-        ):
-            events += [] if self._counter is None else self._counter.end_take()
-            self._renew_counter()
+        events += self._followers.adopt(row, before.given)
+        self.is_followed = bool(self._followers)
         self.level = level
         return events
 
@@ -255,19 +297,22 @@ class Segmenter:
             and confidence is None
             and first_frame is None
             and row.is_live
+            and row.is_placed
             and positions.dtype.kind in "fiu"
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
             frame = positions[None]
-            if not (positions.dtype is FLOAT32 and positions.flags.carray):
+            if row.origin is not None:
+                less(positions, row.origin, self._one_frame[0])
+                frame = self._one_frame
+            elif not (positions.dtype is FLOAT32 and positions.flags.carray):
                 frame = self._one_frame
                 frame[0] = positions
-            if self.recognition is not None:
-                return self._push_and_recognise(self.recognition, frame, self._one_time, None)
-            if self._counter is None or self._counter.hold(frame[0], float(times)):
-                return engine.push_frame(row, frame, self._one_time)
-            return self._push_counted(self._counter, frame, self._one_time, None)
+            if not self.is_followed or self._followers.hold(frame[0], float(times)):
+                events = engine.push_frame(row, frame, self._one_time)
+                if events is not None:
+                    return events
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -275,80 +320,19 @@ class Segmenter:
         if not row.is_live:
             self._is_measured = self._is_measured or has_said_size(self.performer, chunk)
         self._fast_shape = self._one_shape
-        if self.recognition is not None:
-            return self._push_and_recognise(self.recognition, chunk, moments, first_frame)
-        return self._push_body(chunk, moments, first_frame)
-
-    def _push_and_recognise(
-        self,
-        recognition: Recognition,
-        positions: NDArray[np.float32],
-        times: NDArray[np.float64],
-        first_frame: int | None,
-    ) -> list[Event]:
-        """Take frames in; what is said of moves comes right after the events of the same frame."""
-        events: list[Event] = []
-        begin, count = 0, len(times)
-        while begin < count or not begin:
-            stop = recognition.follow(positions, times, begin)
-            end = min(stop + 1, count)
-            events += self._push_body(positions[begin:end], times[begin:end], first_frame)
-            if stop < count:
-                events += recognition.news(self.take)
-            begin, first_frame = max(end, 1), None
-        return events
-
-    def _push_body(
-        self, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
-        """Take frames in; what is said of repetitions comes with the events of the body."""
-        if self._counter is not None:
-            return self._push_counted(self._counter, positions, times, first_frame)
-        if len(times) == 1 and first_frame is None and self._row.is_live and not self._row.is_level_new:
-            return engine.push_frame(self._row, positions, times)
-        return engine.push(self._row, positions, times, first_frame)
-
-    def _push_counted(
-        self,
-        counter: RepetitionCounter,
-        chunk: NDArray[np.float32],
-        moments: NDArray[np.float64],
-        first_frame: int | None,
-    ) -> list[Event]:
-        """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
-        row, begin = self._row, 0
-        end, stop = counter.follow(chunk, moments)
-        if (
-            len(moments) == 1
-            and stop == NOTHING
-            and row.is_live
-            and first_frame is None
-            and not row.is_level_new
-        ):
-            return engine.push_frame(row, chunk, moments)
-        events: list[Event] = []
-        while True:
-            first = None if first_frame is None else first_frame + begin
-            if end > begin or begin == 0:
-                events += engine.push(row, chunk[begin:end], moments[begin:end], first)
-            if stop == TAKE_ENDS:
-                events += counter.end_take()
-            elif stop != NOTHING:
-                events += counter.news()
-            if stop == NOTHING or (end == len(moments) and stop != TAKE_ENDS):
-                return events
-            begin = end
-            end, stop = counter.follow(chunk, moments, begin)
+        if self.is_followed:
+            return self._followers.push(row, chunk, moments, first_frame)
+        return engine.push(row, chunk, moments, first_frame)
 
     @property
     def repetitions(self) -> int:
         """Repetitions counted in the open take; 0 without the setting."""
-        return 0 if self._counter is None else self._counter.total
+        return 0 if self._followers.counter is None else self._followers.counter.total
 
     @property
     def phase(self) -> float | None:
         """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
-        return None if self._counter is None else self._counter.phase()
+        return None if self._followers.counter is None else self._followers.counter.phase()
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -359,10 +343,9 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events: list[Event] = [] if self.recognition is None else [*self.recognition.end()]
-        if self._counter is not None:
-            events += self._counter.end_take()
-        return events + engine.end_take(self._row, reason)
+        events, limbs = self._followers.end_take(), self._followers.limbs
+        body = engine.end_take(self._row, reason)
+        return events + (body if limbs is None else together(limbs.lead(body), limbs.end_take()))
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
@@ -370,16 +353,31 @@ class Segmenter:
         events.append(engine.stream_event(self._row, "reset", reason))
         self._row.state["range"]["largest"] = 0.0
         forget_noise(self._row.state["noise"])
+        if self._followers.limbs is not None:
+            self._followers.limbs.reset()
         return events
+
+    def release(self) -> None:
+        """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
+        self._row.release()
+        if self._followers.limbs is not None:
+            self._followers.limbs.release()
+
+    @property
+    def state_bytes(self) -> int:
+        """Bytes of the state, besides what is shared with others."""
+        recognition, limbs = self._followers.recognition, self._followers.limbs
+        more = 0 if recognition is None else recognition.bytes_taken
+        more += 0 if limbs is None else sum(own.state_bytes for own in limbs.segmenters.values())
+        return self._row.plan.row_bytes + more
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
         row = self._row
         row.pending = engine.take_pending(row)
-        recognition = self.recognition
-        moves = None if recognition is None else (recognition.moves.to_json(), recognition.to_bytes())
-        counted = b"" if self._counter is None else self._counter.snapshot()
-        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], moves, counted)
+        return pack_snapshot(
+            row.plan, row.name, self._level, row.pending, row.memory[0], self._followers.snapshot()
+        )
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":
@@ -388,11 +386,10 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
-        plan, performer, level, pending, content, recognition, counted = unpack_snapshot(blob)
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob)
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
-        if segmenter._counter is not None:  # noqa: SLF001 - its own class
-            segmenter._counter.restore(counted)  # noqa: SLF001 - its own class
+        segmenter._followers.restore(known, cls.restore)  # noqa: SLF001 - its own class
         return segmenter

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.scales import extent
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X
+from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, place
 
 SPACING = 0.1  # s between the poses
 MARGIN = 1e-4  # s, for the rounding of timestamps
@@ -104,6 +104,14 @@ def _take_pose(cycles, body, joints):
         if state.poses >= lag:
             line[lag] = _squared_distance(poses[here], poses[(state.poses - lag) % (LAGS + 1)]) / joints
     state.poses += 1
+
+
+@kernel
+def keep_in_cycles(cycles, body, j):
+    """Let a joint have been where it is now in all poses that are kept."""
+    for here in range(len(cycles.poses)):
+        for axis in range(3):
+            cycles.poses[here, axis, j] = body[place(j) + POSE_X + axis * PAGE]
 
 
 @kernel

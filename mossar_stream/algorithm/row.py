@@ -99,6 +99,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("tempo", "i8"),
         ("evidence", "i8"),  # whether evidence decides, see evidence.py
         ("facts", "i8"),  # where its facts begin in a summary
+        ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
     ],
 )

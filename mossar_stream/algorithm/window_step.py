@@ -147,6 +147,7 @@ def _window_of(state, row, params, scratch, event_buffer):
     return Window(
         plan,
         state.clock,
+        state.joints,
         state.window,
         state.tempo,
         state.slots,
@@ -155,6 +156,7 @@ def _window_of(state, row, params, scratch, event_buffer):
             state.history,
             part(row, at.marks, MARK, (plan.history_size,)),
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+            part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
         ),
         Cycles(
             state.cycles,
@@ -204,7 +206,7 @@ def _open_segment_of(state, row, w):
         w.params,
         w.unused,
         w.summaries,
-        part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
+        w.history.body,
         part(row, at.pose, np.float32, (4, plan.padded_joints)),
     )
 
@@ -249,7 +251,7 @@ def _add_key(w, slot, state, point, rev):
         return
     facts, scales = state.facts, state.scales
     noise = noise_of_speed(state.noise, w.plan.moving_joints)
-    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise)
+    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
     note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD
     if is_telling(facts, scales, point.time, noise):
@@ -333,7 +335,7 @@ def _close_take(w, segment, curve):
         _withdraw_newest(w, segment)
     settled = w.summaries[segment.state.settled]
     if w.plan.post_roll > 0.0:
-        flatten(segment.body, segment.pose)
+        flatten(segment.body, segment.pose, w.plan.joints)
         for j in range(w.plan.padded_joints):
             segment.pose[3, j] = REST
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)

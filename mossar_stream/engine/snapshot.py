@@ -17,14 +17,31 @@ from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
+from mossar_stream.limbs.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 5  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 6  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
+
+
+class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is known of what follows the frames besides the segmentation of the body.
+
+    Args:
+        moves: As a file of moves has them; None if none are recognised.
+        recognition: What is remembered of the performer to recognise them.
+        repetitions: What the counter knows, if there is one.
+        limbs: A snapshot of each limb, in their order.
+    """
+
+    moves: bytes | None = None
+    recognition: bytes | None = None
+    repetitions: bytes = b""
+    limbs: tuple[bytes, ...] = ()
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -36,9 +53,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     level: LevelName | float
     pending: list[Event]
     row: bytes
-    moves: bytes | None  # as a file of moves has them
-    recognition: bytes | None  # what is remembered of the performer to recognise them
-    repetitions: bytes = b""  # of the counter, if there is one
+    following: Following
 
 
 def pack_snapshot(
@@ -47,8 +62,7 @@ def pack_snapshot(
     level: LevelName | float,
     pending: list[Event],
     row: NDArray[np.uint8],
-    recognition: tuple[bytes, bytes] | None = None,
-    repetitions: bytes = b"",
+    following: Following,
 ) -> bytes:
     """Return a snapshot of a performer.
 
@@ -58,10 +72,8 @@ def pack_snapshot(
         level: As it is now.
         pending: Events that have not been handed out.
         row: Bytes of the performer.
-        recognition: The moves that are recognised, and what is remembered to recognise them.
-        repetitions: What the counter of repetitions knows.
+        following: What is known of moves, repetitions and limbs.
     """
-    moves, memory = recognition or (None, None)
     content = _Content(
         plan.given,
         plan.skeleton,
@@ -71,9 +83,7 @@ def pack_snapshot(
         level,
         pending,
         row.tobytes(),
-        moves,
-        memory,
-        repetitions,
+        following,
     )
     body = msgspec.msgpack.encode(content)
     return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
@@ -81,8 +91,8 @@ def pack_snapshot(
 
 def unpack_snapshot(
     blob: bytes,
-) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, bytes]:
-    """Return plan, performer, level, pending events, row, recognition and repetitions of a snapshot.
+) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
+    """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -100,6 +110,7 @@ def unpack_snapshot(
         if content.fps is not None:
             constant_times(0, content.fps)
         level = plan.strength(content.settings.replace(level=content.level).level)
+        groups_of(content.skeleton, content.settings.limbs)
     except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
         raise SnapshotError(f"the snapshot cannot be read: {error}") from None
     row = np.frombuffer(content.row, np.uint8).copy()
@@ -112,15 +123,16 @@ def unpack_snapshot(
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     name = performer_name(content.performer)
-    return plan, name, content.level, content.pending, row, _recognition(content, name), content.repetitions
+    return plan, name, content.level, content.pending, row, _recognition(content, name), content.following
 
 
 def _recognition(content: _Content, performer: str) -> Recognition | None:
-    if content.moves is None or content.recognition is None:
+    known = content.following
+    if known.moves is None or known.recognition is None:
         return None
     try:
-        recognition = Recognition(Moves.from_json(content.moves), content.skeleton, performer)
+        recognition = Recognition(Moves.from_json(known.moves), content.skeleton, performer)
     except (MovesError, FrameError) as error:
         raise SnapshotError(f"the snapshot's moves cannot be read: {error}") from None
-    recognition.go_on_from(content.recognition)
+    recognition.go_on_from(known.recognition)
     return recognition

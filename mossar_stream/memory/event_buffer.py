@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mossar_stream.events import (
     KEY_FRAME_KINDS,
     KEY_FRAME_STATUSES,
+    SCHEMA_VERSION,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
     Event,
@@ -128,6 +129,7 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
             event: Event = KeyFrameEvent(
+                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}",
                 rev=rev,
@@ -145,6 +147,7 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
         else:
             joint = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
+                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}-{end}",
                 rev=rev,

@@ -1,13 +1,13 @@
 """Limbs: which joints belong together, by the names of known joint sets or else by the hierarchy."""
 
 from mossar_stream.moves.joints import known_joints
+from mossar_stream.settings.limb_groups import MOST_LIMBS
 from mossar_stream.skeleton import Skeleton
 
 TRUNK = "trunk"
 _PARTS = {"shoulder": "arm", "elbow": "arm", "wrist": "arm", "hand": "arm"} | dict.fromkeys(
     ("hip", "knee", "ankle", "foot"), "leg"
 )
-MOST = 16  # limbs of a skeleton
 
 
 def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
@@ -30,7 +30,7 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     if len(known) >= 8:
         return _named(skeleton, known)
     children = [joint for joint, parent in enumerate(skeleton.parents) if parent == max(skeleton.root, 0)]
-    found = {skeleton.names[child]: _below(skeleton, child) for child in children[:MOST]}
+    found = {skeleton.names[child]: _below(skeleton, child) for child in children[:MOST_LIMBS]}
     return found or {TRUNK: tuple(range(len(skeleton)))}
 
 

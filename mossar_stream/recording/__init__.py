@@ -15,6 +15,7 @@ from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.intake import FLOAT32, given_positions, less, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
@@ -28,6 +29,8 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
+from mossar_stream.limbs.groups import groups_of, leading_limb, limbs_by_joint, positions_of
+from mossar_stream.limbs.limbs import settings_of_limbs
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
@@ -56,7 +59,7 @@ class KeyFrame(msgspec.Struct, frozen=True):
     strength: float
 
 
-class Segment(msgspec.Struct, frozen=True):
+class Segment(msgspec.Struct, frozen=True, omit_defaults=True):
     """A segment of a recording; the fields are those of `SegmentEvent`."""
 
     start_frame: int
@@ -66,6 +69,7 @@ class Segment(msgspec.Struct, frozen=True):
     state: SegmentState
     active_joints: tuple[str, ...]
     similarity: float | None
+    limb: str | None = None
 
 
 class Segmentation(msgspec.Struct, frozen=True):
@@ -98,13 +102,18 @@ class Result:
         curves: The velocity curve, frame by frame, if it was asked for.
         moves: The moves that were recognised, if there were any to recognise.
         repetitions: Repetitions of movements, with the setting `repetitions`.
+        limbs: What was found in each limb, with the setting `limbs`.
     """
 
-    def __init__(self, row: Row, curves: list[CurveState], moves: list[MoveEvent]) -> None:
+    def __init__(
+        self, row: Row, curves: list[CurveState], moves: list[MoveEvent], limbs: "dict[str, Result]"
+    ) -> None:
         self.settings = row.plan.given
         self.curves = curves
         self.moves = moves
         self.repetitions: list[RepetitionEvent] = []
+        self.limbs = limbs
+        self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
         keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
@@ -177,19 +186,19 @@ class Result:
             for e in events
             if isinstance(e, KeyFrameEvent) and e.status == "final"
         ]
-        return Segmentation(kept, [_segment(e) for e in events if isinstance(e, SegmentEvent)])
+        return Segmentation(kept, [self._segment(e) for e in events if isinstance(e, SegmentEvent)])
 
-
-def _segment(event: SegmentEvent) -> Segment:
-    return Segment(
-        event.start_frame,
-        event.end_frame,
-        event.start_time,
-        event.end_time,
-        event.state,
-        event.active_joints,
-        event.similarity,
-    )
+    def _segment(self, event: SegmentEvent) -> Segment:
+        return Segment(
+            event.start_frame,
+            event.end_frame,
+            event.start_time,
+            event.end_time,
+            event.state,
+            event.active_joints,
+            event.similarity,
+            leading_limb(event.active_joints, self._by_joint) if self._by_joint else None,
+        )
 
 
 def segment_recording(
@@ -220,7 +229,7 @@ def segment_recording(
         The key frames and their hierarchy.
 
     Raises:
-        FrameError: If the shapes do not fit, or joints are missing that the moves need.
+        FrameError: If the shapes do not fit, or joints are missing that the moves or the limbs need.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -231,7 +240,7 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = plain_array(positions, np.float32)
+    frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
@@ -243,12 +252,23 @@ def segment_recording(
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     chosen = settings or Settings()
+    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
+    if frames.dtype is not FLOAT32 or origin.any():
+        frames = less(frames, origin, np.empty(frames.shape, np.float32))
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
     states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
-    result = Result(row, states, _recognised(moves, skeleton, frames, moments) if moves is not None else [])
+    found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
+    own = settings_of_limbs(settings or Settings())
+    limbs = {
+        limb.name: segment_recording(
+            positions_of(limb, frames), fps, limb.skeleton, own, times=moments, curves=curves
+        )
+        for limb in groups_of(skeleton, chosen.limbs)
+    }
+    result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result

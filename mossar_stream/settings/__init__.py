@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from mossar_stream.errors import SettingsError
+from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
@@ -79,6 +80,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_speed: A joint faster than this is an outlier, m/s.
         max_pause: A gap or a step back in time longer than this starts a new take, s.
         repetitions: Whether to count how often movements are repeated.
+        limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
+            else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
 
     Raises:
         SettingsError: If a value is outside its legal range; the message names field, value and range.
@@ -121,6 +124,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_speed: float = 15.0
     max_pause: float = 1.0
     repetitions: bool = False
+    limbs: bool | str = False
 
     def __post_init__(self) -> None:
         for name, (low, high) in SETTING_LIMITS.items():
@@ -132,6 +136,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if not known:
             raise SettingsError(f"setting level is {self.level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
         _check_groups(self)
+        if isinstance(self.limbs, str):
+            parse_groups(self.limbs)
         if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
             raise SettingsError("setting range=fixed needs range_max above range_min (m over the window)")
 
@@ -340,6 +346,8 @@ def _parse_group(field: str, value: str) -> object:
     if field in ("features", "variance_floor"):
         parts = [part.partition(":") for part in value.split(",")]
         return {name.strip(): _number(number) for name, _, number in parts}
+    if field == "limbs" and value.lower() in ("true", "false"):
+        return value.lower() == "true"
     if value in ("none", "null", "auto") and field not in ("smoothing", "location"):
         return None
     return _number(value)
@@ -377,7 +385,7 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):
         legal = f"; its parts are {', '.join(Features.__struct_fields__)}, each a number"
-    elif field == "tempo":
+    elif field in ("tempo", "repetitions"):
         legal = "; it must be true or false"
     if legal:
         return f"setting {field} is {values.get(field)!r}{legal}"

@@ -28,6 +28,7 @@ EXTENT = 3  # m, A
 USUAL_SPEED = 4  # m/s, V
 TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
+JOINTS = 7  # that count and can move relative to the centre
 
 CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.3, 8.7, 3.7, 0.7, 2.0
 EVEN = 3.7  # what evidence must outweigh
@@ -95,7 +96,7 @@ def _change(params, left, right, both, floor):
     pose, speed = _terms(params, both, floor)
     pose_left, speed_left = _terms(params, left, floor)
     pose_right, speed_right = _terms(params, right, floor)
-    share = 1.0 / (params.moving_joints * left[params.facts + TEMPO])
+    share = 1.0 / (left[params.facts + JOINTS] * left[params.facts + TEMPO])
     most = MOST_CHANGE / left[params.facts + TEMPO]
     return min(most, (pose - pose_left - pose_right) * share), min(
         most, (speed - speed_left - speed_right) * share

@@ -75,6 +75,7 @@ def excerpt(
         raise UsageError(
             f"nothing from {start:g} s to {end:g} s; {whole.name} lasts from {ends[0]:g} s to {ends[1]:g} s"
         )
+    start, end = max(start, ends[0]), min(end, ends[1])
     if columns is None:
         columns = curve_columns(result)
         threshold = result.curves[0].threshold if result.curves else 0.0

@@ -147,7 +147,7 @@ def test_a_table_whose_first_heading_begins_like_another_format_is_a_table(tmp_p
 @pytest.mark.parametrize(
     ("name", "content", "advice"),
     [
-        ("a.bvh.gz", gzip.compress(b"HIERARCHY"), "packed with gzip; unpack it first"),
+        ("a.bvh.gz", gzip.compress(b"HIERARCHY", mtime=0), "packed with gzip; unpack it first"),
         ("a.c3d", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),
         ("a.csv", b"PK\x03\x04" + bytes(99), "save the sheet as CSV"),
     ],

@@ -114,6 +114,7 @@ def _against_peers(options: Options, console: Console) -> int:
     from mossar_tools.bench.report import machine_lines
     from mossar_tools.evaluation.trial import groups_of
     from mossar_tools.peers.results import NOTES, compare, result_lines, results_json, usable_peers
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     if options.only:
@@ -125,7 +126,11 @@ def _against_peers(options: Options, console: Console) -> int:
     with saying_if_cold():
         repeats = 1 if options.quick else 3
         tell = console.status
-        rows = list(compare(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True)))
+        rows = interruptibly(
+            lambda: list(
+                compare(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True))
+            )
+        )
     machine = watch.machine()
     if not outputs.piped:
         for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):

@@ -107,14 +107,17 @@ def _files(options: Options) -> list[str]:
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
     from mossar_tools.batch import report_of, rows_of, segment_whole
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     settings = options.settings(range="file")
     with saying_if_cold(settings):
-        loaded, result, chosen = segment_whole(
-            options,
-            lambda share: console.progress(share, f"reading {options.file}"),
-            curves=outputs.picture is not None,
+        loaded, result, chosen = interruptibly(
+            lambda: segment_whole(
+                options,
+                lambda share: console.progress(share, f"reading {options.file}"),
+                curves=outputs.picture is not None,
+            )
         )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)

@@ -67,7 +67,7 @@ def _play(options: Options, console: Console) -> int:
     from mossar_adapters.extras import needed
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
-    from mossar_tools.signals import stopping
+    from mossar_tools.signals import interruptibly, stopping
     from mossar_tools.streaming import saying_if_cold
 
     needed("viser", "view", "the dashboard")
@@ -75,7 +75,7 @@ def _play(options: Options, console: Console) -> int:
     parts = read_parts(options)
     console.status("segmenting ...", now=True)
     with saying_if_cold(settings):
-        show = RecordedShow(parts, settings, options.speed or 1.0)
+        show = interruptibly(lambda: RecordedShow(parts, settings, options.speed or 1.0))
     console.clear()
     page = Page(show, options.port, dark=options.dark)
     ended: list[bool] = []

@@ -1,0 +1,229 @@
+"""What else follows a performer's frames: moves, repetitions, limbs. All are off by default, and cost nothing then."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.engine import engine
+from mossar_stream.engine.pool import Row
+from mossar_stream.engine.snapshot import Following
+from mossar_stream.events import Event
+from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.moves.recognition import Recognition
+from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
+from mossar_stream.settings import Settings
+
+if TYPE_CHECKING:
+    from mossar_stream.segmenter import Segmenter
+
+
+class Followers:
+    """What follows the frames of one performer besides the segmentation of the body.
+
+    Args:
+        row: The performer's.
+        recognition: Of moves, or None.
+        new_limbs: Returns the limbs that settings call for.
+
+    Attributes:
+        recognition: Of moves, or None.
+        counter: Of repetitions, or None.
+        limbs: Key frames of limbs, or None.
+    """
+
+    def __init__(
+        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Settings], Limbs]
+    ) -> None:
+        self.recognition = recognition
+        self.counter: RepetitionCounter | None = None
+        self.limbs: Limbs | None = None
+        self._new_limbs = new_limbs
+        self._renew_counter(row)
+        self._renew_limbs(row)
+
+    def __bool__(self) -> bool:
+        return not (self.recognition is None and self.counter is None and self.limbs is None)
+
+    def _renew_counter(self, row: Row) -> None:
+        given = row.plan.given
+        self.counter = (
+            RepetitionCounter(row.plan.skeleton, row.name, int(row.clock["take"]), given.max_pause)
+            if given.repetitions
+            else None
+        )
+
+    def _renew_limbs(self, row: Row) -> None:
+        given, clock = row.plan.given, row.clock
+        self.limbs = self._new_limbs(given) if given.limbs else None
+        if self.limbs is not None:
+            self.limbs.join(int(clock["take"]), int(clock["next_frame"]))
+
+    def adopt(self, row: Row, before: Settings) -> list[Event]:
+        """Go on with the settings of a row, and return the events of what that ends.
+
+        Args:
+            row: The performer's, as it is now.
+            before: The settings so far.
+        """
+        given = row.plan.given
+        events: list[Event] = []
+        if (given.repetitions, given.max_pause) != (before.repetitions, before.max_pause):
+            events += [] if self.counter is None else self.counter.end_take()
+            self._renew_counter(row)
+        if given.limbs != before.limbs:
+            if self.limbs is not None:
+                events += self.limbs.end_take()
+                self.limbs.release()
+            self._renew_limbs(row)
+        elif self.limbs is not None:
+            self.limbs.change(given)
+        return events
+
+    def hold(self, position: NDArray[np.float32], time: float) -> bool:
+        """Take one frame of a take in for a repetition counter that does nothing with it yet, and nothing else follows.
+
+        Args:
+            position: (J, 3) m.
+            time: s.
+
+        Returns:
+            Whether that is so; if not, `push` must be called.
+        """
+        if self.counter is None or self.recognition is not None or self.limbs is not None:
+            return False
+        return self.counter.hold(position, time)
+
+    def push(
+        self,
+        row: Row,
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
+        first_frame: int | None = None,
+    ) -> list[Event]:
+        """Take frames in, as `engine.push`, and return what is said of the body, limbs, repetitions and moves.
+
+        Args:
+            row: The performer's.
+            positions: (n, J, 3) m.
+            times: (n,) s.
+            first_frame: Number of the first frame; None to count on.
+        """
+        if self.recognition is not None:
+            return self._push_and_recognise(self.recognition, row, positions, times, first_frame)
+        return self._push_channels(row, positions, times, first_frame)
+
+    def _push_and_recognise(
+        self,
+        recognition: Recognition,
+        row: Row,
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Take frames in; what is said of moves comes right after the events of the same frame."""
+        events: list[Event] = []
+        begin, count = 0, len(times)
+        while begin < count or not begin:
+            stop = recognition.follow(positions, times, begin)
+            end = min(stop + 1, count)
+            events += self._push_channels(row, positions[begin:end], times[begin:end], first_frame)
+            if stop < count:
+                events += recognition.news(int(row.clock["take"]))
+            begin, first_frame = max(end, 1), None
+        return events
+
+    def _push_channels(
+        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        """Take frames in; limbs have their say frame by frame, so that it does not matter how frames are cut."""
+        if self.limbs is None or not len(times):
+            return self._push_body(row, positions, times, first_frame)
+        events: list[Event] = []
+        for i in range(len(times)):
+            one, time = positions[i : i + 1], times[i : i + 1]
+            number = None if first_frame is None else first_frame + i
+            body = self._push_body(row, one, time, number)
+            limbs = self.limbs.push(one, time, number)
+            if body or limbs:
+                events += together(self.limbs.lead(body), limbs)
+        return events
+
+    def _push_body(
+        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        """Take frames in; what is said of repetitions comes with the events of the body."""
+        if self.counter is not None:
+            return self._push_counted(self.counter, row, positions, times, first_frame)
+        if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
+            return _push_one(row, positions, times)
+        return engine.push(row, positions, times, first_frame)
+
+    def _push_counted(
+        self,
+        counter: RepetitionCounter,
+        row: Row,
+        positions: NDArray[np.float32],
+        times: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
+        can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
+        if can_be_quick and counter.hold(positions[0], float(times[0])):
+            return _push_one(row, positions, times)
+        begin = 0
+        end, stop = counter.follow(positions, times)
+        if can_be_quick and stop == NOTHING:
+            return _push_one(row, positions, times)
+        events: list[Event] = []
+        while True:
+            first = None if first_frame is None else first_frame + begin
+            if end > begin or begin == 0:
+                events += engine.push(row, positions[begin:end], times[begin:end], first)
+            if stop == TAKE_ENDS:
+                events += counter.end_take()
+            elif stop != NOTHING:
+                events += counter.news()
+            if stop == NOTHING or (end == len(times) and stop != TAKE_ENDS):
+                return events
+            begin = end
+            end, stop = counter.follow(positions, times, begin)
+
+    def end_take(self) -> list[Event]:
+        """End the take of all that follows, and return the events; the body's come after them."""
+        events: list[Event] = [] if self.recognition is None else [*self.recognition.end()]
+        if self.counter is not None:
+            events += self.counter.end_take()
+        return events
+
+    def snapshot(self) -> Following:
+        """Return everything that is known here."""
+        recognition = self.recognition
+        return Following(
+            moves=None if recognition is None else recognition.moves.to_json(),
+            recognition=None if recognition is None else recognition.to_bytes(),
+            repetitions=b"" if self.counter is None else self.counter.snapshot(),
+            limbs=() if self.limbs is None else self.limbs.snapshot(),
+        )
+
+    def restore(self, known: Following, restored: Callable[[bytes], "Segmenter"]) -> None:
+        """Go on where a snapshot was made; the recognition is there already.
+
+        Args:
+            known: What `snapshot` returned.
+            restored: Returns the segmenter of a limb's snapshot.
+
+        Raises:
+            SnapshotError: If it is damaged, or of other settings.
+        """
+        if self.counter is not None:
+            self.counter.restore(known.repetitions)
+        if self.limbs is not None:
+            self.limbs.restore(known.limbs, restored)
+
+
+def _push_one(row: Row, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
+    """Take one frame in, the quick way unless the take ends before it."""
+    events = engine.push_frame(row, positions, times)
+    return engine.push(row, positions, times) if events is None else events

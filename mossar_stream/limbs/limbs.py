@@ -1,0 +1,191 @@
+"""Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.engine import engine
+from mossar_stream.errors import SnapshotError
+from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
+from mossar_stream.limbs.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
+from mossar_stream.settings import LevelName, Settings
+from mossar_stream.skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from mossar_stream.segmenter import Segmenter
+
+NewSegmenter = Callable[[Skeleton, Settings], "Segmenter"]
+
+
+def settings_of_limbs(settings: Settings) -> Settings:
+    """Return the settings by which limbs are segmented, given those of the body."""
+    return settings.replace(limbs=False, repetitions=False, center="root")
+
+
+class Limbs:
+    """The limbs of one performer.
+
+    A limb's take opens and ends with the body's, because both see the same times.
+
+    Args:
+        skeleton: Of the performer.
+        settings: Of the performer; `limbs` says which.
+        new_segmenter: Returns a segmenter for a limb's skeleton with settings.
+
+    Raises:
+        FrameError: See `groups_of`.
+    """
+
+    def __init__(self, skeleton: Skeleton, settings: Settings, new_segmenter: NewSegmenter) -> None:
+        self._groups = groups_of(skeleton, settings.limbs)
+        own = settings_of_limbs(settings)
+        self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
+        self._by_joint = limbs_by_joint(self._groups)
+        order = [joint for limb in self._groups for joint in limb.joints]
+        self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
+        self._frame = np.zeros((1, len(order), 3), np.float32)  # m, one frame of them
+        self._means = [k for k, joint in enumerate(order) if joint == MEAN]  # which of them are the mean
+        ends = np.cumsum([len(limb.joints) for limb in self._groups]).tolist()
+        self._views = [
+            self._frame[:, end - len(limb.joints) : end] for limb, end in zip(self._groups, ends, strict=True)
+        ]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their channels."""
+        return tuple(limb.name for limb in self._groups)
+
+    @property
+    def segmenters(self) -> dict[str, "Segmenter"]:
+        """The segmenter of each; its events say nothing of the limb."""
+        return dict(zip(self.names, self._segmenters, strict=True))
+
+    def push(
+        self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        """Take one frame of the body in.
+
+        Args:
+            positions: (1, J, 3) m.
+            time: (1,) s.
+            first_frame: Number of the frame; None to count on.
+        """
+        np.take(positions, self._order, axis=1, out=self._frame, mode="wrap")
+        if self._means:
+            self._frame[0, self._means] = mean_of(positions)
+        events: list[Event] = []
+        for limb, segmenter, view in zip(self._groups, self._segmenters, self._views, strict=True):
+            row = segmenter.row
+            if first_frame is None and row.is_live and not row.is_level_new:
+                found = engine.push_frame(row, view, time)
+            else:
+                found = engine.push(row, view, time, first_frame)
+            if found:
+                events += self._told(limb, found)
+        return events
+
+    def lead(self, events: list[Event]) -> list[Event]:
+        """Return events of the body, the segments among them with the limb that led."""
+        return [
+            msgspec.structs.replace(event, limb=leading_limb(event.active_joints, self._by_joint))
+            if isinstance(event, SegmentEvent)
+            else event
+            for event in events
+        ]
+
+    def end_take(self) -> list[Event]:
+        """End the take of all limbs."""
+        pairs = zip(self._groups, self._segmenters, strict=True)
+        return [event for limb, segmenter in pairs for event in self._told(limb, segmenter.end_take())]
+
+    def reset(self) -> list[Event]:
+        """End the take of all limbs, and forget their ranges."""
+        pairs = zip(self._groups, self._segmenters, strict=True)
+        return [event for limb, segmenter in pairs for event in self._told(limb, segmenter.reset())]
+
+    def _told(self, limb: Limb, events: list[Event]) -> list[Event]:
+        """Return what is said of a limb: its key frames and segments, with its channel."""
+        found: list[Event] = []
+        for event in events:
+            if isinstance(event, KeyFrameEvent | SegmentEvent):
+                head, take, last = event.id.rsplit("/", 2)
+                found.append(
+                    msgspec.structs.replace(event, id=f"{head}/{limb.name}/{take}/{last}", channel=limb.name)
+                )
+        return found
+
+    def set_level(self, level: LevelName | float) -> None:
+        """Move the level of all limbs."""
+        for segmenter in self._segmenters:
+            segmenter.level = level
+
+    def change(self, settings: Settings) -> None:
+        """Go on with other settings of the performer, which leave the limbs as they are."""
+        wanted = msgspec.structs.asdict(settings_of_limbs(settings))
+        for segmenter in self._segmenters:
+            segmenter.change(**wanted)
+
+    def carry_on(self, counts: Mapping[str, int]) -> None:
+        """Number takes on from those of the body; see `Segmenter.counts`."""
+        for segmenter in self._segmenters:
+            segmenter.carry_on(counts)
+
+    def join(self, take: int, frame: int) -> None:
+        """Come in while a take of the body is open.
+
+        Args:
+            take: Its number.
+            frame: Number of the next frame.
+        """
+        for segmenter in self._segmenters:
+            segmenter.row.clock["take"] = take
+            segmenter.row.clock["next_frame"] = frame
+
+    def release(self) -> None:
+        """Give the rows back that the state lies in."""
+        for segmenter in self._segmenters:
+            segmenter.release()
+
+    def snapshot(self) -> tuple[bytes, ...]:
+        """Return what all limbs know."""
+        return tuple(segmenter.snapshot() for segmenter in self._segmenters)
+
+    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], "Segmenter"]) -> None:
+        """Go on where the limbs of a snapshot were.
+
+        Args:
+            blobs: One snapshot for each limb.
+            restored: Returns the segmenter of a snapshot.
+
+        Raises:
+            SnapshotError: If they are damaged or not those of these limbs.
+        """
+        found = [restored(blob) for blob in blobs]
+        same = len(found) == len(self._segmenters) and all(
+            (one.skeleton, one.performer, one.row.plan.given)
+            == (own.skeleton, own.performer, own.row.plan.given)
+            for one, own in zip(found, self._segmenters, strict=True)
+        )
+        if not same:
+            raise SnapshotError("the snapshot's limbs are not those of its settings")
+        self._segmenters = found
+
+
+def together(body: list[Event], limbs: list[Event]) -> list[Event]:
+    """Return the events of one frame: the body's, then the limbs'.
+
+    Where a take ends, what the limbs say of it stands before the word that it ended.
+    """
+    ends = next((k for k, e in enumerate(body) if isinstance(e, StreamEvent) and e.event == "ended"), None)
+    if ends is None or not limbs:
+        return [*body, *limbs]
+    old = [event for event in limbs if _take(event) == _take(body[ends])]
+    new = [event for event in limbs if _take(event) != _take(body[ends])]
+    return [*body[:ends], *old, *body[ends:], *new]
+
+
+def _take(event: Event) -> int | None:
+    return getattr(event, "take", None)
