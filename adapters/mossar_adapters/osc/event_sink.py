@@ -93,7 +93,8 @@ class OscSink:
         return encode(
             address,
             "s" * len(who) + "ssiiffffi",
-            *(*who, event.status, event.kind, event.take, event.frame),
+            *who,
+            *(event.status, event.kind, event.take, event.frame),
             *(event.time - start, event.decided_time - start, event.velocity, strength, event.rev),
         )
 
@@ -103,7 +104,8 @@ class OscSink:
         return encode(
             address,
             "s" * len(who) + "ssiiiff",
-            *(*who, event.status, event.state, event.take, event.start_frame, event.end_frame),
+            *who,
+            *(event.status, event.state, event.take, event.start_frame, event.end_frame),
             *(event.start_time - start, event.end_time - start),
         )
 
