@@ -391,7 +391,7 @@ class Segmenter:
 
     @classmethod
     def _restored(cls, blob: bytes, *, is_limb: bool = False) -> "Segmenter":
-        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob)
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, groups_of)
         if is_limb and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)

@@ -45,7 +45,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("unused", "i8"),  # (slots,) stack of unused slots
     ("order", "i8"),  # (W + 2,) slots of the window's segments, from left to right
     ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
-    ("counts", "i8"),  # (W + 3, W + 2) messages sent about each segment of the window
+    ("counts", "i4"),  # (W + 3, W + 2) messages sent about each segment of the window
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
@@ -168,7 +168,8 @@ class Shape(msgspec.Struct, frozen=True):
     @property
     def memo(self) -> int:
         """Places for remembered costs, a power of two."""
-        return int(2 ** math.ceil(math.log2(4 * self.window + 4)))
+        places = (8 if self.evidence else 4) * (self.window + 1)  # with evidence costs change more often
+        return int(2 ** math.ceil(math.log2(places)))
 
     def region_sizes(self) -> dict[str, int]:
         """Return the number of items of each region."""

@@ -122,7 +122,7 @@ class Window(NamedTuple):
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots
     summaries: NDArray[np.float64]  # (slots, slot)
-    counts: NDArray[np.int64]  # (W + 3, W + 2) messages sent about each segment of the window
+    counts: NDArray[np.int32]  # (W + 3, W + 2) messages sent about each segment of the window
     memo: NDArray[np.void]  # (memo,) MEMO
     events: NDArray[np.void]  # EVENT, the event buffer
     scratch: Scratch

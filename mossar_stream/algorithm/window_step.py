@@ -170,7 +170,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),
         part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
-        part(row, at.counts, np.int64, (counted + 1, counted)),
+        part(row, at.counts, np.int32, (counted + 1, counted)),
         part(row, at.memo, MEMO, (plan.memo_size,)),
         part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,)),
         _scratch_of(plan, scratch),

@@ -33,12 +33,12 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
         palette: Colours.
     """
     gap = (shown.end - shown.start) / width
-    standing = strongest_apart(shown.standing, MARK_GAP * gap)
-    fallen = strongest_apart(shown.fallen, MARK_GAP * gap, taken=[key.time for key in shown.standing])
+    kept = strongest_apart(shown.kept, MARK_GAP * gap)
+    merged = strongest_apart(shown.merged, MARK_GAP * gap, taken=[key.time for key in shown.kept])
     _draw_envelope(axes, shown, int(width * _POINTS), palette)
     colours = {kind: getattr(palette, kind) for kind in MARKS}
     for kind, mark in MARKS.items():
-        found = [key for key in fallen if key.kind == kind]
+        found = [key for key in merged if key.kind == kind]
         axes.plot(
             [key.time for key in found],
             [key.velocity for key in found],
@@ -47,24 +47,24 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
             mfc=palette.background,
             mec=colours[kind],
             mew=1.0,
-            label=kind if any(key.kind == kind for key in shown.standing + shown.fallen) else None,
+            label=kind if any(key.kind == kind for key in shown.kept + shown.merged) else None,
             zorder=4,
         )
     times = shown.columns[:, 0]
-    for key in standing:
+    for key in kept:
         value = np.interp(key.time, times, shown.columns[:, 1]) if len(times) else key.velocity
         axes.plot(key.time, value, MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5)
-    for key in standing:
+    for key in kept:
         axes.axvline(key.time, ymax=1.02, color=colours[key.kind], lw=0.9, zorder=1, clip_on=False)
     return [
-        *_said(len(standing), len(shown.standing), "marks of standing key frames"),
-        *_said(len(fallen), len(shown.fallen), "marks of merged ones"),
+        *_said(len(kept), len(shown.kept), "marks of kept key frames"),
+        *_said(len(merged), len(shown.merged), "marks of merged ones"),
     ]
 
 
 def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> None:
     columns = shown.columns
-    peak = max([0.0, *(key.velocity for key in shown.standing + shown.fallen)])
+    peak = max([0.0, *(key.velocity for key in shown.kept + shown.merged)])
     top = max(0.2, float(np.nanmax(columns[:, 1], initial=0.0)), peak, 1.3 * shown.threshold) * 1.08
     axes.set_ylim(0, top)
     axes.set_ylabel("velocity (share of range)")

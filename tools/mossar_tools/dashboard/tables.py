@@ -79,6 +79,6 @@ def _mark_row(glimpse: Glimpse, mark: Mark, *, several: bool, seeks: bool) -> st
     delay = str(mark.frame) if mark.delay is None else f"{mark.delay * 1000:.0f} ms"
     strength = "–" if mark.strength is None else f"{mark.strength:.2f}"  # noqa: RUF001
     return (
-        f'<tr class="{"" if mark.standing else "fallen"}"{f" {visiting(mark.time)}" * seeks}><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
+        f'<tr class="{"" if mark.kept else "merged"}"{f" {visiting(mark.time)}" * seeks}><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
         f" {mark.kind}</i> {who}</td><td>{mark.time:.2f} s</td><td>{delay}</td><td>{strength}</td></tr>"
     )

@@ -19,7 +19,7 @@ _SAMPLES = int(1.5 * SECONDS * RATE)
 _POSES = 400  # poses kept until their key frames are confirmed
 _MARKS = 400  # key frames kept
 
-_STANDING = ("confirmed", "restored", "final")
+_KEPT = ("confirmed", "restored", "final")
 
 
 class _Key(msgspec.Struct):
@@ -95,7 +95,7 @@ class Track:
         """Return what there is to see; None before the first sample.
 
         Args:
-            level: Strength from which key frames are shown as standing.
+            level: Strength from which key frames are shown as kept.
             facts: Statistics to pass on.
         """
         if not self._samples:
@@ -108,8 +108,8 @@ class Track:
             for name in ("time", "value", "ceiling", "floor", "moving")
         )
         keys, marks = self._sorted(), self.marks(level)
-        cuts = [mark.time for mark in marks if mark.standing]
-        known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.standing]
+        cuts = [mark.time for mark in marks if mark.kept]
+        known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
         return Glimpse(
             performer=self.performer,
             skeleton=self.skeleton,
@@ -152,9 +152,9 @@ class Track:
 def _mark(key: _Key, level: float | None) -> Mark:
     """Return a key frame as it is shown; without a level it stands if the segmenter said so."""
     event = key.event
-    standing = event.status in _STANDING
+    kept = event.status in _KEPT
     if event.strength is not None and level is not None:
-        standing = event.strength >= level
+        kept = event.strength >= level
     return Mark(
         id=event.id,
         time=event.time,
@@ -162,7 +162,7 @@ def _mark(key: _Key, level: float | None) -> Mark:
         kind=event.kind,
         velocity=event.velocity,
         strength=event.strength,
-        standing=standing and event.status != "candidate",
+        kept=kept and event.status != "candidate",
         decided=event.decided,
         tentative=event.status == "candidate",
         delay=key.delay,
