@@ -21,10 +21,10 @@ from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, place
 
 SPACING = 0.1  # s between the poses
 MARGIN = 1e-4  # s, for the rounding of timestamps
-LAGS = 36  # longest lag, poses
+LAGS = 61  # longest lag, poses
 SHORTEST_LAG = 4  # a repetition is not shorter
-LONGEST_WINDOW, SHORTEST_WINDOW = 18, 10  # poses; half the lag between them
-DEEP, CERTAIN = 0.6, 0.3  # normalised distance at the period, to stay in cycles and to enter them
+LONGEST_WINDOW, SHORTEST_WINDOW = 45, 10  # poses; three quarters of the lag between them
+DEEP, CERTAIN = 0.6, 0.25  # normalised distance at the period, to stay in cycles and to enter them
 STILL = 0.05  # mean squared distance, in A², below which nothing is repeated
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5  # s
@@ -154,7 +154,7 @@ def _find_period(cycles, still):
 @inline_kernel
 def _mean_distance(cycles, lag):
     """Return the mean squared distance at a lag, and whether there were poses enough to know it."""
-    window = max(lag // 2, SHORTEST_WINDOW)
+    window = max(3 * lag // 4, SHORTEST_WINDOW)
     there = max(0, min(window, cycles.state.poses - lag))
     total = 0.0
     for back in range(1, there + 1):
