@@ -16,6 +16,7 @@ from mossar_stream import (
 )
 
 _EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
+_OF_LIMBS = ("channel", "limb")
 
 
 def event_schema() -> dict[str, Any]:
@@ -25,8 +26,9 @@ def event_schema() -> dict[str, Any]:
         definition = schema["$defs"][event.__name__]
         summary, fields = _explained(event)
         definition["description"] = summary
-        # Every field is always sent, though a reader of msgspec could leave those with defaults out.
-        definition["required"] = list(definition["properties"])
+        # Fields with defaults are always sent, too, but for those of records that leave them out.
+        optional = _OF_LIMBS if event.__struct_config__.omit_defaults else ()
+        definition["required"] = [name for name in definition["properties"] if name not in optional]
         for name, text in fields.items():
             definition["properties"][name]["description"] = text
     return {
