@@ -81,6 +81,20 @@ class Followers:
             self.limbs.change(given)
         return events
 
+    def hold(self, position: NDArray[np.float32], time: float) -> bool:
+        """Take one frame of a take in for a repetition counter that does nothing with it yet, and nothing else follows.
+
+        Args:
+            position: (J, 3) m.
+            time: s.
+
+        Returns:
+            Whether that is so; if not, `push` must be called.
+        """
+        if self.counter is None or self.recognition is not None or self.limbs is not None:
+            return False
+        return self.counter.hold(position, time)
+
     def push(
         self,
         row: Row,
@@ -143,7 +157,7 @@ class Followers:
         if self.counter is not None:
             return self._push_counted(self.counter, row, positions, times, first_frame)
         if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
-            return engine.push_frame(row, positions, times)
+            return _push_one(row, positions, times)
         return engine.push(row, positions, times, first_frame)
 
     def _push_counted(
@@ -157,11 +171,11 @@ class Followers:
         """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
         can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
         if can_be_quick and counter.hold(positions[0], float(times[0])):
-            return engine.push_frame(row, positions, times)
+            return _push_one(row, positions, times)
         begin = 0
         end, stop = counter.follow(positions, times)
         if can_be_quick and stop == NOTHING:
-            return engine.push_frame(row, positions, times)
+            return _push_one(row, positions, times)
         events: list[Event] = []
         while True:
             first = None if first_frame is None else first_frame + begin
@@ -207,3 +221,9 @@ class Followers:
             self.counter.restore(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
+
+
+def _push_one(row: Row, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
+    """Take one frame in, the quick way unless the take ends before it."""
+    events = engine.push_frame(row, positions, times)
+    return engine.push(row, positions, times) if events is None else events

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.intake import FLOAT32, given_positions, narrowed
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError
@@ -225,7 +226,7 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 taken in then.
         """
-        frames = plain_array(positions, np.float32)
+        frames = given_positions(positions)
         moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         unknown = [name for name in names if name not in self._segmenters]
@@ -253,7 +254,12 @@ class Performers:
         if any(segmenter.is_followed for segmenter in segmenters):
             pushed = zip(segmenters, frames, moments, strict=True)
             return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
-        return engine.push_many([segmenter.row for segmenter in segmenters], frames, moments)
+        rows = [segmenter.row for segmenter in segmenters]
+        if frames.dtype is not FLOAT32 or any(
+            row.origin is not None or not (row.is_live and row.is_placed) for row in rows
+        ):
+            frames = np.stack([narrowed(row, *own) for row, *own in zip(rows, frames, moments, strict=True)])
+        return engine.push_many(rows, frames, moments)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, checked, has_said_size
+from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
@@ -298,17 +298,22 @@ class Segmenter:
             and confidence is None
             and first_frame is None
             and row.is_live
+            and row.is_placed
             and positions.dtype.kind in "fiu"
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
             frame = positions[None]
-            if not (positions.dtype is FLOAT32 and positions.flags.carray):
+            if row.origin is not None:
+                less(positions, row.origin, self._one_frame[0])
+                frame = self._one_frame
+            elif not (positions.dtype is FLOAT32 and positions.flags.carray):
                 frame = self._one_frame
                 frame[0] = positions
-            if self.is_followed:
-                return self._followers.push(row, frame, self._one_time)
-            return engine.push_frame(row, frame, self._one_time)
+            if not self.is_followed or self._followers.hold(frame[0], float(times)):
+                events = engine.push_frame(row, frame, self._one_time)
+                if events is not None:
+                    return events
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)

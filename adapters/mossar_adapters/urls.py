@@ -182,6 +182,8 @@ def _file(address: Address, wanted: OpenOptions) -> Source:
 
 
 def _file_sink(address: Address, wanted: OpenOptions) -> Sink:
+    from mossar_adapters.annotations.sink import AnnotationSink
+    from mossar_adapters.annotations.writing import SUFFIXES, has_format
     from mossar_adapters.jsonlines import JsonLinesSink
     from mossar_adapters.segment_csv import SegmentCsvSink
 
@@ -192,9 +194,12 @@ def _file_sink(address: Address, wanted: OpenOptions) -> Sink:
             return SegmentCsvSink(address, force=wanted.force, position=wanted.position)
         case ".msk":
             raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
+        case suffix if has_format(PurePath(address.path)):
+            return AnnotationSink(address, wanted.settings, force=wanted.force)
         case suffix:
             raise address.error(
-                f"events go to .jsonl, segments to .csv, not to {suffix or 'a file without ending'}"
+                f"events go to .jsonl, segments to .csv, annotations to {' '.join(SUFFIXES)}, "
+                f"not to {suffix or 'a file without ending'}"
             )
 
 
@@ -289,6 +294,12 @@ def _lsl_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - 
     return LslSink(address)
 
 
+def _midi_sink(address: Address, wanted: OpenOptions) -> Sink:
+    from mossar_adapters.midi.sink import MidiSink
+
+    return MidiSink(address, force=wanted.force)
+
+
 def _oak(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.oak.source import OakSource
 
@@ -326,6 +337,14 @@ SCHEMES: tuple[Scheme, ...] = (
         _lsl_sink,
         extra="lsl",
         library="pylsl",
+    ),
+    Scheme(
+        ("midi",),
+        "midi:, midi:?port=NAME, midi:PATH",
+        "MIDI notes and clock",
+        sink=_midi_sink,
+        extra="midi",
+        library="mido",
     ),
     Scheme(("oak",), "oak:?device=ID", "Luxonis OAK cameras", _oak, extra="oak", library="depthai"),
 )

@@ -87,14 +87,15 @@ def noise_of_speed(noise, joints):
 
 
 @kernel
-def write_facts(summary, begin, facts, scales, noise):
-    """Write what is known of a key frame into the summary of the segment that it ends."""
+def write_facts(summary, begin, facts, scales, noise, joints):
+    """Write what is known of a key frame into the summary of the segment that it ends; `joints` is how many move."""
     summary[begin + evidence.SPEED] = facts.speed
     summary[begin + evidence.HOME] = facts.home / extent(scales)
     summary[begin + evidence.EXTENT] = extent(scales)
     summary[begin + evidence.USUAL_SPEED] = usual_speed(scales)
     summary[begin + evidence.TEMPO] = tempo_of(scales)
     summary[begin + evidence.NOISE] = noise
+    summary[begin + evidence.JOINTS] = joints
 
 
 @inline_kernel

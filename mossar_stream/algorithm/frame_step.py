@@ -15,12 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.arrival import welcome
 from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
 from mossar_stream.algorithm.cycles import (
     CANDIDATES,
     LAGS,
     LONGEST_WINDOW,
     NOTE,
+    PLACES,
     Cycles,
     follow_cycles,
     start_cycles,
@@ -165,11 +167,13 @@ def _arrays_of(state, row, params):
             state.history,
             part(row, at.marks, MARK, (plan.history_size,)),
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+            body,
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
         ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
@@ -266,10 +270,10 @@ def _rms_displacement(plan, body, displacement):
 @kernel
 def _note_facts(state, a):
     """Note what evidence needs to know of what the splitter found, while the features are those of the last frame."""
-    found, facts, plan = state.curve.found, state.facts, state.plan
+    found, facts = state.curve.found, state.facts
     if found.happened & (PROMOTED | CROSSED):
         time = state.clock.time if found.happened & CROSSED else found.time
-        note_place(facts, state.scales, a.history, a.joints.body, time - EARLIER, plan.moving_joints)
+        note_place(facts, state.scales, a.history, a.joints.body, time - EARLIER, state.joints.moving)
     else:
         facts.speed = min(facts.speed, state.scales.speed)
 
@@ -279,10 +283,12 @@ def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     plan, clock, body = state.plan, state.clock, a.joints.body
     evidence = plan.evidence == 1 and not first
-    _localise(plan, body, smoothing_share(dt) if evidence else np.float32(1.0))
     offset = SPEED_OFFSET
     if evidence:
         offset = np.float32(SPEED_OFFSET_SHARE * usual_speed(state.scales))
+    if state.joints.arrived == 1:
+        welcome(a.joints, a.segment, a.history, a.cycles, a.filtered, np.log(offset))
+    _localise(a.joints, smoothing_share(dt) if evidence else np.float32(1.0))
     squares = follow_speeds(a.history, body, clock.time, offset)
     if plan.evidence == 1:
         _follow_evidence(state, a, squares, dt, first)
@@ -290,13 +296,13 @@ def _describe(state, a, dt, first):
         flatten(body, a.segment.pose)
     if plan.tempo == 1:
         if first:
-            start_tempo(state.tempo, plan, body)
+            start_tempo(state.tempo, plan.joints, state.joints.moving, body)
         follow_speed(state.tempo, body, dt)
     stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
     if plan.tempo == 1 and stood_for > 0.0:
         follow_mean(state.tempo, body, stood_for)
     if plan.evidence == 1 and stood_for > 0.0:
-        follow_poses(state.scales, body, plan.moving_joints, stood_for)
+        follow_poses(state.scales, body, state.joints.moving, stood_for)
 
 
 @inline_kernel
@@ -306,21 +312,21 @@ def _follow_evidence(state, a, squares, dt, first):
     if first:
         start_scales(state.scales, body, plan.joints)
     else:
-        follow_scales(state.scales, squares / plan.moving_joints, dt)
+        follow_scales(state.scales, squares / state.joints.moving, dt)
     note_speed(state.facts, state.scales, state.clock.time)
-    follow_cycles(a.cycles, state.scales, body, plan.moving_joints, state.clock.time)
+    follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time)
 
 
 @inline_kernel
-def _localise(plan, body, share):
-    """Set the positions relative to the centre (paper 3.1.1); joints never seen lie in the origin.
+def _localise(joints, share):
+    """Set the positions relative to the centre (paper 3.1.1); joints that do not count lie in it.
 
     Args:
-        plan: PLAN.
-        body: See joint_pages.py.
+        joints: Joints.
         share: Weight of the new pose in the low-pass filtered one; 1 is no filter.
     """
-    cx, cy, cz = center_of(plan, body)
+    plan, body = joints.plan, joints.body
+    cx, cy, cz = center_of(plan, joints.state, body)
     for first in range(0, plan.padded_joints, PAGE):
         page = page_of(body, first)
         _shift(page, cx, cy, cz, share)

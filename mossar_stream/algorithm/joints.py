@@ -5,7 +5,9 @@ place where the performer stands does not matter. Displacements of localised joi
 displacements, which is what is computed here.
 
 Live joints come and go. A joint that is missing, or faster than `max_speed`, is held where it was for `max_gap`
-seconds; after that it is left out until it is back, without a displacement across the gap.
+seconds; after that it is left out, and carried along by the centre, until it is back, without a displacement across
+the gap. One that was not seen in this take yet does not count at all (`LIVE` is 0, and its pose, too); nor does
+anybody while the root was not seen. `arrival.py` tells what happens when it is.
 """
 
 from typing import NamedTuple
@@ -35,7 +37,22 @@ from mossar_stream.memory.joint_pages import (
 )
 
 FARTHEST = 1e5  # m; a coordinate beyond this is no position
-JOINTS = np.dtype([("complete", "i8")])  # whether all joints were there in the last frame
+JOINTS = np.dtype(
+    [
+        ("complete", "i8"),  # whether all joints were there in the last frame
+        ("arrived", "i8"),  # whether one is there for the first time in this take
+        ("moving", "i8"),  # joints seen in this take that can move relative to the centre, at least 1
+        # m, from the mean of the joints seen in this take to the centroid: who arrives must not move it.
+        ("offset_x", "f8"),
+        ("offset_y", "f8"),
+        ("offset_z", "f8"),
+        ("placed", "i8"),  # whether the following is known
+        # m, what was taken off the source's coordinates before they became single precision; see intake.py.
+        ("origin_x", "f8"),
+        ("origin_y", "f8"),
+        ("origin_z", "f8"),
+    ],
+)
 
 
 class Joints(NamedTuple):
@@ -50,25 +67,48 @@ class Joints(NamedTuple):
 
 @kernel
 def start_joints(joints, frame, time):
-    """Take the first frame of a take in: no joint has moved yet.
+    """Take the first frame of a take in: no joint has moved yet, and nothing is left of the take before.
 
     Args:
         joints: Joints.
         frame: (J,) POINT, m, NaN where missing.
         time: s.
     """
-    body = joints.body
-    joints.state.complete = 1
+    body, state = joints.body, joints.state
+    state.complete = 1
+    state.arrived = 0
+    state.offset_x = state.offset_y = state.offset_z = 0.0
     for j in range(joints.plan.joints):
         k = place(j)
         body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
+        body[k + GOOD_X] = body[k + GOOD_Y] = body[k + GOOD_Z] = 0.0
         if _is_position(frame[j]):
             joints.seen[j] = time
             _keep(body, k, frame[j])
         else:
             joints.seen[j] = -np.inf
-            joints.state.complete = 0
+            state.complete = 0
         _hold(body, k)
+    for j in range(joints.plan.joints):
+        body[place(j) + LIVE] = 1.0 if counts(joints, j) else 0.0
+    count_moving(joints)
+
+
+@kernel
+def counts(joints, j):
+    """Tell whether a joint was seen in this take, and the root, if that is the centre, too."""
+    center = joints.plan.center
+    return joints.seen[j] > -np.inf and (center < 0 or joints.seen[center] > -np.inf)
+
+
+@kernel
+def count_moving(joints):
+    """Note how many joints count that can move relative to the centre."""
+    moving = 0
+    for j in range(joints.plan.joints):
+        if j != joints.plan.center and joints.body[place(j) + LIVE] > 0.0:
+            moving += 1
+    joints.state.moving = max(moving, 1)
 
 
 @inline_kernel
@@ -226,6 +266,12 @@ def _partial_sum(joints, frame, time, center_step, lost):
         if mark > 0.0 or back:
             joints.seen[j] = time
             _keep(body, k, frame[j])
+            if body[k + LIVE] == 0.0:
+                joints.state.arrived = 1
+        elif mark < 0.0 and not lost:
+            body[k + GOOD_X] += cx
+            body[k + GOOD_Y] += cy
+            body[k + GOOD_Z] += cz
         body[k + STEP] = 0.0
         if mark >= 0.0 and j != plan.center and not lost:
             moving += 1

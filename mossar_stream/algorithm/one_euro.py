@@ -7,7 +7,19 @@ smooth at rest and quick in motion.
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.memory.joint_pages import MOVED_X, MOVED_Y, MOVED_Z, STEP, X, Y, Z, line_sum, place
+from mossar_stream.memory.joint_pages import (
+    GOOD_X,
+    LIVE,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
+    STEP,
+    X,
+    Y,
+    Z,
+    line_sum,
+    place,
+)
 
 DERIVATIVE_CUTOFF = np.float64(1.0)  # Hz, of the speeds
 
@@ -64,12 +76,12 @@ def _step_of(body, filtered, j):
 @kernel
 def _filtered_sum(plan, body, filtered):
     """Move the filtered positions by the weights in STEP, and turn these into paths."""
-    cx = cy = cz = 0.0
+    cx = cy = cz = live = 0.0
     for j in range(plan.joints):
-        if plan.center < 0 or j == plan.center:
+        if (plan.center < 0 or j == plan.center) and body[place(j) + LIVE] > 0.0:
             x, y, z = _step_of(body, filtered, j)
-            cx, cy, cz = cx + x, cy + y, cz + z
-    share = 1.0 / plan.joints if plan.center < 0 else 1.0
+            cx, cy, cz, live = cx + x, cy + y, cz + z, live + 1.0
+    share = 1.0 / max(live, 1.0)
     for j in range(plan.joints):
         x, y, z = _step_of(body, filtered, j)
         filtered[0, j] += x
@@ -78,6 +90,17 @@ def _filtered_sum(plan, body, filtered):
         k = place(j)
         body[k + X], body[k + Y], body[k + Z] = filtered[0, j], filtered[1, j], filtered[2, j]
         x, y, z = x - cx * share, y - cy * share, z - cz * share
+        if body[k + LIVE] == 0.0:
+            x = y = z = 0.0
         body[k + MOVED_X], body[k + MOVED_Y], body[k + MOVED_Z] = x, y, z
         body[k + STEP] = np.sqrt(x * x + y * y + z * z)
     return line_sum(body, STEP)
+
+
+@kernel
+def begin_filter(body, filtered, j):
+    """Let the filter begin anew for a joint, where it is."""
+    k = place(j)
+    for axis in range(3):
+        filtered[axis, j] = body[k + X + axis * Y] = body[k + GOOD_X + axis * Y]
+        filtered[3 + axis, j] = 0.0

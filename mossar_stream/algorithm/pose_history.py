@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
-from mossar_stream.memory.joint_pages import LOG_SPEED, PAGE, PAGE_SIZE, POSE_X, page_of
+from mossar_stream.memory.joint_pages import (
+    LIVE,
+    LOG_SPEED,
+    PAGE,
+    PAGE_SIZE,
+    POSE_X,
+    mark_absent,
+    page_of,
+    place,
+)
 
 RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
@@ -43,6 +52,7 @@ class PoseHistory(NamedTuple):
     state: np.void  # HISTORY
     marks: NDArray[np.void]  # (history_size,) MARK
     poses: NDArray[np.int16]  # (history_size, 3, padded_joints) 1/8192 m
+    body: NDArray[np.float32]  # see joint_pages.py
 
 
 def history_size(seconds: float) -> int:
@@ -121,7 +131,15 @@ def follow_speeds(history, body, time, offset):
         _speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
         squares += page_product(page, LOG_SPEED, LOG_SPEED)
         _log_speeds(target, offset)
+        _leave_out(page)
     return squares
+
+
+@inline_kernel
+def _leave_out(page):
+    """Let the log speed be 0 where no joint counts."""
+    for j in range(PAGE):
+        page[j + LOG_SPEED] *= page[j + LIVE]
 
 
 @inline_kernel
@@ -211,7 +229,13 @@ def place_back(history, back):
 
 @kernel
 def load_pose(history, pose, back):
-    """Set `pose` to a kept one, with its log speeds; `back` counts from the newest, 0."""
+    """Set `pose` to a kept one, with its log speeds; x is NaN where a joint does not count.
+
+    Args:
+        history: PoseHistory.
+        pose: (4, padded_joints), set.
+        back: Which one, counted from the newest, 0.
+    """
     here = place_back(history, back)
     for axis in range(3):
         for j in range(pose.shape[1]):
@@ -221,3 +245,14 @@ def load_pose(history, pose, back):
     rate = _rate(history.marks, past, time)
     _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
     _log_speeds(pose[3], SPEED_OFFSET)
+    mark_absent(history.body, pose)
+
+
+@kernel
+def keep_all_along(history, j):
+    """Let a joint have been where it is now in all poses that are kept."""
+    k = place(j)
+    for axis in range(3):
+        here = history.body[k + POSE_X + axis * PAGE : k + POSE_X + axis * PAGE + 1]
+        for back in range(history.state.filled):
+            _quantise(here, history.poses[place_back(history, back), axis, j : j + 1])

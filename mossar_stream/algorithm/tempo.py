@@ -40,17 +40,24 @@ TEMPO = np.dtype(
 
 
 @kernel
-def start_tempo(tempo, plan, body):
-    """Begin a take with the prior."""
-    for j in range(plan.joints):
+def start_tempo(tempo, joints, moving, body):
+    """Begin a take with the prior.
+
+    Args:
+        tempo: TEMPO.
+        joints: J.
+        moving: How many of them can move relative to the centre.
+        body: See joint_pages.py.
+    """
+    for j in range(joints):
         k = place(j)
         body[k + MEAN_X], body[k + MEAN_Y], body[k + MEAN_Z] = (
             body[k + POSE_X],
             body[k + POSE_Y],
             body[k + POSE_Z],
         )
-    tempo.spread = plan.moving_joints * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
-    tempo.squared_speed = plan.moving_joints * PRIOR_TIME * PRIOR_SPEED**2
+    tempo.spread = moving * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
+    tempo.squared_speed = moving * PRIOR_TIME * PRIOR_SPEED**2
 
 
 @inline_kernel

@@ -61,7 +61,10 @@ WINDOW = np.dtype(
         ("has_before", "i8"),  # whether there is a segment before the window
         ("before", "i8"),  # slot of it
         ("due_time", "f8"),  # s, when the oldest key frame must be decided; inf if there is none
-        ("pace", "f8"),  # tempo factor of the last ranking: costs are divided by it
+        (
+            "pace",
+            "f8",
+        ),  # costs are divided by this: tempo, and share of the joints that count, at the last ranking
     ],
 )
 KEY = np.dtype(
@@ -108,6 +111,7 @@ class Window(NamedTuple):
 
     plan: np.void  # PLAN
     clock: np.void  # CLOCK
+    joints: np.void  # JOINTS
     state: np.void  # WINDOW
     tempo: np.void  # TEMPO
     slots: np.void  # SLOTS
@@ -211,6 +215,8 @@ def rank(w, open_slot):
     if count <= 0:
         return
     state.pace = pace(w.tempo) if w.plan.tempo == 1 else 1.0
+    if w.plan.shared == 1:
+        state.pace *= w.joints.moving / w.plan.moving_joints
     scratch.bounds[0] = state.left_ordinal
     for i in range(count + 1):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot

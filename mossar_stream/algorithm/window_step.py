@@ -13,6 +13,7 @@ from mossar_stream.algorithm.cycles import (
     LAGS,
     LONGEST_WINDOW,
     NOTE,
+    PLACES,
     Cycles,
     forget_newest,
     note_candidate,
@@ -147,6 +148,7 @@ def _window_of(state, row, params, scratch, event_buffer):
     return Window(
         plan,
         state.clock,
+        state.joints,
         state.window,
         state.tempo,
         state.slots,
@@ -155,11 +157,13 @@ def _window_of(state, row, params, scratch, event_buffer):
             state.history,
             part(row, at.marks, MARK, (plan.history_size,)),
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
+            part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
         ),
         part(row, at.keys, KEY, (places,)),
@@ -204,7 +208,7 @@ def _open_segment_of(state, row, w):
         w.params,
         w.unused,
         w.summaries,
-        part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
+        w.history.body,
         part(row, at.pose, np.float32, (4, plan.padded_joints)),
     )
 
@@ -249,7 +253,7 @@ def _add_key(w, slot, state, point, rev):
         return
     facts, scales = state.facts, state.scales
     noise = noise_of_speed(state.noise, w.plan.moving_joints)
-    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise)
+    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
     note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD
     if is_telling(facts, scales, point.time, noise):

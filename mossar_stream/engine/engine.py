@@ -76,8 +76,11 @@ def _push(
     return events
 
 
-def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event]:
+def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event] | None:
     """Take one frame of a take that goes on in: `push`, without what would cost more than the frame itself.
+
+    Returns:
+        The events; None if the take ends before the frame, which was not taken in then.
 
     Args:
         row: The performer's, whose take is live.
@@ -96,6 +99,8 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
             events = row.take_pending()
             events += _update(row, FOLLOW)
             return events
+        if code == TAKE_ENDS:
+            return None
         return row.take_pending() if code == ONE_DONE else _push(row, position, time)
     finally:
         guard.is_busy = False

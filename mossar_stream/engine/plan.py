@@ -10,7 +10,7 @@ from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.pose_history import history_size
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
-from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE, pad
+from mossar_stream.memory.joint_pages import pad
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.skeleton import Skeleton
@@ -147,13 +147,13 @@ class Plan:
             "tempo": chosen.tempo,
             "evidence": chosen.similarity == "evidence",
             "facts": similarity.facts_at(chosen, self.params),
+            "shared": chosen.similarity == "likelihood",
             "offline": self.offline,
         }
         for name in PLAN.names or ():
             state["plan"][name] = values[name]
         for name, offset in shape.offsets()[0].items():
             state["at"][name] = offset
-        region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE].flat[: shape.joints] = 1.0
 
     def new_memory(self, count: int) -> NDArray[np.uint8]:
         """Return memory for so many rows, (count, row_bytes), not prepared."""

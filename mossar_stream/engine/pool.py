@@ -69,6 +69,8 @@ class Row:
         state: ROW, the row's records.
         clock: CLOCK, one of them.
         is_live: Whether the take that is open has been told of.
+        origin: (3,) m, what is taken off positions in this take; None for nothing.
+        is_placed: Whether that was found; it is not before somebody was seen.
         pending: Events for the next push.
         guard: Of the pool's buffers.
         is_level_new: Whether the level moved, and what follows from that waits for the next push, too.
@@ -86,8 +88,24 @@ class Row:
         self.params, self.guard = pool.plan.params, pool.buffers.guard
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
-        self.is_live = bool(self.clock["open"])
+        self.look()
         self.indices = np.array([index])
+
+    def look(self) -> None:
+        """Take note of what is in the row."""
+        joints = self.state["joints"]
+        origin = np.array([joints["origin_x"], joints["origin_y"], joints["origin_z"]])
+        self.is_live = bool(self.clock["open"])
+        self.is_placed = bool(joints["placed"])
+        self.origin = origin if origin.any() else None
+
+    def settle(self, origin: NDArray[np.float64], found: bool) -> None:
+        """Take off this much from positions until the take ends; look for it again if nobody was found."""
+        joints = self.state["joints"]
+        joints["origin_x"], joints["origin_y"], joints["origin_z"] = origin
+        joints["placed"] = found
+        self.is_placed = found
+        self.origin = origin if origin.any() else None
 
     def take_pending(self) -> list[Event]:
         """Return the events that wait for the next push."""
@@ -115,6 +133,7 @@ class Row:
         old, before, is_live = self.memory[0].copy(), self.plan, self.is_live
         self._leave_for(plan)
         move_row(old, before, self.memory[0], plan)
+        self.look()
         self.is_live = is_live
 
     def _leave_for(self, plan: Plan) -> None:
@@ -139,7 +158,7 @@ def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None)
     row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
     if content is not None:
         row.memory[0] = content
-        row.is_live = bool(row.clock["open"])
+        row.look()
     return row
 
 

@@ -27,7 +27,7 @@ POSE_X, POSE_Y, POSE_Z, LOG_SPEED = 640, 672, 704, 736
 SUM_X, SUM_Y, SUM_Z, SUM_SPEED = 768, 800, 832, 864  # sums of these over the frames that wait for a summary,
 SQUARE_X, SQUARE_Y, SQUARE_Z, SQUARE_SPEED = 896, 928, 960, 992  # of their squares,
 SUM_PATH = 1024  # and of the paths
-LIVE = 1056  # 1, or 0 for what comes after the last joint
+LIVE = 1056  # 1, or 0 for joints that do not count (joints.py) and for what comes after the last joint
 WORK = 1088  # scratch
 HOME_X, HOME_Y, HOME_Z = 1120, 1152, 1184  # m, the pose in which the performer dwells (scales)
 LINES = 38  # of a page
@@ -68,23 +68,35 @@ def line_sum(body, line):
 
 
 @kernel
-def center_of(plan, body):
-    """Return where the centre is: the root, or the centroid of all joints."""
+def center_of(plan, state, body):
+    """Return where the centre is: the root, or the centroid of the joints that count.
+
+    Args:
+        plan: PLAN.
+        state: JOINTS.
+        body: The body.
+    """
     if plan.center >= 0:
         k = place(plan.center)
         return body[k + X], body[k + Y], body[k + Z]
-    x = y = z = 0.0
+    x = y = z = live = 0.0
     for j in range(plan.joints):
         k = place(j)
-        x += body[k + X]
-        y += body[k + Y]
-        z += body[k + Z]
-    return np.float32(x / plan.joints), np.float32(y / plan.joints), np.float32(z / plan.joints)
+        x += body[k + X] * body[k + LIVE]
+        y += body[k + Y] * body[k + LIVE]
+        z += body[k + Z] * body[k + LIVE]
+        live += body[k + LIVE]
+    live = max(live, 1.0)
+    return (
+        np.float32(x / live + state.offset_x),
+        np.float32(y / live + state.offset_y),
+        np.float32(z / live + state.offset_z),
+    )
 
 
 @kernel
 def flatten(body, pose):
-    """Copy the features of the last frame to where all joints follow each other.
+    """Copy the features of the last frame to where all joints follow each other; x is NaN where a joint does not count.
 
     Args:
         body: The body.
@@ -97,3 +109,12 @@ def flatten(body, pose):
             values = body[begin : begin + PAGE]
             for j in range(len(line)):
                 line[j] = values[j]
+    mark_absent(body, pose)
+
+
+@kernel
+def mark_absent(body, pose):
+    """Set x to NaN, in a (4, padded_joints) pose, where a joint does not count."""
+    for j in range(pose.shape[1]):
+        if body[place(j) + LIVE] == 0.0:
+            pose[0, j] = np.nan

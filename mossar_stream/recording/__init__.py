@@ -15,6 +15,7 @@ from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.intake import FLOAT32, given_positions, less, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
@@ -239,7 +240,7 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = plain_array(positions, np.float32)
+    frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
@@ -251,6 +252,9 @@ def segment_recording(
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     chosen = settings or Settings()
+    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
+    if frames.dtype is not FLOAT32 or origin.any():
+        frames = less(frames, origin, np.empty(frames.shape, np.float32))
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)

@@ -183,7 +183,7 @@ def add_pose(params, summary, pose, joints, time, weight):
     Args:
         params: Record of `make_params`.
         summary: Of the segment.
-        pose: (4, padded joints) m relative to the centre (3) and log speed (1).
+        pose: (4, padded joints) m relative to the centre (3) and log speed (1); x is NaN where a joint does not count.
         joints: J.
         time: s, of the pose; what matters here is only how long it lasts.
         weight: s that the pose stands for; negative to take it out.
@@ -196,10 +196,45 @@ def add_pose(params, summary, pose, joints, time, weight):
     at = 0
     for axis in range(4):
         if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-            _add_values(sums[at : at + padded_joints], squares[at : at + padded_joints], pose[axis], weight)
+            own, square = sums[at : at + padded_joints], squares[at : at + padded_joints]
+            _add_values(own, square, pose[axis], pose[0], weight)
             at += padded_joints
     if params.offsets > 0:
         _add_pairs(params, summary, pose, joints, weight)
+
+
+@kernel
+def add_joint(params, summary, pose, joints, j):
+    """Let a joint have rest where it is for as long as a summary lasts.
+
+    Args:
+        params: Record of `make_params`.
+        summary: Of the segment.
+        pose: (4, padded joints) m relative to the centre (3) and log speed (1); x is NaN where a joint does not count.
+        joints: J.
+        j: Which joint.
+    """
+    at = params.start
+    for axis in range(4):
+        if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
+            _set_constant(params, summary, at + j, pose[axis, j])
+            at += pose.shape[1]
+    for row in range(params.offsets):
+        k = 1 + row * params.stride
+        for i in (j, (j - k) % joints):
+            other = (i + k) % joints
+            x, y, z = pose[0, i] - pose[0, other], pose[1, i] - pose[1, other], pose[2, i] - pose[2, other]
+            distance = np.sqrt(x * x + y * y + z * z)
+            _set_constant(params, summary, at + i, distance if distance >= 0.0 else np.float32(0.0))
+        at += pose.shape[1]
+
+
+@kernel
+def _set_constant(params, summary, d, value):
+    """Let a dimension have had one value all along."""
+    weighted = summary[DURATION] * value
+    summary[d] = weighted
+    summary[d + params.dimensions] = weighted * value
 
 
 @kernel
@@ -219,11 +254,12 @@ def _add_pairs(params, summary, pose, joints, weight):
 
 
 @kernel
-def _add_values(sums, squares, values, weight):
+def _add_values(sums, squares, values, counted, weight):
     for j in range(len(values)):
-        weighted = weight * values[j]
+        value = values[j] if abs(counted[j]) < np.inf else np.float32(0.0)
+        weighted = weight * value
         sums[j] += weighted
-        squares[j] += weighted * values[j]
+        squares[j] += weighted * value
 
 
 @kernel
@@ -233,6 +269,7 @@ def _add_distances(sums, squares, one, other, weight):
         y = one[1, i] - other[1, i]
         z = one[2, i] - other[2, i]
         square = x * x + y * y + z * z
+        square = square if square >= 0.0 else np.float32(0.0)  # NaN: one of the two does not count
         sums[i] += weight * np.sqrt(square)
         squares[i] += weight * square
 
@@ -242,13 +279,10 @@ def merge_into(params, target, other):
     """Make `target` the summary of both segments, `other` being the later one; sums know no order."""
     if params.facts > 0:
         merge_facts(params.facts, target, other)
-        for d in range(params.facts):
-            target[d] += other[d]
-        for d in range(params.start, len(target)):
-            target[d] += other[d]
+        _flush(target[: params.facts], other)
+        _flush(target[params.start :], other[params.start :])
         return
-    for d in range(len(target)):
-        target[d] += other[d]
+    _flush(target, other)
 
 
 @kernel

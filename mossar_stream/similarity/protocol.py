@@ -7,6 +7,7 @@ A measure is a module with
                                                   the sums that wait into the summary
     add_pose(params, summary, pose, joints, time, weight)
                                                   its pose alone, in or out (weight < 0)
+    add_joint(params, summary, pose, joints, j)   a joint that was missing so far, as if it had rest where it is all along
     merge_into(params, target, other)             two neighbours into one summary
     close(params, summary)                        what is kept about a whole segment
     strength(params, left, right, both)           at which the key frame between them falls, >= 0
@@ -95,6 +96,12 @@ def add_frame(params, summary, frame):
 @kernel_by_type(_of_measure)
 def add_pose(params, summary, pose, joints, time, weight):
     """Add a frame's pose to a summary, or take it out."""
+    raise NotImplementedError
+
+
+@kernel_by_type(_of_measure)
+def add_joint(params, summary, pose, joints, j):
+    """Add a joint that was missing so far to a summary."""
     raise NotImplementedError
 
 

@@ -111,7 +111,7 @@ def test_wrong_sources_are_refused_in_one_line(url, message):
 @pytest.mark.parametrize(
     ("url", "message"),
     [
-        ("events.txt", "events go to .jsonl"),
+        ("events.doc", "events go to .jsonl"),
         ("events.msk", "mossar record"),
         ("/no/such/folder/events.jsonl", "cannot be written"),
         ("demo:", "takes no events"),

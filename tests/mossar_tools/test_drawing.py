@@ -67,6 +67,14 @@ def test_figures_stand_upright_and_face_the_reader_whatever_their_axes():
         assert flat[toes, 0] > flat[foot, 0]
 
 
+def test_figures_without_feet_stand_upright_where_y_points_down():
+    take = performance(seed=2, seconds=4).frames.positions.astype(float)
+    names = ("Head", "Spine", "LeftHand", "RightHand")
+    poses = take[:, [SKELETON.index(name) for name in names]] * [1, -1, 1]
+    flat = project(poses[0], view_of(Skeleton(names), poses))
+    assert flat[0, 1] - flat[1, 1] > 0.2
+
+
 @pytest.mark.parametrize(
     "names", [("lhand", "rhand", "lfoot", "rfoot"), ("L_Hand", "R_Hand", "L_Foot", "R_Foot")]
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
@@ -211,3 +212,30 @@ def deadly(self, file, *arguments, **options):
     before(self, file, *arguments, **options)
 zipfile.ZipFile.__init__ = deadly
 """
+
+
+def test_what_a_stream_ends_with_is_what_annotators_get_of_a_recording(mossar, tmp_path):
+    pytest.importorskip("pympi")
+    whole, streamed = tmp_path / "whole.TextGrid", tmp_path / "streamed.TextGrid"
+    assert mossar("segment", "demo:?seed=3&seconds=12", "--export", whole)[0] == 0
+    assert mossar("run", "demo:?seed=3&seconds=12", "--speed", "max", "--to", streamed)[0] == 0
+    own = {tier.name: tier for tier in read_annotations(streamed)}
+    assert set(own) == {"segments motion", "key frames"}
+    marks = own["segments motion"].marks
+    assert [mark.start for mark in marks[1:]] == [mark.end for mark in marks[:-1]]
+    assert (marks[0].start, marks[-1].end) == (0.0, pytest.approx(12, abs=0.05))
+    offline = {tier.name: tier for tier in read_annotations(whole)}
+    assert set(offline) == {"segments motion", "segments posture", "segments cluster", "key frames"}
+    assert len(offline["segments posture"].marks) > len(offline["segments cluster"].marks)
+
+
+def test_each_segment_becomes_a_clip(mossar, swing, tmp_path):
+    clips = tmp_path / "clips"
+    status, _, err = mossar("segment", swing, "--cut", clips)
+    assert (status, err) == (0, f"written: {len(list(clips.glob('*.npz')))} clips in {clips}\n")
+    rows = list(csv.DictReader((clips / "clips.csv").read_text().splitlines()))
+    positions = np.concatenate([np.load(clips / row["clip"])["positions"] for row in rows])
+    np.testing.assert_array_equal(positions, np.load(swing)["positions"])
+    status, _, err = mossar("segment", swing, "--cut", clips)
+    assert status == 2
+    assert "--force" in err

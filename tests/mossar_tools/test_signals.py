@@ -49,6 +49,37 @@ def test_a_signal_that_waits_when_the_block_ends_is_not_lost():
     assert passed
 
 
+def test_what_comes_of_it_is_returned():
+    assert interruptibly(lambda: 3) == 3
+
+
+COMPILES = """
+import sys, time, types
+import mossar_stream
+from mossar_tools import batch, cli
+from mossar_tools.evaluation import trial
+compiler = types.ModuleType("numba.core.compiler")
+exec("import time\\ndef work(*_, **__):\\n print('works', flush=True)\\n time.sleep(60)", compiler.__dict__)
+trial.trial = batch.segment_whole = mossar_stream.segment_recording = compiler.work
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize(
+    "command", [["evaluate", "demo:", "--seeds", "1"], ["segment", "demo:"], ["tune", "demo:"]]
+)
+def test_ctrl_c_ends_commands_while_they_compile(command):
+    with subprocess.Popen(
+        [sys.executable, "-c", COMPILES, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        assert running.stdout.readline() == b"works\n"
+        began = time.perf_counter()
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=50)
+        assert time.perf_counter() - began < 30
+    assert (running.returncode, err) == (130, b"")
+
+
 @pytest.mark.parametrize(("number", "error"), NUMBERS)
 def test_what_takes_long_is_done_elsewhere_and_no_longer_waited_for(number, error):
     ended = threading.Event()

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from mossar_adapters.annotations.tiers import Mark, Tier
+from mossar_adapters.annotations.writing import write_annotations
 from mossar_stream import Moves, Skeleton
 
 FPS = 30.0
@@ -124,3 +126,21 @@ def test_moves_that_do_not_fit_the_stream_are_said(mossar, recording, tmp_path):
         "run", recording("take.npz", shown(PUNCH)), "--moves", path, "--unit", "m", "--to", "-"
     )
     assert "tail" in err
+
+
+@pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt"])
+def test_annotations_name_moves(mossar, recording, tmp_path, suffix):
+    if suffix != ".txt":
+        pytest.importorskip("pympi")
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH, RAISE))
+    tiers = [
+        Tier("segments motion", (Mark(0, 1, "resting"),)),
+        Tier("moves", (Mark(1.2, 3, "punch"), Mark(4, 6, "raise"))),
+    ]
+    write_annotations(tmp_path / f"take{suffix}", tiers, 7.0)
+    labels = ("--labels", tmp_path / f"take{suffix}", "--unit", "m")
+    assert mossar("teach", moves, take, *labels)[0] == 0
+    assert Moves.load(moves).names == ("punch", "raise")
+    status, _, err = mossar("teach", moves, take, *labels, "--tier", "x")
+    assert status == 2
+    assert "no tier called x; there are:" in err

@@ -28,6 +28,7 @@ class Excerpt(msgspec.Struct, frozen=True):
         level: Strength from which key frames stand.
         level_name: What to call it.
         limbs: Segments of each limb that lie in it.
+        about: What the title says of it; None counts frames and key frames.
     """
 
     start: float
@@ -43,6 +44,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     level: float
     level_name: str
     limbs: dict[str, list[Segment]] = {}  # msgspec copies it
+    about: str | None = None
 
 
 def excerpt(
@@ -77,6 +79,7 @@ def excerpt(
         raise UsageError(
             f"nothing from {start:g} s to {end:g} s; {whole.name} lasts from {ends[0]:g} s to {ends[1]:g} s"
         )
+    start, end = max(start, ends[0]), min(end, ends[1])
     if columns is None:
         columns = curve_columns(result)
         threshold = result.curves[0].threshold if result.curves else 0.0

@@ -25,12 +25,14 @@ class Outputs(NamedTuple):
         csv: The same for a table with a heading.
         picture: File to be drawn.
         exports: Files for annotation programs.
+        clips: Folder for a recording of each segment.
     """
 
     json: str | None
     csv: str | None
     picture: Path | None
     exports: tuple[Path, ...] = ()
+    clips: Path | None = None
 
     @classmethod
     def of(cls, options: Options) -> Self:
@@ -62,7 +64,13 @@ class Outputs(NamedTuple):
             from mossar_adapters.annotations.writing import check_annotations
 
             check_annotations(path)
-        return cls(options.json, options.csv, picture, exports)
+        clips = None
+        if options.cut is not None:
+            from mossar_adapters.files.clips import check_clips
+
+            clips = Path(options.cut)
+            check_clips(clips, replace=options.force)
+        return cls(options.json, options.csv, picture, exports, clips)
 
     @property
     def piped(self) -> bool:
@@ -72,7 +80,7 @@ class Outputs(NamedTuple):
     @property
     def silent(self) -> bool:
         """Whether there is nothing left to be shown as a table to read."""
-        return bool(self.json or self.csv or self.picture or self.exports)
+        return bool(self.json or self.csv or self.picture or self.exports or self.clips)
 
     def write_json(self, value: Mapping[str, Any], console: Console) -> None:
         """Write one JSON object, if that is wanted."""

@@ -100,7 +100,7 @@ def draw_excerpt(
         figure.align_ylabels([panels[1], panels[-1]])
         _draw_title(figure, whole, shown, palette)
         _draw_legend(figure, whole, shown, panels[1], columns, palette)
-        _draw_note(figure, left_out, palette)
+        _draw_note(figure, left_out, "" if shown.about else "; --from, --to and --width show more", palette)
         save(figure, target)
 
 
@@ -136,6 +136,8 @@ def _cut(text: str, room: int) -> str:
 
 
 def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
+    if shown.about is not None:
+        return shown.about
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     there = len(shown.standing) + len(shown.fallen)
     part = ""
@@ -188,12 +190,12 @@ def _letters(width: float) -> int:
     return int((width - _LEFT - 0.2) * 17)
 
 
-def _draw_note(figure: Any, left_out: list[str], palette: Palette) -> None:
+def _draw_note(figure: Any, left_out: list[str], advice: str, palette: Palette) -> None:
     """Say at the bottom what there was no room for."""
     if not left_out:
         return
     width, height = figure.get_size_inches()
-    text = f"not drawn, for want of room: {'; '.join(left_out)}. The strongest are; --from, --to and --width show more."
+    text = f"not drawn, for want of room: {'; '.join(left_out)}. The strongest are{advice}."
     lines = textwrap.wrap(text, _letters(width))
     figure.text(
         _LEFT / width, 0.06 / height, "\n".join(lines), color=palette.muted, fontsize=FONT - 1.5, va="bottom"

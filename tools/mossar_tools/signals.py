@@ -14,9 +14,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
-from typing import Final
+from typing import Final, TypeVar
 
 from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
+
+T = TypeVar("T")
 
 _AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
 _LOOK: Final = 0.1  # s between two looks at whether other work is done; some systems do not wake who waits
@@ -66,18 +68,19 @@ def raising() -> Iterator[None]:
             _deferred.clear()
 
 
-def interruptibly(work: Callable[[], object]) -> None:
+def interruptibly(work: Callable[[], T]) -> T:
     """Do something that compiles, in another thread, so that a signal ends the wait for it at once.
 
-    What it raises is raised here. A program whose wait was ended must end with `leave`.
+    What it returns is returned, what it raises is raised here. A program whose wait was ended must end with `leave`.
     """
+    results: list[T] = []
     failures: list[BaseException] = []
     done = threading.Lock()
     done.acquire()
 
     def run() -> None:
         try:
-            work()
+            results.append(work())
         except BaseException as error:  # noqa: BLE001 - for the thread that waits
             failures.append(error)
         finally:
@@ -95,6 +98,7 @@ def interruptibly(work: Callable[[], object]) -> None:
     _abandoned.remove(thread)
     if failures:
         raise failures[0]
+    return results[0]
 
 
 def leave(status: int) -> int:

@@ -20,6 +20,7 @@ _SIDES = (
 )
 _TOP = re.compile(r"head|neck|nose|thorax|chest", re.IGNORECASE)
 _BOTTOM = re.compile(r"foot|toe|ankle|heel", re.IGNORECASE)
+_MIDDLE = re.compile(r"spine|pelvis|hip|torso", re.IGNORECASE)  # what is lowest where nobody sees feet
 _HEAD = re.compile(r"^(head|nose|.*[_:. ]head)$", re.IGNORECASE)
 
 
@@ -51,7 +52,8 @@ def view_of(skeleton: Skeleton, poses: Floats) -> View:
         return View(1, 1.0, (), 1.7)
     extent = np.nanmedian(np.nanmax(known, axis=1) - np.nanmin(known, axis=1), axis=0)
     up = int(np.argmax(extent))
-    top, bottom = (_joints(skeleton, words) for words in (_TOP, _BOTTOM))
+    top = _joints(skeleton, _TOP)
+    bottom = _joints(skeleton, _BOTTOM) or _joints(skeleton, _MIDDLE)
     sign = 1.0
     if top and bottom:
         rise = np.nanmean(known[:, top, up]) - np.nanmean(known[:, bottom, up])

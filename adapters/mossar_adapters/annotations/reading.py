@@ -1,6 +1,7 @@
 """Reading annotations back: what people corrected by hand, as tiers."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,28 @@ from mossar_adapters.extras import needed
 MAX_BYTES = 64 << 20
 
 
+def chosen_tier(path: Path, wanted: str | None, usual: Sequence[str]) -> Tier:
+    """Return a tier of an annotation file.
+
+    Args:
+        path: See `read_annotations`.
+        wanted: Its name; None for the first of the usual ones that is there, or else the only one there is.
+        usual: Names.
+
+    Raises:
+        MossarError: If the file cannot be read, or it is not clear which tier is meant.
+    """
+    tiers = {tier.name: tier for tier in read_annotations(path)}
+    for name in usual if wanted is None else (wanted,):
+        if name in tiers:
+            return tiers[name]
+    if wanted is None and len(tiers) == 1:
+        return next(iter(tiers.values()))
+    there = ", ".join(tiers) or "none"
+    names = " or ".join(usual if wanted is None else (wanted,))
+    raise AnnotationError(f"{path}: there is no tier called {names}; there are: {there}")
+
+
 def read_annotations(path: Path) -> list[Tier]:
     """Return the tiers of a file.
 
@@ -22,12 +45,7 @@ def read_annotations(path: Path) -> list[Tier]:
     Raises:
         MossarError: If there is no such format, its library is missing, or the file cannot be read.
     """
-    reader = {
-        ".eaf": _read_eaf,
-        ".textgrid": _read_textgrid,
-        ".txt": _read_audacity,
-        ".json": _read_label_studio,
-    }.get(path.suffix.lower())
+    reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise AnnotationError(
             f"{path}: annotations are read from .eaf, .TextGrid, .txt (Audacity) and .json (Label Studio)"
@@ -114,3 +132,12 @@ def _read_label_studio(path: Path) -> list[Tier]:
 def _tier(name: str, marks: list[Mark]) -> Tier:
     ordered = tuple(sorted(marks))
     return Tier(name, ordered, moments=bool(marks) and all(mark.end == mark.start for mark in marks))
+
+
+_READERS = {
+    ".eaf": _read_eaf,
+    ".textgrid": _read_textgrid,
+    ".txt": _read_audacity,
+    ".json": _read_label_studio,
+}
+SUFFIXES = frozenset(_READERS)

@@ -4,7 +4,17 @@ from collections.abc import Iterable
 
 import msgspec
 
-from mossar_stream import KeyFrame, MossarError, RepetitionEvent, Segment
+from mossar_stream import (
+    KeyFrame,
+    KeyFrameEvent,
+    MossarError,
+    MoveEvent,
+    RepetitionEvent,
+    Segment,
+    SegmentEvent,
+)
+
+SEGMENTS, KEY_FRAMES, REPETITIONS, MOVES = "segments", "key frames", "repetitions", "moves"
 
 
 class AnnotationError(MossarError):
@@ -39,38 +49,51 @@ class Tier(msgspec.Struct, frozen=True):
     moments: bool = False
 
 
-def tiers_of(
-    segments: Iterable[Segment],
-    key_frames: Iterable[KeyFrame],
-    repetitions: Iterable[RepetitionEvent] = (),
-    origin: float = 0.0,
-) -> list[Tier]:
-    """Return a tier of segments, one of key frames, and one of repetitions if there are any.
+def segment_tier(parts: Iterable[Segment | SegmentEvent], level: object, origin: float) -> Tier:
+    """Return the tier of the segments at a level, which is part of its name if the level has one.
 
     Args:
-        segments: Of a recording, at a level.
-        key_frames: Those that stand.
-        repetitions: Those that are counted.
+        parts: In the order of time.
+        level: A name, or else a strength.
         origin: Time of the first frame, s.
     """
-    stretches = [
-        Mark(part.start_time - origin, part.end_time - origin, _label(part))
-        for part in segments
-        if part.end_time > part.start_time
+    marks = [Mark(part.start_time - origin, part.end_time - origin, _label(part)) for part in parts]
+    return Tier(f"{SEGMENTS} {level}" if isinstance(level, str) else SEGMENTS, apart(marks))
+
+
+def key_frame_tier(keys: Iterable[KeyFrame | KeyFrameEvent], origin: float) -> Tier:
+    """Return the tier of key frames; as `segment_tier`."""
+    marks = sorted(Mark(key.time - origin, key.time - origin, key.kind) for key in keys)
+    return Tier(KEY_FRAMES, tuple(marks), moments=True)
+
+
+def repetition_tier(events: Iterable[RepetitionEvent], origin: float) -> Tier:
+    """Return the tier of the repetitions that are counted; as `segment_tier`."""
+    marks = [
+        Mark(event.start - origin, event.end - origin, str(event.count))
+        for event in events
+        if event.start is not None and event.end is not None
     ]
-    moments = [Mark(key.time - origin, key.time - origin, key.kind) for key in key_frames]
-    tiers = [Tier("segments", tuple(stretches)), Tier("key frames", tuple(moments), moments=True)]
-    counted = []
+    return Tier(REPETITIONS, apart(marks))
+
+
+def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
+    """Return the tier of moves; as `segment_tier`."""
+    return Tier(
+        MOVES, apart([Mark(event.start - origin, event.end - origin, event.name) for event in events])
+    )
+
+
+def apart(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+    """Return stretches in the order of time, none of which begins before the end of the one before."""
+    kept: list[Mark] = []
     latest = 0.0
-    for event in repetitions:
-        if event.start is None or event.end is None:
-            continue
-        start, end = max(event.start - origin, latest), event.end - origin
-        if end > start:
-            counted.append(Mark(start, end, str(event.count)))
-            latest = end
-    return [*tiers, Tier("repetitions", tuple(counted))] if counted else tiers
+    for mark in sorted(marks):
+        if mark.end > max(mark.start, latest):
+            kept.append(Mark(max(mark.start, latest), mark.end, mark.label))
+            latest = mark.end
+    return tuple(kept)
 
 
-def _label(part: Segment) -> str:
+def _label(part: Segment | SegmentEvent) -> str:
     return " ".join([part.state, *part.active_joints[:1]]) if part.state == "moving" else part.state

@@ -1,12 +1,17 @@
 """Writing annotations: the suffix of the file says for which program."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.extras import needed
 
 EXTRA = "annotate"
+
+
+def has_format(path: PurePath) -> bool:
+    """Return whether there is a format for a file."""
+    return path.suffix.lower() in _WRITERS
 
 
 def check_annotations(path: Path) -> None:
@@ -123,3 +128,4 @@ _WRITERS: dict[str, Callable[[Path, Sequence[Tier], float], None]] = {
     ".vtt": _write_vtt,
     ".tsv": _write_bids,
 }
+SUFFIXES = (".eaf", ".TextGrid", ".txt", ".vtt", ".tsv")

@@ -51,17 +51,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
 
 def read_motion(path: Path, options: ReadOptions) -> JointMotion:
     """Read joint rotations."""
-    lines = numbered_lines(path)
-    hierarchy = parse_hierarchy(path, lines)
-    announced, step, last_line = _motion_header(path, lines)
-    if options.fps is None and not plausible_rate(rate_of_step(step)):
-        raise FileError(path, f"a frame time of {step} s is impossible; set --fps", last_line)
-    rows = survey(path, last_line + 1, str.split, hierarchy.width, exact=True)
-    rows = msgspec.structs.replace(
-        rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count
-    )
-    if rows.count == 0:
-        raise FileError(path, "the motion has 0 frames", last_line)
+    hierarchy, announced, step, rows = _opened(path, options)
     fps = options.fps or rate_of_step(step)
     names = unique_names([joint.name for joint in hierarchy.joints])
     scale = _scale(hierarchy, rows, names, options)
@@ -79,6 +69,32 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
         chunks=chunks,
         notes=(*cut_note(rows, announced), *((scale.note,) if scale.note else ())),
     )
+
+
+def motion_rows(path: Path, options: ReadOptions) -> tuple[int, str, Rows]:
+    """Return the number of the line that says MOTION, the frame time as written, and the rows of channels.
+
+    Raises:
+        FileError: If the file cannot be read.
+    """
+    hierarchy, _, step, rows = _opened(path, options)
+    return hierarchy.motion_line, step, rows
+
+
+def _opened(path: Path, options: ReadOptions) -> tuple[Hierarchy, int, str, Rows]:
+    """Return the hierarchy, the announced number of frames, the frame time as written, and the rows."""
+    lines = numbered_lines(path)
+    hierarchy = parse_hierarchy(path, lines)
+    announced, step, last_line = _motion_header(path, lines)
+    if options.fps is None and not plausible_rate(rate_of_step(step)):
+        raise FileError(path, f"a frame time of {step} s is impossible; set --fps", last_line)
+    rows = survey(path, last_line + 1, str.split, hierarchy.width, exact=True)
+    rows = msgspec.structs.replace(
+        rows, count=min(rows.count, announced), cut=rows.cut and announced > rows.count
+    )
+    if rows.count == 0:
+        raise FileError(path, "the motion has 0 frames", last_line)
+    return hierarchy, announced, step, rows
 
 
 def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, str, int]:

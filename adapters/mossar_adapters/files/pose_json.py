@@ -138,6 +138,8 @@ def _file(path: Path, options: ReadOptions) -> PoseFile:
     if has_frame_per_line(path):
         return _lines(path, options)
     content, cut = _decoded(path)
+    if (about := _recording_of(content)) is not None:
+        raise FileError(path, f"this holds no poses; it is about the recording {about}: name that one")
     fps = None
     if isinstance(content, dict):
         fps = next((float(content[key]) for key in _RATES if isinstance(content.get(key), int | float)), None)
@@ -166,16 +168,29 @@ def _names(content: Any) -> tuple[str, ...]:
 
 
 def _folder(path: Path, options: ReadOptions) -> PoseFile:
-    found = PoseFile({}, [])
+    found, labels = PoseFile({}, []), ""
     files = [p for p in path.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith(".")]
     for file in sorted((p for p in files if p.is_file()), key=_frame_order):
         if file.stat().st_size == 0:
             found.times.append(None)  # a frame that was not written
             continue
         content, _ = _decoded(file)
+        if (about := _recording_of(content)) is not None:
+            labels = (
+                f"; {file.name} is about the recording {about}: name that one, or try mossar evaluate {path}"
+            )
+            continue
         for frame in frame_list(content, alone=False):
             _add_frame(file, found, frame, options)
+    if not found.poses:
+        raise FileError(path, f"there is no pose in it{labels}")
     return found
+
+
+def _recording_of(content: Any) -> str | None:
+    """Return the recording that labels, or the output of `mossar segment --json`, are about; None for poses."""
+    about = content.get("recording") if isinstance(content, dict) else None
+    return about[:60] if isinstance(about, str) else None
 
 
 def _frame_order(path: Path) -> tuple[str, int, str]:

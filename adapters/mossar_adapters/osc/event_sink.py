@@ -93,7 +93,8 @@ class OscSink:
         return encode(
             address,
             "s" * len(who) + "ssiiffffi",
-            *(*who, event.status, event.kind, event.take, event.frame),
+            *who,
+            *(event.status, event.kind, event.take, event.frame),
             *(event.time - start, event.decided_time - start, event.velocity, strength, event.rev),
         )
 
@@ -103,7 +104,8 @@ class OscSink:
         return encode(
             address,
             "s" * len(who) + "ssiiiff",
-            *(*who, event.status, event.state, event.take, event.start_frame, event.end_frame),
+            *who,
+            *(event.status, event.state, event.take, event.start_frame, event.end_frame),
             *(event.start_time - start, event.end_time - start),
         )
 
@@ -123,11 +125,11 @@ class OscSink:
         return self._starts[event.performer][1]
 
 
-def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, tuple[str, ...]]:
+def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, list[str]]:
     """Return where a message goes, and of whom it tells: patches for the body's must not hear of limbs."""
     if event.channel == BODY:
-        return f"/mossar/{what}", (event.performer,)
-    return f"/mossar/limb/{what}", (event.performer, event.channel)
+        return f"/mossar/{what}", [event.performer]
+    return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
 def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:

@@ -33,7 +33,7 @@ def add_distances(params, summary, pose, weight):
     Args:
         params: Record of `path_kernel.make_params`.
         summary: Summary.
-        pose: (4, padded joints), of which 3 rows are coordinates, m.
+        pose: (4, padded joints), of which 3 rows are coordinates, m; x is NaN where a joint does not count.
         weight: s, > 0.
     """
     padded_joints, size = params.padded_joints, params.pairs
@@ -71,6 +71,21 @@ def add_distances(params, summary, pose, weight):
 
 
 @kernel
+def rest_in_distances(params, summary, pose, j):
+    """Let the distances of a joint have been as they are for as long as a summary lasts, which is not empty."""
+    joints, at, size = params.joints, params.distances_at, params.pairs
+    for row in range(params.rows):
+        k = row + 1
+        for i in (j, (j - k) % joints):
+            other = (i + k) % joints
+            x, y, z = pose[0, i] - pose[0, other], pose[1, i] - pose[1, other], pose[2, i] - pose[2, other]
+            pair = at + row * params.padded_joints + i
+            far = np.sqrt(x * x + y * y + z * z)
+            summary[pair] = summary[DURATION] * far
+            summary[pair + size] = summary[pair + 2 * size] = far
+
+
+@kernel
 def merge_distances(params, target, other):
     """Add the distances of another segment; neither summary is empty."""
     at, size = params.distances_at, params.pairs
@@ -88,7 +103,7 @@ def _relative_range(params, summary, pair):
     at = params.distances_at + pair
     low, high = summary[at + params.pairs], summary[at + 2 * params.pairs]
     mean = summary[at] / summary[DURATION]
-    if high - low < STILL or mean < COINCIDENT:
+    if not (high - low >= STILL and mean >= COINCIDENT):  # NaN where one of the two was not seen yet
         return 0.0
     return np.rint((high - low) / mean * PRECISION) / PRECISION
 

@@ -13,7 +13,7 @@ over the larger. Three forms, `kernel_form`:
 
 Where the paper is silent: a joint whose covariance is below 1e-12 m² (a micrometre) does not move; two joints that
 do not move are alike (1), one that moves and one that does not are not (0). Poses are weighted by the time they
-stand for, and one that stands for no time is left out. A segment that lasts no time says nothing: its strength is
+stand for, and one that stands for no time is left out. A joint that was not seen yet is no vertex (0) and has no edge. A segment that lasts no time says nothing: its strength is
 0, as with every measure.
 
 A summary goes on, after the fields of `summary.py`, with what `make_params` lays out: sums, lows and highs of the
@@ -31,7 +31,12 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.jit.linked import linked, publish
 from mossar_stream.memory.joint_pages import PADDING, STEP_BEFORE, place
 from mossar_stream.settings import KernelForm, ResolvedSettings
-from mossar_stream.similarity.path_kernel.graph import add_distances, merge_distances, set_edges
+from mossar_stream.similarity.path_kernel.graph import (
+    add_distances,
+    merge_distances,
+    rest_in_distances,
+    set_edges,
+)
 from mossar_stream.similarity.path_kernel.path_sum import path_sum
 from mossar_stream.similarity.path_kernel.pyramid import (
     BIN_RATE,
@@ -41,6 +46,7 @@ from mossar_stream.similarity.path_kernel.pyramid import (
     add_moments,
     bin_size,
     merge_moments,
+    rest_in_moments,
     set_covariances,
 )
 from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
@@ -185,6 +191,14 @@ def add_pose(params, summary, pose, joints, time, weight):
 
 
 @kernel
+def add_joint(params, summary, pose, joints, j):
+    """Let a joint have rest where it is for as long as a summary lasts."""
+    if summary[DURATION] > 0.0:
+        rest_in_moments(params, summary, pose, j)
+        rest_in_distances(params, summary, pose, j)
+
+
+@kernel
 def flush_sums(params, summary, body, padded_joints):
     """Do nothing; every frame went into its summary at once."""
 
@@ -275,12 +289,14 @@ def _kernel(params, left, right):
 
 @kernel
 def _vertex_kernel(params, left, right, at):
-    """Compare the covariances of a joint; the products of covariances are never negative."""
+    """Compare the covariances of a joint; the products of covariances are never negative, but NaN where it is missing."""
     xx = yy = xy = 0.0
     for d in range(at, at + params.covariance):
         xx += left[d] * left[d]
         yy += right[d] * right[d]
         xy += left[d] * right[d]
+    if not xy >= 0.0:
+        return 0.0
     if params.form == DAMPED:
         return 2.0 * xy / (xx + yy)
     limit = AT_REST * AT_REST
@@ -306,7 +322,8 @@ def _strength(params, left, right):
     alike = _kernel(params, left, right)
     if params.form == SUM:
         return 1.0 / (1.0 + alike)
-    unlike = max(0.0, 1.0 - alike / np.sqrt(left[TERM] * right[TERM]))
+    most = np.sqrt(left[TERM] * right[TERM])
+    unlike = max(0.0, 1.0 - alike / most) if most > 0.0 else 0.0  # nobody was seen
     if params.form == NORMALISED:
         return unlike
     return np.sqrt(left[DURATION] * right[DURATION] / (left[DURATION] + right[DURATION])) * unlike

@@ -58,6 +58,18 @@ def add_moments(params, summary, pose, time, weight):
 
 
 @kernel
+def rest_in_moments(params, summary, pose, j):
+    """Let a joint have rest where it is for as long as a summary lasts."""
+    padded_joints = params.padded_joints
+    for place in range(params.bins):
+        at = params.bins_at + place * params.bin_size
+        if summary[at] > 0.0:
+            at += PADDING + j
+            for d in range(9):
+                summary[at + d * padded_joints] = pose[d, j] if d < 3 else np.float32(0.0)
+
+
+@kernel
 def _place(params, summary, time):
     """Return the place of the bin for a time; bins are doubled in length until there is one."""
     clock = summary[params.clock_at : params.clock_at + 3]

@@ -8,6 +8,8 @@ import pytest
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
+from mossar_adapters.urls import open_sink
+from mossar_stream import Event, MossarError, RepetitionEvent
 
 TIERS = [
     Tier("segments", (Mark(0.0, 1.25, "resting"), Mark(1.25, 2.5, "moving hand"), Mark(3.0, 3.2, "a<b & c"))),
@@ -103,3 +105,47 @@ def test_damaged_elan_documents_are_refused(tmp_path: Path) -> None:
 def test_an_unknown_format_is_refused_before_the_work() -> None:
     with pytest.raises(AnnotationError, match=r"\.docx.*ELAN"):
         check_annotations(Path("take.docx"))
+
+
+def sent(path: Path, *events: Event) -> list[Tier]:
+    sink = open_sink(str(path), settings={"level": "motion"})
+    sink.begin_take("p1", 0, 100.0)
+    sink.send(events)
+    sink.close()
+    sink.close()
+    return read_annotations(path)
+
+
+def repetition(number: int, status: str = "counted") -> RepetitionEvent:
+    times = (100.0 + number, 101.0 + number) if status == "counted" else (None, None)
+    return RepetitionEvent(
+        performer="p1",
+        id=f"p1/0/r{number}",
+        rev=1,
+        status=status,
+        take=0,
+        channel="body",
+        count=number,
+        total=number,
+        period=1.0,
+        tempo=60.0,
+        start=times[0],
+        end=times[1],
+        amplitude=0.5,
+        joint="hand",
+        decided_time=103.0,
+    )
+
+
+def test_repetitions_that_were_withdrawn_are_not_annotated(tmp_path: Path) -> None:
+    tiers = sent(tmp_path / "a.txt", repetition(1), repetition(2), repetition(2, "withdrawn"))
+    assert {tier.name: tier.marks for tier in tiers}["repetitions"] == (Mark(1.0, 2.0, "1"),)
+
+
+def test_a_file_that_is_there_is_refused_before_the_stream_begins(tmp_path: Path) -> None:
+    path = tmp_path / "a.vtt"
+    path.write_text("mine")
+    with pytest.raises(MossarError, match="--force"):
+        open_sink(str(path))
+    with pytest.raises(MossarError, match="no folder"):
+        open_sink(str(tmp_path / "b" / "a.vtt"))

@@ -179,6 +179,18 @@ def test_what_other_programs_leave_in_a_folder_is_passed_over(tmp_path):
     assert open_recording(tmp_path).frame_count == 1
 
 
+def test_labels_are_not_taken_for_poses(tmp_path):
+    labels = written(tmp_path, {"recording": "86_01.amc", "cuts": [100, 200]}, "86_01.json")
+    with pytest.raises(
+        FileError, match=r"86_01\.json: this holds no poses; it is about the recording 86_01\.amc"
+    ):
+        open_recording(labels)
+    with pytest.raises(FileError, match=r"no pose in it; 86_01\.json is about .* or try mossar evaluate"):
+        open_recording(tmp_path)
+    written(tmp_path, [points()], "frame_0.json")
+    assert open_recording(tmp_path).frame_count == 1
+
+
 def test_the_older_joints_of_openpose_have_names(tmp_path):
     path = written(tmp_path, {"people": [{"pose_keypoints_3d": [0.5, 1, 1, 1] * 18}]})
     skeleton = open_recording(path).skeleton

@@ -48,8 +48,8 @@ LIVES = st.fixed_dictionaries(
 class Witness:
     """Follows the messages of one take and objects to whatever must not happen."""
 
-    def __init__(self):
-        self.ended = False
+    def __init__(self, *, delayed):
+        self.ended, self.delayed = False, delayed
         self.keys, self.segments = {}, {}
         self.revs = defaultdict(int)
         self.finals, self.final_segments, self.standing = [], [], set()
@@ -75,7 +75,8 @@ class Witness:
         assert event.strength is None or 0 <= event.strength < np.inf
         assert np.isfinite([event.velocity, event.time, event.decided_time]).all()
         if event.status != "final":
-            assert event.frame == int(event.id.rsplit("/", 1)[1])
+            # At level motion a key frame is told to be where it was before smoothing and velocity delayed it.
+            assert 0 <= int(event.id.rsplit("/", 1)[1]) - event.frame <= (5 if self.delayed else 0)
         else:
             assert not self.finals or self.finals[-1].frame < event.frame
             self.finals.append(event)
@@ -116,7 +117,7 @@ def witnessed(core, seed, life, levels=(), frames=300):
     """Run a stream frame by frame with levels moved now and then, and return its witness."""
     positions, times = core.moving_people(seed, frames=frames, losses=False)
     segmenter = Segmenter(core.skeleton(4), Settings(**life))
-    witness = Witness()
+    witness = Witness(delayed=segmenter.settings.similarity == "evidence")
     for t in range(frames):
         for at, level in levels:
             if at == t:
@@ -285,7 +286,7 @@ def test_nobody_is_overwhelmed_by_many_decisions_at_once(core, seed, pauses):
         sig_threshold=0.02, window=0.02, location="candidates", refine=1.0,
     )  # fmt: skip
     segmenter = Segmenter(core.skeleton(3), settings)
-    witness, time, number = Witness(), 0.0, 0
+    witness, time, number = Witness(delayed=True), 0.0, 0
     for pause in pauses:
         for _ in range(60):
             time += 0.01

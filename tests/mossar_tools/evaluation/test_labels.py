@@ -1,5 +1,6 @@
 import pytest
 
+from mossar_tools.console import LOGGER
 from mossar_tools.evaluation.labels import LabelError, read_folder
 
 
@@ -19,7 +20,6 @@ def test_json_that_is_no_label_is_passed_over(labelled):
 @pytest.mark.parametrize(
     ("fields", "problem"),
     [
-        ({}, "either cuts or judges"),
         ({"cuts": [1], "judges": [[1]]}, "either cuts or judges"),
         ({"cuts": [[1, 2]]}, "cuts"),
         ({"cuts": ["1"]}, "cuts"),
@@ -27,6 +27,7 @@ def test_json_that_is_no_label_is_passed_over(labelled):
         ({"cuts": [20, 10]}, "cut 2 begins"),
         ({"cuts": [-1]}, "before frame 0"),
         ({"cuts": [10], "level": "dance"}, "level"),
+        ({"cuts": [10], "cuts_in": "hours"}, "cuts_in"),
         ({"cuts": [10], "fps": 0}, "fps"),
         ({"cuts": [10], "tolerance_s": -1}, "tolerance_s"),
         ({"judges": [[10]], "bandwidth_s": 0}, "bandwidth_s"),
@@ -41,10 +42,25 @@ def test_a_label_file_that_nobody_can_mean_is_refused_in_one_line(relabel, field
     assert "\n" not in str(error.value)
 
 
-def test_broken_json_is_refused(labelled):
-    (labelled / "walk.json").write_text('{"recording": ')
-    with pytest.raises(LabelError, match="no valid JSON"):
-        read_folder(labelled)
+@pytest.mark.parametrize(
+    ("foreign", "said"),
+    [
+        ('{"recording": ', "no valid JSON"),
+        ("", "no valid JSON"),
+        ("[" * 100_000, "no valid JSON"),
+        ('{"recording": "walk.npz", "fps": 30, "key_frames": [], "segments": []}', "neither cuts nor judges"),
+    ],
+)
+def test_foreign_json_is_told_of_in_a_line_and_ends_nothing(labelled, caplog, monkeypatch, foreign, said):
+    monkeypatch.setattr(LOGGER, "handlers", [caplog.handler])
+    monkeypatch.setattr(LOGGER, "propagate", False)
+    (labelled / "below").mkdir()
+    (labelled / "below" / "foreign.json").write_text(foreign)
+    assert [path.name for path, _ in read_folder(labelled)] == ["walk.json"]
+    (record,) = caplog.records
+    assert "foreign.json is passed over: " in record.getMessage()
+    assert said in record.getMessage()
+    assert "\n" not in record.getMessage()
 
 
 def test_a_folder_without_labels_says_what_to_put_there(tmp_path):

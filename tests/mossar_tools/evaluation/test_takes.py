@@ -16,6 +16,29 @@ def test_a_take_has_its_recording_and_its_cuts_in_seconds(relabel):
     assert [(cut.earliest, cut.middle, cut.latest) for cut in take.cuts] == [(1, 1, 1), (2, 2.2, 2.5)]
 
 
+def test_cuts_in_seconds_are_those_in_frames(relabel):
+    (frames,) = load_folder(relabel(cuts=[30, [60, 66, 75]]))
+    (seconds,) = load_folder(relabel(cuts=[1, [2, 2.2, 2.5]], cuts_in="seconds"))
+    assert seconds.cuts == frames.cuts
+    (judged,) = load_folder(relabel(judges=[[1, 2], [1.1, 2.1]], cuts_in="seconds"))
+    assert [cut.middle for cut in judged.cuts] == pytest.approx([1.05, 2.05], abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["cuts", "judges"])
+@pytest.mark.parametrize(("seconds", "said"), [([1.2, 3.4], "1.2 is no frame"), ([1, 3, 4], "first 4 of")])
+def test_seconds_are_not_taken_for_frames_in_silence(relabel, name, seconds, said):
+    moments = [seconds] if name == "judges" else seconds
+    with pytest.raises(LabelError, match=rf'walk\.json: .*{said}.*"cuts_in": "seconds"'):
+        load_folder(relabel(**{name: moments}))
+    (take,) = load_folder(relabel(**{name: moments}, cuts_in="frames"))
+    assert take.cuts[0].middle < 0.1
+
+
+def test_seconds_beyond_the_recording_are_refused(relabel):
+    with pytest.raises(LabelError, match=r"999 s is not in the recording, which lasts \d"):
+        load_folder(relabel(cuts=[999], cuts_in="seconds"))
+
+
 def test_judges_become_cuts(relabel):
     (take,) = load_folder(relabel(judges=[[30, 60], [31, 61], [29, 100]]))
     assert [cut.middle for cut in take.cuts] == pytest.approx([1.0, 60.5 / 30, 100 / 30], abs=0.01)

@@ -25,7 +25,7 @@ DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in p
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
 case processor time is shown where the wall clock says nothing."""
 EXAMPLES = """  mossar bench                                  some minutes, more on a busy machine
-  mossar bench --only stream,push               the parts are stream push performers memory start
+  mossar bench --only stream,push               the parts: stream push moves performers memory start
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
   mossar bench --json | jq '.measurements[] | {name, median, unit}'
   mossar bench DIR --peers                      beside river, stumpy, claspy and ruptures
@@ -114,6 +114,7 @@ def _against_peers(options: Options, console: Console) -> int:
     from mossar_tools.bench.report import machine_lines
     from mossar_tools.evaluation.trial import groups_of
     from mossar_tools.peers.results import NOTES, compare, result_lines, results_json, usable_peers
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     if options.only:
@@ -125,7 +126,11 @@ def _against_peers(options: Options, console: Console) -> int:
     with saying_if_cold():
         repeats = 1 if options.quick else 3
         tell = console.status
-        rows = list(compare(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True)))
+        rows = interruptibly(
+            lambda: list(
+                compare(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True))
+            )
+        )
     machine = watch.machine()
     if not outputs.piped:
         for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):

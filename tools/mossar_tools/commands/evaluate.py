@@ -14,6 +14,7 @@ from mossar_tools.evaluation.takes import Take
 from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
+from mossar_tools.signals import interruptibly
 from mossar_tools.values import whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
@@ -22,9 +23,11 @@ streaming and offline, the two rivals of the paper, and what is reached by chanc
 A labelled folder has beside each recording, say walk.bvh, a file walk.json:
   {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
    "cuts": [[500, 550, 600], 1150, 1980]}
-Cuts are frames from 0, as [earliest, middle, latest] or one number; level is posture, motion or cluster.
-Instead of "cuts" there may be "judges": a list of frames for each person who set cuts. "skeleton" names the .asf
-of an .amc. With --preset and --set other settings can be tried; the level is that of each recording's label."""
+Cuts are frames from 0, as [earliest, middle, latest] or one number; with "cuts_in": "seconds" they are seconds since the
+first frame. level is posture, motion or cluster. Instead of "cuts" there may be "judges": a list of frames for each
+person who set cuts. "skeleton" names the .asf of an .amc. Or there is beside it what a person annotated or corrected:
+walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON that holds no labels is passed over.
+With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
@@ -78,7 +81,7 @@ def run(options: Options, console: Console) -> int:
     methods = all_methods(settings)
     told = _progress(console, len(methods) * len(takes))
     with saying_if_cold(settings):
-        rows = {name: trial(own, methods, told) for name, own in groups.items()}
+        rows = interruptibly(lambda: {name: trial(own, methods, told) for name, own in groups.items()})
     report = as_json(groups, rows)
     outputs.write_json(report, console)
     outputs.write_csv(_flat(report), console)
@@ -109,7 +112,9 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
     folders = [Path(source) for source in options.sources]
     sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
     with saying_if_cold():
-        rows = compare_sets(sets, settings, console.status, leave_out=options.leave_out)
+        rows = interruptibly(
+            lambda: compare_sets(sets, settings, console.status, leave_out=options.leave_out)
+        )
     report = as_json(sets, rows)
     outputs.write_json(report, console)
     outputs.write_csv(_flat(report), console)
@@ -159,10 +164,13 @@ def _grid(takes: Sequence[Take], options: Options, console: Console, outputs: Ou
     """Repeat the paper's experiments, which start from the paper's settings."""
     from mossar_tools.evaluation.experiments import experiments
     from mossar_tools.evaluation.paper_tables import grids_json, paper_tables
+    from mossar_tools.streaming import saying_if_cold
 
     if outputs.csv is not None:
         raise UsageError("--grid has no --csv; --json FILE holds all of it")
-    done = experiments(takes, Settings.build("paper", options.set), console.status)
+    settings = Settings.build("paper", options.set)
+    with saying_if_cold(settings):
+        done = interruptibly(lambda: experiments(takes, settings, console.status))
     found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
     outputs.write_json(found, console)
     if not outputs.piped:

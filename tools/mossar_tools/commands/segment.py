@@ -25,6 +25,7 @@ from mossar_tools.palette import palette
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
+    from mossar_adapters.annotations.tiers import Tier
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Result, Segmentation
 
@@ -38,6 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment walk.bvh --level cluster --cut clips/
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
@@ -53,6 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         action="append",
         help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS)",
+    )
+    group.add_argument(
+        "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
     )
     add_plot(group)
     add_part(group)
@@ -73,8 +78,8 @@ def run(options: Options, console: Console) -> int:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
     if outputs.picture is not None:
         raise UsageError("--plot draws one recording; name one")
-    if outputs.exports:
-        raise UsageError("--export is of one recording; name one")
+    if outputs.exports or outputs.clips is not None:
+        raise UsageError("--export and --cut are of one recording; name one")
     return _several(files, options, outputs, console)
 
 
@@ -101,15 +106,18 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import report_of, rows_of, segment_whole
+    from mossar_tools.batch import report_of, rows_of, rows_of_segments, segment_whole
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     settings = options.settings(range="file")
     with saying_if_cold(settings):
-        loaded, result, chosen = segment_whole(
-            options,
-            lambda share: console.progress(share, f"reading {options.file}"),
-            curves=outputs.picture is not None,
+        loaded, result, chosen = interruptibly(
+            lambda: segment_whole(
+                options,
+                lambda share: console.progress(share, f"reading {options.file}"),
+                curves=outputs.picture is not None,
+            )
         )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
@@ -120,7 +128,14 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         for line in segmentation_table(loaded, result, chosen, console):
             console.line(line)
     if outputs.exports:
-        _export(outputs, loaded, result, chosen, console)
+        _export(options, outputs, loaded, result, chosen, console)
+    if outputs.clips is not None:
+        from mossar_adapters.files.clips import write_clips
+
+        count = write_clips(
+            outputs.clips, loaded, chosen.segments, rows_of_segments(loaded, chosen), options.reading()
+        )
+        console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
         from mossar_tools.plot import draw
 
@@ -132,16 +147,44 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
 
 
 def _export(
-    outputs: Outputs, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation", console: Console
+    options: Options,
+    outputs: Outputs,
+    loaded: "LoadedRecording",
+    result: "Result",
+    chosen: "Segmentation",
+    console: Console,
 ) -> None:
-    from mossar_adapters.annotations.tiers import tiers_of
     from mossar_adapters.annotations.writing import write_annotations
 
-    origin = float(loaded.times[0]) if len(loaded.times) else 0.0
-    tiers = tiers_of(chosen.segments, chosen.key_frames, result.repetitions, origin)
+    console.status("segmenting at the other levels ...", now=True)
+    tiers = _tiers(options, loaded, result, chosen)
+    duration = float(loaded.times[-1] - loaded.times[0]) if len(loaded.times) else 0.0
+    console.clear()
     for path in outputs.exports:
-        write_annotations(path, tiers, float(loaded.times[-1]) - origin if len(loaded.times) else 0.0)
+        write_annotations(path, tiers, duration)
         console.say(f"written: {path}")
+
+
+def _tiers(
+    options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
+) -> "list[Tier]":
+    """Return what annotators see: the level that was chosen, the other named ones, moves and repetitions."""
+    from mossar_adapters.annotations.tiers import key_frame_tier, move_tier, repetition_tier, segment_tier
+    from mossar_stream import LEVEL_NAMES, segment_recording
+
+    origin = float(loaded.times[0]) if len(loaded.times) else 0.0
+    level = result.settings.level if options.keep is None else None
+    tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
+    for other in LEVEL_NAMES if isinstance(level, str) else ():
+        if other != level:
+            settings = msgspec.structs.replace(options, level=other, repetitions=False).settings(range="file")
+            again = segment_recording(
+                loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
+            )
+            tiers.append(segment_tier(again.segments, other, origin))
+    tiers += [move_tier(result.moves, origin)] if result.moves else []
+    tiers += [repetition_tier(result.repetitions, origin)] if result.settings.repetitions else []
+    return tiers
 
 
 def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:

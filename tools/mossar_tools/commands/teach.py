@@ -24,6 +24,7 @@ taken, and then it is in the file. From a recording: the movements in it, a part
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
+  mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat, Audacity, Label Studio write
   mossar teach moves.json --list
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
@@ -40,8 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--from", dest="begin", metavar="S", type=seconds, help="of a recording: from here, s")
     group.add_argument("--until", metavar="S", type=seconds, help="of a recording: until here, s")
     group.add_argument(
-        "--labels", metavar="FILE.csv", help="of a recording: many moves, with columns start, end, name"
+        "--labels",
+        metavar="FILE",
+        help="of a recording: many moves; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .json",
     )
+    group.add_argument("--tier", metavar="NAME", help="of --labels: where the moves are (default: moves)")
     group = parser.add_argument_group("what there is")
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
@@ -98,16 +102,27 @@ def _look_after(options: Options, console: Console) -> int:
 
 def _teach_labels(options: Options, console: Console) -> int:
     path = Path(options.labels or "")
+    if path.suffix.lower() == ".csv":
+        rows = _labels_of_table(path)
+    else:
+        from mossar_adapters.annotations.reading import chosen_tier
+        from mossar_adapters.annotations.tiers import MOVES
+
+        marks = chosen_tier(path, options.tier, (MOVES,)).marks
+        rows = [(mark.start, mark.end, mark.label.strip()) for mark in marks]
+    if not rows:
+        raise UsageError(f"{path}: there are no moves in it")
+    return _teach_parts(options, console, rows)
+
+
+def _labels_of_table(path: Path) -> list[tuple[float, float, str]]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            rows = [(float(row["start"]), float(row["end"]), row["name"]) for row in csv.DictReader(file)]
+            return [(float(row["start"]), float(row["end"]), row["name"]) for row in csv.DictReader(file)]
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except (KeyError, TypeError, ValueError, csv.Error):
         raise UsageError(f"{path}: a table of moves has columns start, end (seconds) and name") from None
-    if not rows:
-        raise UsageError(f"{path}: there are no moves in it")
-    return _teach_parts(options, console, rows)
 
 
 def _teach_parts(options: Options, console: Console, parts: list[tuple[float, float, str]]) -> int:

@@ -74,16 +74,19 @@ def run(options: Options, console: Console) -> int:
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
     from mossar_stream import segment_recording
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
-    with saying_if_cold():
-        return segment_recording(
-            recording.positions,
-            recording.fps,
-            recording.skeleton,
-            settings,
-            times=recording.times,
-            curves=options.plot is not None,
+    with saying_if_cold(settings):
+        return interruptibly(
+            lambda: segment_recording(
+                recording.positions,
+                recording.fps,
+                recording.skeleton,
+                settings,
+                times=recording.times,
+                curves=options.plot is not None,
+            )
         )
 
 

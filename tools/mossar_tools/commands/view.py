@@ -62,12 +62,13 @@ def _speed(options: Options) -> float | None:
 
 def _play(options: Options, console: Console) -> int:
     """Show a whole recording until the user has seen enough."""
-    if options.speed == "max":
+    speed = options.speed or 1.0
+    if speed == "max":
         raise UsageError("--speed max leaves nothing to see; give a number")
     from mossar_adapters.extras import needed
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
-    from mossar_tools.signals import stopping
+    from mossar_tools.signals import interruptibly, stopping
     from mossar_tools.streaming import saying_if_cold
 
     needed("viser", "view", "the dashboard")
@@ -75,7 +76,7 @@ def _play(options: Options, console: Console) -> int:
     parts = read_parts(options)
     console.status("segmenting ...", now=True)
     with saying_if_cold(settings):
-        show = RecordedShow(parts, settings, options.speed or 1.0)
+        show = interruptibly(lambda: RecordedShow(parts, settings, speed))
     console.clear()
     page = Page(show, options.port, dark=options.dark)
     ended: list[bool] = []

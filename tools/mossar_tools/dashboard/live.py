@@ -15,6 +15,8 @@ from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
+from mossar_tools.figures import check_picture
+from mossar_tools.palette import Palette
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
@@ -149,6 +151,24 @@ class LiveShow:
                 for mark in track.marks(level)
                 if not mark.tentative
             ]
+
+    def picture(self, palette: Palette) -> tuple[str, bytes]:
+        """Return the first performer's name, and what the page shows of them as a PNG.
+
+        Raises:
+            MossarError: If matplotlib is missing, or nobody has moved yet.
+        """
+        check_picture("live.png")
+        from mossar_tools.dashboard.live_picture import live_picture
+
+        glimpse = next(iter(self.glimpses()), None)
+        if glimpse is None:
+            raise MossarError("there is nothing to draw yet")
+        with self._lock:
+            track = self._tracks.get(glimpse.performer)
+            poses = track.key_poses() if track is not None else {}
+        word = self.level if isinstance(self.level, str) else "level"
+        return glimpse.performer, live_picture(glimpse, poses, (self.strength, word), palette)
 
     @property
     def strength(self) -> float:

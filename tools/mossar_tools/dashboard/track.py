@@ -132,6 +132,10 @@ class Track:
         """Return the key frames that are remembered, in order of time, as they stand at a level."""
         return [_mark(key, level if key.event.take >= self._take else None) for key in self._sorted()]
 
+    def key_poses(self) -> dict[str, NDArray[np.float32]]:
+        """Return the poses, (J, 3) m, at the key frames where they are known, by the id of the key frame."""
+        return {id_: key.pose for id_, key in self._keys.items() if key.pose is not None}
+
     def _sorted(self) -> list[_Key]:
         return sorted(self._keys.values(), key=lambda key: key.event.time)
 

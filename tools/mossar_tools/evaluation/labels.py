@@ -6,20 +6,26 @@ A labelled folder holds, beside each recording or anywhere in it, one JSON objec
      "cuts": [[500, 550, 600], 1150, [1930, 1980, 2030]]}
 
 A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list
-of frames for each person who set cuts. `skeleton` names the .asf of an .amc. Other keys are for people to read.
+of frames for each person who set cuts, or `annotations`, a file of an annotation program, and which `tier` of it.
+With `"cuts_in": "seconds"` cuts are seconds since the first frame. `skeleton` names the .asf of an .amc. Other keys are
+for people to read. A recording without labels that has an annotation file of its name beside it, say walk.eaf, is
+taken with it.
 """
 
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
 from mossar_stream import LevelName, MossarError
+from mossar_tools.console import LOGGER
+from mossar_tools.evaluation.annotated import annotated_recordings
 from mossar_tools.evaluation.judges import BANDWIDTH, DENSITY_FLOOR
 
 MAX_BYTES = 4 << 20  # larger files are recordings in JSON
 MAX_FILES = 10_000
 
-Frame = float
+Moment = float  # a frame, or s
 
 
 class LabelError(MossarError):
@@ -31,8 +37,11 @@ class Labels(msgspec.Struct, frozen=True):
 
     Args:
         recording: Path from the label file's folder.
-        cuts: Frames.
-        judges: Frames, for each judge.
+        cuts: Frames, or s.
+        judges: The same for each judge.
+        annotations: Path of an annotation file from the label file's folder; see `annotated_cuts`.
+        tier: Of that file.
+        cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
         fps: Rate, Hz; None takes the recording's.
         tolerance_s: How far from a cut a key frame still hits it, s.
         level: What the cuts part.
@@ -43,8 +52,11 @@ class Labels(msgspec.Struct, frozen=True):
     """
 
     recording: str
-    cuts: list[Frame | tuple[Frame, Frame, Frame]] | None = None
-    judges: list[list[Frame]] | None = None
+    cuts: list[Moment | tuple[Moment, Moment, Moment]] | None = None
+    judges: list[list[Moment]] | None = None
+    annotations: str | None = None
+    tier: str | None = None
+    cuts_in: Literal["frames", "seconds"] | None = None
     fps: float | None = None
     tolerance_s: float = 0.25
     level: LevelName = "motion"
@@ -57,7 +69,8 @@ class Labels(msgspec.Struct, frozen=True):
 def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     """Return the label files of a folder and the folders in it, in the order of their names.
 
-    JSON files that have no `recording` are passed over, because recordings can be JSON as well.
+    JSON files that have no `recording` are passed over, because recordings can be JSON as well; so are those that
+    are no JSON, or have a recording but no cuts, which is said.
 
     Raises:
         LabelError: If there is no such folder, no label file, or a label file that cannot be used.
@@ -69,16 +82,23 @@ def read_folder(folder: Path) -> list[tuple[Path, Labels]]:
     if len(paths) > MAX_FILES:
         raise LabelError(f"{folder}: more than {MAX_FILES} JSON files; give a smaller folder")
     found = [(path, labels) for path in paths if (labels := read_labels(path)) is not None]
+    described = {path.parent / labels.recording for path, labels in found}
+    for path, recording in annotated_recordings(folder, described):
+        found.append((path, Labels(recording.name, annotations=path.name)))
     if not found:
         raise LabelError(
             f"{folder}: no label file; put NAME.json beside each recording, with at least "
-            '{"recording": "NAME.bvh", "fps": 120, "cuts": [[500, 550, 600], ...]}'
+            '{"recording": "NAME.bvh", "fps": 120, "cuts": [[500, 550, 600], ...]}, or NAME.eaf'
         )
     return found
 
 
 def read_labels(path: Path) -> Labels | None:
-    """Return the content of a label file, None if it is something else."""
+    """Return the content of a label file, None if it is something else.
+
+    Raises:
+        LabelError: If it cannot be read, or nobody can mean what it says.
+    """
     try:
         if path.stat().st_size > MAX_BYTES:
             return None
@@ -88,8 +108,14 @@ def read_labels(path: Path) -> Labels | None:
     try:
         content = msgspec.json.decode(data)
     except (msgspec.DecodeError, RecursionError) as error:
-        raise LabelError(f"{path}: no valid JSON: {error}") from None
+        LOGGER.warning("%s is passed over: no valid JSON: %s", path, error)
+        return None
     if not isinstance(content, dict) or "recording" not in content:
+        return None
+    if all(content.get(key) is None for key in ("cuts", "judges", "annotations")):
+        LOGGER.warning(
+            "%s is passed over: it names a recording, but has neither cuts nor judges nor annotations", path
+        )
         return None
     try:
         labels = msgspec.convert(content, Labels)
@@ -101,8 +127,8 @@ def read_labels(path: Path) -> Labels | None:
 
 def _check(path: Path, labels: Labels) -> None:
     """Refuse what the types allow but nobody can mean."""
-    if (labels.cuts is None) == (labels.judges is None):
-        raise LabelError(f"{path}: needs either cuts or judges")
+    if [labels.cuts, labels.judges, labels.annotations].count(None) != 2:
+        raise LabelError(f"{path}: needs either cuts or judges or annotations")
     if labels.fps is not None and not 0 < labels.fps <= 1e5:
         raise LabelError(f"{path}: fps must be a rate in Hz, not {labels.fps:g}")
     if not 0 <= labels.tolerance_s <= 60:

@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_stream import Frames, LevelName, Skeleton
+from mossar_tools.evaluation.annotated import annotated_cuts
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
 from mossar_tools.evaluation.matching import Cut
 
 MAX_NUMBERS = 250_000_000  # coordinates of one recording: 1 GB
+SECONDS_LOOK = 5.0  # Hz; at lower rates frames and seconds look alike
 
 
 class Take(msgspec.Struct, frozen=True):
@@ -67,7 +69,7 @@ def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> l
 
 def _load(path: Path, labels: Labels, name: str) -> Take:
     """Return the take that a label file describes."""
-    for part in filter(None, (labels.recording, labels.skeleton)):
+    for part in filter(None, (labels.recording, labels.skeleton, labels.annotations)):
         if not (path.parent / part).exists():
             raise LabelError(f"{path}: it names {part}, which is not in {path.parent}")
     skeleton = str(path.parent / labels.skeleton) if labels.skeleton else None
@@ -125,20 +127,47 @@ def cuts_of(path: Path, times: NDArray[np.float64]) -> tuple[list[Cut], float]:
 
 
 def _cuts(path: Path, labels: Labels, times: NDArray[np.float64]) -> list[Cut]:
-    """Return the cuts in seconds."""
-    if labels.judges is not None:
-        judges = [sorted(_seconds(path, judge, times)) for judge in labels.judges]
-        return truth_from_judges(judges, labels.bandwidth_s, labels.density_floor)
+    """Return the cuts in seconds on the recording's clock."""
+    if labels.annotations is not None:
+        return annotated_cuts(
+            path.parent / labels.annotations, labels.tier, labels.level, times, labels.tolerance_s
+        )
     bounds = [cut if isinstance(cut, tuple) else (cut, cut, cut) for cut in labels.cuts or ()]
-    return [Cut(*_seconds(path, bound, times)) for bound in bounds]
+    if labels.cuts_in is None:
+        _check_frames(path, [moment for part in labels.judges or bounds for moment in part], times)
+    if labels.judges is not None:
+        judges = [sorted(_seconds(path, labels, judge, times)) for judge in labels.judges]
+        return truth_from_judges(judges, labels.bandwidth_s, labels.density_floor)
+    return [Cut(*_seconds(path, labels, bound, times)) for bound in bounds]
 
 
-def _seconds(path: Path, frames: Sequence[float], times: NDArray[np.float64]) -> list[float]:
-    """Return the times of frames."""
-    wrong = [frame for frame in frames if not 0 <= frame <= len(times) - 1]
+def _check_frames(path: Path, frames: Sequence[float], times: NDArray[np.float64]) -> None:
+    """Refuse numbers that look like seconds, which would score 0 without a word."""
+    between = [frame for frame in frames if not (2 * frame).is_integer()]
+    if between:
+        raise LabelError(
+            f'{path}: {between[0]:g} is no frame; if cuts are seconds, add "cuts_in": "seconds", else "frames"'
+        )
+    duration = float(times[-1] - times[0])
+    if frames and len(times) - 1 >= SECONDS_LOOK * duration and max(frames) <= duration:
+        raise LabelError(
+            f"{path}: all cuts lie in the first {max(frames):g} of {len(times)} frames; "
+            'if they are seconds, add "cuts_in": "seconds", else "frames"'
+        )
+
+
+def _seconds(path: Path, labels: Labels, moments: Sequence[float], times: NDArray[np.float64]) -> list[float]:
+    """Return the times of moments that a label file has."""
+    if labels.cuts_in == "seconds":
+        duration = float(times[-1] - times[0])
+        wrong = [moment for moment in moments if not 0 <= moment <= duration]
+        if wrong:
+            raise LabelError(f"{path}: {wrong[0]:g} s is not in the recording, which lasts {duration:.2f} s")
+        return [float(times[0]) + moment for moment in moments]
+    wrong = [frame for frame in moments if not 0 <= frame <= len(times) - 1]
     if wrong:
         raise LabelError(
             f"{path}: frame {wrong[0]:g} is not in the recording, which has frames 0 to {len(times) - 1}"
         )
-    seconds: list[float] = np.interp(frames, np.arange(len(times)), times).tolist()
+    seconds: list[float] = np.interp(moments, np.arange(len(times)), times).tolist()
     return seconds

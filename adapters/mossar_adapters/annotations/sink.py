@@ -1,0 +1,119 @@
+"""Annotations of a stream: what was final of it, written when the stream ends."""
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mossar_adapters.address import Address
+from mossar_adapters.annotations.tiers import (
+    Tier,
+    key_frame_tier,
+    move_tier,
+    repetition_tier,
+    segment_tier,
+)
+from mossar_adapters.annotations.writing import check_annotations, write_annotations
+from mossar_adapters.files.errors import FileError, UnwritableError
+from mossar_adapters.source import Meta
+from mossar_stream import Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent
+
+KEPT = 500_000  # events; of a stream that never ends the first are written
+
+
+class AnnotationSink:
+    """Keeps what is final and writes it to an annotation file at the end; implements `Sink`.
+
+    With several performers their names stand before those of the tiers. A run that goes on from a snapshot writes
+    what came after it.
+
+    Args:
+        address: A path; its suffix says for which program, see `write_annotations`.
+        settings: Of the segmentation; a named level is part of the tier's name.
+        force: Whether to replace a file that is there.
+
+    Raises:
+        MossarError: If there is such a file already, it cannot be written, or the extra `annotate` is missing.
+    """
+
+    def __init__(
+        self, address: Address, settings: Mapping[str, Any] | None = None, *, force: bool = False
+    ) -> None:
+        self.name = address.url
+        self.dropped = 0
+        self._path = Path(address.path)
+        check_annotations(self._path)
+        if not self._path.parent.is_dir():
+            raise UnwritableError(self._path, f"there is no folder {self._path.parent}")
+        if self._path.exists() and not force:
+            raise FileError(self._path, "there is a file already; --force replaces it")
+        self._level = (settings or {}).get("level")
+        self._origin: float | None = None  # s, of the first frame
+        self._latest = -math.inf  # s
+        self._kept = 0
+        self._events: dict[str, dict[str, Event]] = defaultdict(dict)  # by performer and id
+        self._closed = False
+
+    def announce(self, meta: Meta) -> None:
+        """Do nothing: the events name their performer."""
+
+    def begin_take(self, performer: str, take: int, time: float) -> None:  # noqa: ARG002 - sinks share it
+        """Let times count from the first frame of the first take."""
+        if self._origin is None:
+            self._origin = time
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Keep what is final."""
+        for event in events:
+            match event:
+                case SegmentEvent(status="final") | MoveEvent(status="final"):
+                    self._keep(event.performer, event.id, event)
+                case KeyFrameEvent(status="final"):
+                    self._keep(event.performer, event.id, event)
+                    self._latest = max(self._latest, event.decided_time)
+                case RepetitionEvent(status="counted"):
+                    self._keep(event.performer, event.id, event)
+                case RepetitionEvent():
+                    self._kept -= self._events[event.performer].pop(event.id, None) is not None
+                case _:
+                    pass
+
+    def close(self) -> None:
+        """Write the file. May be called twice.
+
+        Raises:
+            AnnotationError: If it cannot be written.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        tiers = [tier for name, kept in sorted(self._events.items()) for tier in self._tiers(name, kept)]
+        ends = [mark.end for tier in tiers for mark in tier.marks]
+        write_annotations(self._path, tiers, max([0.0, self._latest - (self._origin or 0.0), *ends]))
+
+    def _keep(self, performer: str, key: str, event: Event) -> None:
+        kept = self._events[performer]
+        if key not in kept:
+            if self._kept == KEPT:
+                self.dropped += 1
+                return
+            self._kept += 1
+        kept[key] = event
+
+    def _tiers(self, performer: str, kept: Mapping[str, Event]) -> list[Tier]:
+        events = list(kept.values())
+        parts = [event for event in events if isinstance(event, SegmentEvent)]
+        keys = [event for event in events if isinstance(event, KeyFrameEvent)]
+        moves = [event for event in events if isinstance(event, MoveEvent)]
+        counted = [event for event in events if isinstance(event, RepetitionEvent)]
+        origin = (
+            self._origin
+            if self._origin is not None
+            else min((part.start_time for part in parts), default=0.0)
+        )
+        tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
+        tiers += [move_tier(moves, origin)] if moves else []
+        tiers += [repetition_tier(counted, origin)] if counted else []
+        prefix = f"{performer} " if len(self._events) > 1 else ""
+        return [Tier(prefix + tier.name, tier.marks, tier.moments) for tier in tiers]

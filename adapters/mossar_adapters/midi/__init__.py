@@ -1,0 +1,1 @@
+"""MIDI: notes for key frames, clock for the tempo of repetitions."""

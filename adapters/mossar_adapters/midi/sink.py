@@ -1,0 +1,106 @@
+"""The MIDI sink: a note for each key frame, the clock for the tempo of repetitions.
+
+Onsets, minima and offsets are three notes; each performer has a channel. One cycle of a repeated movement is a quarter
+note of the clock, or `?beats=` of them; the clock runs from the second cycle on and stops when the repetitions do.
+"""
+
+from collections.abc import Sequence
+
+from mossar_adapters.address import Address
+from mossar_adapters.midi.player import Player
+from mossar_adapters.midi.ports import open_port
+from mossar_adapters.source import Meta
+from mossar_stream import Event, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
+
+OPTIONS = {
+    "name": "name of the virtual port; default mossar",
+    "port": "part of the name of a port that is there",
+    "notes": "of onset, minimum and offset, 0 to 127; default 60,64,67",
+    "beats": "quarter notes of the clock in a cycle, 1 to 16; default 1",
+}
+KINDS: tuple[KeyFrameKind, ...] = ("onset", "minimum", "offset")
+NOTES = "60,64,67"
+VELOCITY = 100
+LENGTH = 0.1  # s, of a note
+CHANNELS = 16
+SILENCE = 2.5  # cycles without a new one, after which the clock stops
+
+
+class MidiSink:
+    """Plays events; implements `Sink`.
+
+    Args:
+        address: `midi:` for a virtual port, `midi:?port=NAME` for one that is there, `midi:PATH` for bytes.
+        force: Whether to replace a file that is there.
+
+    Raises:
+        MossarError: If the port or file cannot be had, an option is wrong or the extra `midi` is not installed.
+    """
+
+    prompt = True
+
+    def __init__(self, address: Address, *, force: bool = False) -> None:
+        address.check(OPTIONS)
+        self.name = address.url
+        self._notes = dict(zip(KINDS, _notes(address), strict=True))
+        self._beats = address.number("beats", 1, 16, 1) or 1
+        self._channels: dict[str, int] = {}
+        self._leader = ""  # performer who keeps the clock
+        self._port = open_port(address, replace=force)
+        self._player = Player(self._port)
+
+    @property
+    def dropped(self) -> int:
+        """Messages that found no room."""
+        return self._player.dropped
+
+    def announce(self, meta: Meta) -> None:
+        """Give a performer a channel."""
+        self._channel(meta.performer)
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Play events.
+
+        Raises:
+            Exception: What the port died of.
+        """
+        if self._player.error is not None:
+            raise self._player.error
+        for event in events:
+            match event:
+                case KeyFrameEvent(status="confirmed"):
+                    channel = self._channel(event.performer)
+                    self._player.note(channel, self._notes[event.kind], VELOCITY, LENGTH)
+                case RepetitionEvent():
+                    self._keep_time(event)
+                case StreamEvent(event="ended" | "stalled") if event.performer == self._leader:
+                    self._player.rest()
+                    self._leader = ""
+                case _:
+                    pass
+
+    def close(self) -> None:
+        """End notes and clock and release the port. May be called twice."""
+        self._player.close()
+        self._port.close()
+
+    def _keep_time(self, event: RepetitionEvent) -> None:
+        if event.period is not None and self._leader in {"", event.performer}:
+            self._leader = event.performer
+            self._player.beat(event.period / self._beats, SILENCE * event.period)
+
+    def _channel(self, performer: str) -> int:
+        return self._channels.setdefault(performer, len(self._channels)) % CHANNELS
+
+
+def _notes(address: Address) -> list[int]:
+    text = address.options.get("notes", NOTES)
+    try:
+        notes = [int(part) for part in text.split(",")]
+    except ValueError:
+        notes = []
+    if len(notes) != len(KINDS) or not all(0 <= note <= 127 for note in notes):
+        raise address.error(
+            f"option notes must be three numbers from 0 to 127, as {NOTES}, not {text[:40]!r}"
+        )
+    return notes

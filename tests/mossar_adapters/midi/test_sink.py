@@ -1,0 +1,161 @@
+"""MIDI: what is sent is read by mido, and the clock keeps the tempo."""
+
+import os
+import time
+
+import pytest
+
+from mossar_adapters.address import parse_url
+from mossar_adapters.midi.sink import MidiSink
+from mossar_adapters.source import Meta
+from mossar_adapters.urls import open_sink
+from mossar_stream import Event, KeyFrameEvent, MossarError, RepetitionEvent, Skeleton, StreamEvent
+
+mido = pytest.importorskip("mido")
+
+
+def key_frame(kind="onset", status="confirmed", performer="p1") -> KeyFrameEvent:
+    return KeyFrameEvent(
+        performer=performer,
+        id=f"{performer}/0/7",
+        rev=1,
+        status=status,
+        decided=False,
+        kind=kind,
+        take=0,
+        frame=7,
+        time=0.2,
+        decided_frame=9,
+        decided_time=0.3,
+        velocity=0.1,
+        strength=None,
+    )
+
+
+def repetition(period: float | None, performer="p1") -> RepetitionEvent:
+    return RepetitionEvent(
+        performer=performer,
+        id=f"{performer}/0/r2",
+        rev=1,
+        status="counted",
+        take=0,
+        channel="body",
+        count=2,
+        total=2,
+        period=period,
+        tempo=None if period is None else 60 / period,
+        start=0.0,
+        end=1.0,
+        amplitude=0.5,
+        joint="hand",
+        decided_time=1.0,
+    )
+
+
+def messages(path) -> list:
+    """Return what mido makes of the bytes in a file."""
+    return list(mido.parse_all(path.read_bytes()))
+
+
+def played(tmp_path, events: list[Event], seconds=0.0, query="") -> list:
+    path = tmp_path / "midi.bin"
+    sink = MidiSink(parse_url(f"midi:{path}{query}"))
+    sink.announce(Meta("p1", Skeleton(("a", "b"), (-1, 0))))
+    sink.send(events)
+    time.sleep(seconds)
+    sink.close()
+    sink.close()
+    return messages(path)
+
+
+def test_key_frames_are_notes_that_end(tmp_path):
+    kinds = ("onset", "minimum", "offset")
+    found = played(tmp_path, [*map(key_frame, kinds), key_frame("onset", "candidate")], 0.2)
+    notes = {"note_on": [m.note for m in found if m.type == "note_on"]}
+    notes["note_off"] = [m.note for m in found if m.type == "note_off"]
+    assert notes == {"note_on": [60, 64, 67], "note_off": [60, 64, 67]}
+
+
+def test_notes_that_sound_when_it_ends_are_ended(tmp_path):
+    found = played(tmp_path, [key_frame("offset")], query="?notes=1,2,3")
+    assert [(m.type, m.note) for m in found] == [("note_on", 3), ("note_off", 3)]
+
+
+def test_each_performer_has_a_channel(tmp_path):
+    found = played(tmp_path, [key_frame(performer=f"p{n}") for n in (1, 2, 1)])
+    assert [m.channel for m in found if m.type == "note_on"] == [0, 1, 0]
+
+
+@pytest.mark.parametrize(("query", "beats"), [("", 1), ("?beats=2", 2)])
+def test_the_clock_has_24_pulses_a_cycle(tmp_path, query, beats):
+    found = played(tmp_path, [repetition(None), repetition(0.5)], 1.0, query)
+    assert [m.type for m in found if m.type != "clock"] == ["start", "stop"]
+    assert sum(m.type == "clock" for m in found) == pytest.approx(48 * beats, abs=3)
+
+
+def test_the_clock_stops_with_the_repetitions(tmp_path):
+    found = played(tmp_path, [repetition(0.1)], 0.6)
+    assert sum(m.type == "clock" for m in found) == pytest.approx(60, abs=2)
+    assert found[-1].type == "stop"
+
+
+def test_the_clock_stops_with_the_take_of_whom_it_follows(tmp_path):
+    ended = [StreamEvent(performer=name, event="ended", take=0) for name in ("p2", "p1")]
+    found = played(tmp_path, [repetition(0.2), *ended, repetition(0.2, "p2")], 0.1)
+    assert [m.type for m in found if m.type != "clock"] == ["start", "stop", "start", "stop"]
+
+
+def test_one_performer_keeps_the_clock(tmp_path):
+    found = played(tmp_path, [repetition(9.0, "p2"), repetition(0.1)], 0.2)
+    assert sum(m.type == "clock" for m in found) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+def test_a_pipe_gets_the_bytes(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with pytest.raises(MossarError, match="nobody reads it"):
+        open_sink(f"midi:{path}")
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    sink = open_sink(f"midi:{path}")
+    sink.send([key_frame()])
+    sink.close()
+    found = mido.parse_all(os.read(reader, 100))
+    os.close(reader)
+    assert [m.type for m in found] == ["note_on", "note_off"]
+
+
+def test_a_virtual_port_is_found_by_other_programs():
+    rtmidi = pytest.importorskip("rtmidi")
+    try:
+        sink = MidiSink(parse_url("midi:?name=mossar-test"))
+        name = next(name for name in mido.get_input_names() if "mossar-test" in name)
+    except (MossarError, StopIteration, rtmidi.RtMidiError) as error:
+        pytest.skip(f"this system has no virtual MIDI ports: {error}")
+    with mido.open_input(name) as port:
+        sink.send([key_frame()])
+        message = port.receive()
+    sink.close()
+    assert (message.type, message.note) == ("note_on", 60)
+
+
+@pytest.mark.parametrize(
+    ("query", "said"),
+    [
+        ("?notes=1,2", "three numbers"),
+        ("?notes=1,2,200", "three numbers"),
+        ("?beats=0", "beats"),
+        ("?x=1", "'x'"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, query, said):
+    with pytest.raises(MossarError, match=said):
+        open_sink(f"midi:{tmp_path / 'midi.bin'}{query}")
+
+
+def test_a_file_is_not_replaced_and_a_mid_file_is_refused(tmp_path):
+    (tmp_path / "midi.bin").write_bytes(b"mine")
+    with pytest.raises(MossarError, match="there is a file"):
+        open_sink(f"midi:{tmp_path / 'midi.bin'}").send([key_frame()])
+    with pytest.raises(MossarError, match=r"\.mid"):
+        open_sink(f"midi:{tmp_path / 'take.mid'}")

@@ -1,0 +1,87 @@
+"""Moves: what recognising moves adds to a frame, and how long a push takes at most, with as many examples as a game has.
+
+Pushes with and without moves take turns, block by block, so that neighbours disturb both of them alike.
+"""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream import Moves, Segmenter, Settings, Skeleton
+from mossar_tools.bench.measurement import Measurement, Target
+from mossar_tools.bench.motion import Motion, with_joints
+from mossar_tools.bench.push import WARM_UP, singles
+from mossar_tools.bench.work import Work
+
+JOINTS, EXAMPLES, EACH = 21, 28, 2
+SECONDS = 1.0  # of an example
+MORE = 2.0  # µs that a frame may take longer on average
+LONGEST = 500.0  # µs, p99.9 of a push
+BLOCK = 256  # pushes in turn
+
+
+def measure(work: Work) -> Iterator[Measurement]:
+    """Yield what moves add to a push on average, its 99.9 % quantile, and the memory of a performer."""
+    motion = _with_joints(work.motions[0])
+    moves = examples_of(motion)
+    runs = [waits(motion, moves, work.some(200_000, 2000)) for _ in range(work.some(3, 1))]
+    means = tuple(float((on.mean() - off.mean()) * 1e6) for off, on in runs)
+    high = tuple(float(np.quantile(on, 0.999) * 1e6) for _, on in runs)
+    what = f"{motion.name}, {len(moves)} examples, {JOINTS} joints"
+    note = f"without: {np.median([off.mean() for off, _ in runs]) * 1e6:.2f} us"
+    yield Measurement(
+        "moves", f"{what}: more on average", "us", means, target=Target(MORE), note=note, clock="wall"
+    )
+    yield Measurement("moves", f"{what}: p99.9", "us", high, target=Target(LONGEST), clock="wall")
+    plain, own = (Segmenter(motion.skeleton, Settings(), moves=found).state_bytes for found in (None, moves))
+    yield Measurement("moves", "memory of a performer, besides the examples", "kB", ((own - plain) / 1000,))
+
+
+def _with_joints(motion: Motion) -> Motion:
+    skeleton, positions = with_joints(motion.skeleton, motion.positions, JOINTS)
+    return Motion(motion.name, skeleton, motion.fps, positions, motion.times)
+
+
+def examples_of(motion: Motion) -> Moves:
+    """Return moves of which parts of a motion are the examples: those with most movement, so that there is much to compare."""
+    length = min(round(SECONDS * motion.fps), len(motion.times) // EXAMPLES)
+    begins = np.arange(EXAMPLES) * (len(motion.times) // EXAMPLES)
+    moves = Moves(Skeleton(motion.skeleton.names, motion.skeleton.parents, motion.skeleton.root))
+    for k, begin in enumerate(begins):
+        moves.add(f"move {k // EACH + 1}", _liveliest(motion, int(begin), length), motion.fps)
+    return moves
+
+
+def _liveliest(motion: Motion, begin: int, length: int) -> NDArray[np.float32]:
+    """Return the part of a stretch of a motion in which the joints move most."""
+    until = begin + len(motion.times) // EXAMPLES
+    steps = np.linalg.norm(np.diff(motion.positions[begin:until], axis=0), axis=2).sum(axis=1)
+    paths = np.convolve(steps, np.ones(length - 1), "valid")
+    first = begin + int(np.argmax(paths))
+    return motion.positions[first : first + length]
+
+
+def waits(motion: Motion, moves: Moves, frames: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Push frames one by one without moves and with them.
+
+    Returns:
+        (frames,) s, how long each push took, without and with.
+    """
+    pair = [Segmenter(motion.skeleton, Settings(), fps=motion.fps, moves=own) for own in (None, moves)]
+    took = np.zeros((2, frames))
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
+        for segmenter in pair:
+            segmenter.push(positions, moment)
+    clock = time.perf_counter
+    for start in range(0, frames, BLOCK):
+        block = [next(stream) for _ in range(min(BLOCK, frames - start))]
+        for which, segmenter in enumerate(pair):
+            push = segmenter.push
+            for k, (positions, moment) in enumerate(block, start):
+                began = clock()
+                push(positions, moment)
+                took[which, k] = clock() - began
+    return took[0], took[1]

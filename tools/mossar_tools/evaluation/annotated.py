@@ -1,0 +1,85 @@
+"""Annotated recordings: cuts from the files of annotation programs, such as our own exports that a person corrected."""
+
+import glob
+from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.annotations.reading import SUFFIXES, chosen_tier
+from mossar_adapters.annotations.tiers import SEGMENTS
+from mossar_adapters.files.registry import FORMATS
+from mossar_tools.evaluation.matching import Cut
+
+_MIXED = {".txt", ".json"}  # may be anything: only beside a recording of that name
+_EDGE = 0.05  # s; a boundary nearer to an end of the recording is none between two segments
+
+
+def annotated_recordings(folder: Path, described: AbstractSet[Path]) -> Iterator[tuple[Path, Path]]:
+    """Yield annotation files and the recordings of the same name beside them.
+
+    Args:
+        folder: Where to look, in the folders in it, too.
+        described: Recordings that have labels already.
+    """
+    known = {suffix for form in FORMATS for suffix in form.extensions} - {*SUFFIXES, *_MIXED}
+    for path in sorted(folder.rglob("*")):
+        if path.suffix.lower() not in SUFFIXES or not path.is_file():
+            continue
+        beside = [
+            own
+            for own in sorted(path.parent.glob(f"{glob.escape(path.stem)}.*"))
+            if own.suffix.lower() in known
+        ]
+        if (
+            beside
+            and beside[0] not in described
+            and not (path.suffix.lower() == ".json" and _is_no_list(path))
+        ):
+            yield path, beside[0]
+
+
+def annotated_cuts(
+    path: Path, wanted: str | None, level: str, times: NDArray[np.float64], gap: float
+) -> list[Cut]:
+    """Return the cuts that a tier of an annotation file stands for, s.
+
+    Moments are cuts. So are the boundaries of stretches, but for the ends of the recording; the end of one and the
+    begin of the next are one cut if they are near.
+
+    Args:
+        path: The file.
+        wanted: Name of the tier; None for `segments LEVEL`, or `segments`, or else the only one.
+        level: What the cuts part.
+        times: Of the frames, s; annotations count from the first.
+        gap: How far an end and the next begin may be apart, s.
+
+    Raises:
+        MossarError: If it cannot be read, or it is not clear which tier is meant.
+    """
+    tier = chosen_tier(path, wanted, (f"{SEGMENTS} {level}", SEGMENTS))
+    origin, last = float(times[0]), float(times[-1])
+    if tier.moments:
+        return [Cut(*[origin + mark.start] * 3) for mark in tier.marks]
+    ends = {origin + mark.end for mark in tier.marks}
+    cuts: list[Cut] = []
+    for time in sorted(ends | {origin + mark.start for mark in tier.marks}):
+        if not origin + _EDGE < time < last - _EDGE:
+            continue
+        before = cuts[-1].latest if cuts else None
+        if before in ends and time not in ends and time - before <= gap:
+            cuts[-1] = Cut(before, (before + time) / 2, time)
+        else:
+            cuts.append(Cut(time, time, time))
+    return cuts
+
+
+def _is_no_list(path: Path) -> bool:
+    """Return whether a JSON file is something else than an export of Label Studio, which is a list."""
+    try:
+        with path.open("rb") as file:
+            return not file.read(64).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"[")
+    except OSError:
+        return True
