@@ -93,15 +93,15 @@ def waits(
         (frames,) s, how long each push took, and whether it was in a block without an interruption.
     """
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
-    singles = singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
     took = np.zeros(frames)
     undisturbed = np.ones(frames, np.bool_)
-    interruptions = _interruptions()
-    for positions, moment in (next(singles) for _ in range(WARM_UP)):
+    interruptions = interruptions_of_thread()
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
         segmenter.push(positions, moment)
     push, clock = segmenter.push, time.perf_counter
     for start in range(0, frames, BLOCK):
-        block: list[tuple[Any, Any]] = list(itertools.islice(singles, min(BLOCK, frames - start)))
+        block: list[tuple[Any, Any]] = list(itertools.islice(stream, min(BLOCK, frames - start)))
         if form is not None:
             block = [form(positions, moment) for positions, moment in block]
         before = interruptions()
@@ -119,7 +119,7 @@ def singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
         yield from zip(positions, times.tolist(), strict=True)
 
 
-def _interruptions() -> Callable[[], int]:
+def interruptions_of_thread() -> Callable[[], int]:
     """Return what tells how often this thread was stopped so that another one could run; 0 where nobody knows."""
     try:
         import resource
