@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import Moves, Segmenter, Settings, Skeleton
+from mossar_stream import Moves, Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement, Target
-from mossar_tools.bench.motion import Motion, with_joints
+from mossar_tools.bench.motion import Motion, performer
 from mossar_tools.bench.push import WARM_UP, interruptions_of_thread, singles
 from mossar_tools.bench.work import Work
 
@@ -38,8 +38,9 @@ class Waits(NamedTuple):
 
 def measure(work: Work) -> Iterator[Measurement]:
     """Yield what moves add to a push on average, its 99.9 % quantile, and the memory of a performer."""
-    motion = _with_joints(work.motions[0])
-    moves = examples_of(motion)
+    seconds = work.some(120, 8)
+    motion = performer(seconds, joints=JOINTS)
+    moves = examples_of(performer(seconds, joints=JOINTS, seed=2))
     runs = [waits(motion, moves, work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
     means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
     high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
@@ -53,16 +54,11 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield Measurement("moves", "memory of a performer, besides the examples", "kB", ((own - plain) / 1000,))
 
 
-def _with_joints(motion: Motion) -> Motion:
-    skeleton, positions = with_joints(motion.skeleton, motion.positions, JOINTS)
-    return Motion(motion.name, skeleton, motion.fps, positions, motion.times)
-
-
 def examples_of(motion: Motion) -> Moves:
-    """Return moves of which parts of a motion are the examples: those with most movement, so that there is much to compare."""
+    """Return moves whose examples are parts of a motion, of each stretch the liveliest."""
     length = min(round(SECONDS * motion.fps), len(motion.times) // EXAMPLES)
     begins = np.arange(EXAMPLES) * (len(motion.times) // EXAMPLES)
-    moves = Moves(Skeleton(motion.skeleton.names, motion.skeleton.parents, motion.skeleton.root))
+    moves = Moves(motion.skeleton)
     for k, begin in enumerate(begins):
         moves.add(f"move {k // EACH + 1}", _liveliest(motion, int(begin), length), motion.fps)
     return moves
