@@ -125,11 +125,11 @@ class OscSink:
         return self._starts[event.performer][1]
 
 
-def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, tuple[str, ...]]:
+def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, list[str]]:
     """Return where a message goes, and of whom it tells: patches for the body's must not hear of limbs."""
     if event.channel == BODY:
-        return f"/mossar/{what}", (event.performer,)
-    return f"/mossar/limb/{what}", (event.performer, event.channel)
+        return f"/mossar/{what}", [event.performer]
+    return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
 def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:
