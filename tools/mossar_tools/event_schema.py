@@ -9,13 +9,14 @@ from mossar_stream import (
     Event,
     KeyFrameEvent,
     MoveEvent,
+    PhaseEvent,
     RepetitionEvent,
     SegmentEvent,
     StatsEvent,
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, PhaseEvent, MoveEvent, StreamEvent, StatsEvent)
 
 
 def event_schema() -> dict[str, Any]:
