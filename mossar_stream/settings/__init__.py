@@ -140,6 +140,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         _check_groups(self)
         if isinstance(self.limbs, str):
             parse_groups(self.limbs)
+        if self.phase and not self.repetitions:
+            raise SettingsError("setting phase needs repetitions")
         if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
             raise SettingsError("setting range=fixed needs range_max above range_min (m over the window)")
 
