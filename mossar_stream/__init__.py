@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         StreamEvent,
         to_json,
     )
-    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
+    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
@@ -85,7 +85,7 @@ _NAMES = {
         "StreamEvent",
         "to_json",
     ),
-    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
+    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "narrow", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "moves.moves": ("Moves",),
     "performers": ("Performers",),
@@ -166,6 +166,7 @@ __all__ = [
     "StreamEvent",
     "VarianceFloor",
     "constant_times",
+    "narrow",
     "on_first_compile",
     "performer_name",
     "precompile",

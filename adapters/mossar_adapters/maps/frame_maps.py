@@ -16,7 +16,7 @@ import mossar_stream
 from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
-from mossar_stream import MAX_JOINTS, FrameError, Frames, Skeleton
+from mossar_stream import MAX_JOINTS, FrameError, Frames, Skeleton, narrow
 
 VERSION = 1
 
@@ -96,15 +96,16 @@ def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
     )
 
 
-def positions_of_map(found: FrameMap) -> NDArray[np.float32]:
+def positions_of_map(found: FrameMap) -> NDArray[Any]:
     """Return the positions of one frame.
 
     Returns:
-        (J, 3) float32, metres, NaN where missing.
+        (J, 3), metres, NaN where missing.
 
     Raises:
         FrameError: If they do not have that shape.
     """
+    positions: NDArray[Any]
     if isinstance(found.xyz, bytes):
         if len(found.xyz) % 12 or not 12 <= len(found.xyz) <= 12 * MAX_JOINTS:
             raise FrameError(
@@ -156,11 +157,11 @@ def maps_of_frames(frames: Frames, first_seq: int) -> list[FrameMap]:
     ]
 
 
-def _listed(xyz: list[list[float | None] | None]) -> NDArray[np.float32]:
+def _listed(xyz: list[list[float | None] | None]) -> NDArray[Any]:
     if not 1 <= len(xyz) <= MAX_JOINTS:
         raise FrameError(f"xyz has {len(xyz)} joints; 1 to {MAX_JOINTS} can be used")
     rows: list[Any] = [[None] * 3 if row is None else row for row in xyz]
     if any(len(row) != 3 for row in rows):
         raise FrameError("xyz is not a list of [x, y, z]")
     with np.errstate(over="ignore"):
-        return np.array([[np.nan if c is None else c for c in row] for row in rows]).astype(np.float32)
+        return narrow(np.array([[np.nan if c is None else c for c in row] for row in rows], np.float64))
