@@ -16,9 +16,8 @@ from mossar_stream import (
     StreamEvent,
 )
 
-_MAY_BE_ABSENT = ("fps", "settings", "version")
-_META = MetaMap.__name__
 _EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
+_OF_LIMBS = ("channel", "limb")
 
 
 def event_schema() -> dict[str, Any]:
@@ -29,8 +28,9 @@ def event_schema() -> dict[str, Any]:
         definition = schema["$defs"][event.__name__]
         summary, fields = _explained(event)
         definition["description"] = summary
-        # Every field is always sent, though a reader of msgspec could leave those with defaults out.
-        definition["required"] = list(definition["properties"])
+        # Fields with defaults are always sent, too, but for those of records that leave them out.
+        optional = _OF_LIMBS if event.__struct_config__.omit_defaults else ()
+        definition["required"] = [name for name in definition["properties"] if name not in optional]
         for name, text in fields.items():
             definition["properties"][name]["description"] = text
     return {
@@ -38,6 +38,10 @@ def event_schema() -> dict[str, Any]:
         "title": "An event of mossar-stream, or what is known of a performer",
         **schema,
     }
+
+
+_META = MetaMap.__name__
+_MAY_BE_ABSENT = ("fps", "settings", "version")
 
 
 def _add_meta(schema: dict[str, Any]) -> None:
