@@ -98,6 +98,16 @@ def test_the_events_in_the_documentation_fit(valid):
     assert valid(json.loads(example))
 
 
+def test_the_event_in_the_readme_comes_out_of_the_demo(events):
+    text = (ROOT / "README.md").read_text()
+    shown = json.loads(re.search(r'\{"type":"key_frame".*?\}', text, re.DOTALL).group())
+    found = [e for e in events("demo", "--speed", "max", "--seconds", "4") if e["type"] == "key_frame"]
+    first = found[0]
+    assert first["time"] == pytest.approx(shown["time"], abs=0.05)
+    assert [first[name] for name in ("kind", "status")] == [shown[name] for name in ("kind", "status")]
+    assert f"started to move at {shown['time']:g} s" in text
+
+
 def test_every_field_is_explained():
     text = (ROOT / "docs" / "events.md").read_text()
     for definition in event_schema()["$defs"].values():
