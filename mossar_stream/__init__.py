@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
+        BODY,
         KEY_FRAME_KINDS,
         KEY_FRAME_STATUSES,
         MOVE_STATUSES,
@@ -63,6 +64,7 @@ _NAMES = {
     "engine.warm_up": ("precompile",),
     "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
+        "BODY",
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
         "MOVE_STATUSES",
@@ -112,6 +114,7 @@ _NAMES = {
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
+    "BODY",
     "KEY_FRAME_KINDS",
     "KEY_FRAME_STATUSES",
     "LEVEL_NAMES",

@@ -28,6 +28,7 @@ class Excerpt(msgspec.Struct, frozen=True):
         level: Strength from which key frames stand.
         level_name: What to call it.
         about: What the title says of it; None counts frames and key frames.
+        limbs: Segments of each limb that lie in it.
     """
 
     start: float
@@ -43,6 +44,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     level: float
     level_name: str
     about: str | None = None
+    limbs: dict[str, list[Segment]] = {}  # msgspec copies it
 
 
 def excerpt(
@@ -91,13 +93,25 @@ def excerpt(
         threshold,
         standing,
         sorted((key for key in fallen if start <= key.time <= end), key=lambda key: key.time),
-        [part for part in chosen.segments if part.end_time > start and part.start_time < end],
+        _within(chosen.segments, start, end),
         [cut.time for cut in whole.cuts if start <= cut.time <= end],
         result.hierarchy,
         ends,
         strength,
         name,
+        limbs={
+            limb: _within(chosen_of(own, kept).segments, start, end) for limb, own in result.limbs.items()
+        },
     )
+
+
+def chosen_of(result: Result, kept: int | None) -> Segmentation:
+    """Return the level of the settings, or so many key frames."""
+    return result.at(count=kept) if kept is not None else result.at(result.settings.level)
+
+
+def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segment]:
+    return [part for part in segments if part.end_time > start and part.start_time < end]
 
 
 def curve_columns(result: Result) -> NDArray[np.float64]:

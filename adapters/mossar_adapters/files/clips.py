@@ -87,14 +87,12 @@ def _parts(text: BvhText, spans: Sequence[tuple[int, int]]) -> Iterator[str]:
 
 def _write_npz(path: Path, whole: LoadedRecording, span: slice) -> None:
     skeleton = whole.skeleton
-    rate: dict[str, Any] = {} if whole.fps is None else {"fps": np.float64(whole.fps)}
     np.savez_compressed(
         path,
         positions=whole.positions[span],
         times=whole.times[span],
         joint_names=np.array(skeleton.names),
         parents=np.array(skeleton.parents, np.int64),
-        **rate,
     )
 
 
