@@ -1,23 +1,64 @@
 """Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.curve_state import CurveState
+from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
 from mossar_stream.limbs.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
-if TYPE_CHECKING:
-    from mossar_stream.segmenter import Segmenter
 
-NewSegmenter = Callable[[Skeleton, Settings], "Segmenter"]
+class OfLimb(Protocol):
+    """What limbs need of a segmenter, which has limbs itself and is therefore not imported."""
+
+    performer: str
+    level: LevelName | float
+
+    @property
+    def row(self) -> Row:
+        """Where the state lies."""
+
+    @property
+    def state(self) -> CurveState | None:
+        """The velocity curve at the last frame."""
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The joints."""
+
+    @property
+    def state_bytes(self) -> int:
+        """Bytes of the state."""
+
+    def carry_on(self, counts: Mapping[str, int]) -> None:
+        """Number takes and count frames on."""
+
+    def change(self, **changes: object) -> list[Event]:
+        """Change settings."""
+
+    def end_take(self, reason: str = "") -> list[Event]:
+        """End the take."""
+
+    def reset(self, reason: str = "") -> list[Event]:
+        """End the take and forget the range."""
+
+    def release(self) -> None:
+        """Give the row back."""
+
+    def snapshot(self) -> bytes:
+        """Return all that is known."""
+
+
+NewSegmenter = Callable[[Skeleton, Settings], OfLimb]
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
@@ -59,7 +100,7 @@ class Limbs:
         return tuple(limb.name for limb in self._groups)
 
     @property
-    def segmenters(self) -> dict[str, "Segmenter"]:
+    def segmenters(self) -> dict[str, OfLimb]:
         """The segmenter of each; its events say nothing of the limb."""
         return dict(zip(self.names, self._segmenters, strict=True))
 
@@ -153,7 +194,7 @@ class Limbs:
         """Return what all limbs know."""
         return tuple(segmenter.snapshot() for segmenter in self._segmenters)
 
-    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], "Segmenter"]) -> None:
+    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], OfLimb]) -> None:
         """Go on where the limbs of a snapshot were.
 
         Args:

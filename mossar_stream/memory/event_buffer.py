@@ -114,15 +114,12 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
         return []
     _COUNT.pack_into(buffer, 0, 0)
     events: list[Event] = []
-    last = of = -1
-    performer = prefix = ""
+    last, of, performer, prefix = -1, -1, "", ""
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
-    # fmt: off
     for (
         row, code, status, nature, take, rev, begin, end, frame, until, decided,
         time, until_time, velocity, strength, a, b, c, d, e,
-    ) in _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size]):
-        # fmt: on
+    ) in _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size]):  # fmt: skip
         if row != last or take != of:
             last, of, performer = row, take, performers[row]
             prefix = f"{performer}/{take}/"

@@ -240,21 +240,9 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = given_positions(positions)
-    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
-        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
-    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
-    if len(skeleton) != frames.shape[1]:
-        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
-    if times is None and fps is None:
-        raise ValueError("segment_recording needs fps or times")
-    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
-    if moments.shape != frames.shape[:1]:
-        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    frames, moments, skeleton = _checked(positions, fps, skeleton, times)
     chosen = settings or Settings()
-    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
-    if frames.dtype is not FLOAT32 or origin.any():
-        frames = less(frames, origin, np.empty(frames.shape, np.float32))
+    frames = _near_the_origin(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
@@ -272,6 +260,32 @@ def segment_recording(
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result
+
+
+def _checked(
+    positions: ArrayLike, fps: float | None, skeleton: Skeleton | None, times: ArrayLike | None
+) -> tuple[NDArray[Any], NDArray[np.float64], Skeleton]:
+    """Return positions, times and skeleton as `segment_recording` goes on with them."""
+    frames = given_positions(positions)
+    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
+        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
+    if len(skeleton) != frames.shape[1]:
+        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    if times is None and fps is None:
+        raise ValueError("segment_recording needs fps or times")
+    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
+    if moments.shape != frames.shape[:1]:
+        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    return frames, moments, skeleton
+
+
+def _near_the_origin(frames: NDArray[Any], center: int) -> NDArray[np.float32]:
+    """Return frames less the place where they begin, in single precision."""
+    origin, _ = place_of(frames, center)
+    if frames.dtype is not FLOAT32 or origin.any():
+        return less(frames, origin, np.empty(frames.shape, np.float32))
+    return frames
 
 
 def _push_all(

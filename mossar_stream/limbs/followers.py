@@ -1,7 +1,6 @@
 """What else follows a performer's frames: moves, repetitions, limbs. All are off by default, and cost nothing then."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +9,10 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import Event
-from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.limbs.limbs import Limbs, OfLimb, together
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.settings import Settings
-
-if TYPE_CHECKING:
-    from mossar_stream.segmenter import Segmenter
 
 
 class Followers:
@@ -230,7 +226,7 @@ class Followers:
             limbs=() if self.limbs is None else self.limbs.snapshot(),
         )
 
-    def restore(self, known: Following, restored: Callable[[bytes], "Segmenter"]) -> None:
+    def restore(self, known: Following, restored: Callable[[bytes], OfLimb]) -> None:
         """Go on where a snapshot was made; the recognition is there already.
 
         Args:
