@@ -49,7 +49,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
-    ("cycle_poses", "f4"),  # (3, padded_joints, PLACES) m, poses of the last seconds, see cycles.py
+    ("cycle_poses", "f4"),  # (3, joints, PLACES) m, poses of the last seconds, see cycles.py
     ("cycle_distances", "f4"),  # (LONGEST_WINDOW, LAGS + 1) m², of those poses
     ("cycle_sums", "f8"),  # (PLACES,) m², scratch
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
@@ -190,7 +190,7 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
-            "cycle_poses": PLACES * 3 * joints * self.evidence,
+            "cycle_poses": PLACES * 3 * self.joints * self.evidence,
             "cycle_distances": LONGEST_WINDOW * (LAGS + 1) * self.evidence,
             "cycle_sums": PLACES * self.evidence,
             "notes": CANDIDATES * self.evidence,

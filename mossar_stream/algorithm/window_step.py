@@ -151,7 +151,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
             part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
