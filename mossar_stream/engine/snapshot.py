@@ -5,7 +5,6 @@ row follows, and the row itself. No pickle; damaged bytes are refused before the
 """
 
 import hashlib
-from collections.abc import Callable
 from typing import Annotated
 
 import msgspec
@@ -18,6 +17,7 @@ from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings
@@ -90,13 +90,9 @@ def pack_snapshot(
 
 
 def unpack_snapshot(
-    blob: bytes, check_limbs: Callable[[Skeleton, bool | str], object]
+    blob: bytes,
 ) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
     """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
-
-    Args:
-        blob: The snapshot.
-        check_limbs: Raises FrameError if a skeleton lacks joints that the setting `limbs` needs.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -114,7 +110,7 @@ def unpack_snapshot(
         if content.fps is not None:
             constant_times(0, content.fps)
         level = plan.strength(content.settings.replace(level=content.level).level)
-        check_limbs(content.skeleton, content.settings.limbs)
+        groups_of(content.skeleton, content.settings.limbs)
     except (msgspec.MsgspecError, FrameError, SettingsError, ValueError) as error:
         raise SnapshotError(f"the snapshot cannot be read: {error}") from None
     row = np.frombuffer(content.row, np.uint8).copy()

@@ -29,12 +29,12 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.limbs.groups import groups_of, leading_limb, limbs_by_joint, positions_of
-from mossar_stream.limbs.limbs import settings_of_limbs
+from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
+from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -242,7 +242,9 @@ def segment_recording(
     """
     frames, moments, skeleton = _checked(positions, fps, skeleton, times)
     chosen = settings or Settings()
-    frames = _near_the_origin(frames, skeleton.root if chosen.center == "root" else -1)
+    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
+    if frames.dtype is not FLOAT32 or origin.any():
+        frames = less(frames, origin, np.empty(frames.shape, np.float32))
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
@@ -250,12 +252,10 @@ def segment_recording(
     engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings or Settings())
-    limbs = {
-        limb.name: segment_recording(
-            positions_of(limb, frames), fps, limb.skeleton, own, times=moments, curves=curves
-        )
-        for limb in groups_of(skeleton, chosen.limbs)
-    }
+    limbs = {}
+    for limb in groups_of(skeleton, chosen.limbs):
+        seen = positions_of(limb, frames)
+        limbs[limb.name] = segment_recording(seen, fps, limb.skeleton, own, times=moments, curves=curves)
     result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
@@ -265,7 +265,7 @@ def segment_recording(
 def _checked(
     positions: ArrayLike, fps: float | None, skeleton: Skeleton | None, times: ArrayLike | None
 ) -> tuple[NDArray[Any], NDArray[np.float64], Skeleton]:
-    """Return positions, times and skeleton as `segment_recording` goes on with them."""
+    """Return positions, times and the skeleton of a recording, as arrays that fit each other."""
     frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
@@ -278,14 +278,6 @@ def _checked(
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     return frames, moments, skeleton
-
-
-def _near_the_origin(frames: NDArray[Any], center: int) -> NDArray[np.float32]:
-    """Return frames less the place where they begin, in single precision."""
-    origin, _ = place_of(frames, center)
-    if frames.dtype is not FLOAT32 or origin.any():
-        return less(frames, origin, np.empty(frames.shape, np.float32))
-    return frames
 
 
 def _push_all(

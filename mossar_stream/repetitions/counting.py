@@ -218,7 +218,10 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
                 before = _write(header, samples, component, proposed, oldest, before)
-                _say_half_way(header.cycle[header.cycles - 1])
+                row = header.cycle[
+                    header.cycles - 1
+                ]  # what was not alike does not say when it passes half way
+                row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
         before = _write(header, samples, component, cycles[:, i], oldest, before)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
@@ -239,12 +242,6 @@ def _missed(scores, cycle, begin):
     if high - low < np.float32(GOES_ON) * abs(scores[cycle[1]] - scores[cycle[0]]):
         return 0
     return int(gap / period + 0.5)
-
-
-@kernel
-def _say_half_way(row):
-    """Set when a cycle that was missed passes half way: what was not alike does not say it."""
-    row.out, row.back = row.start + 0.25 * (row.end - row.start), row.start + 0.75 * (row.end - row.start)
 
 
 @kernel

@@ -15,11 +15,11 @@ from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name
-from mossar_stream.limbs.followers import Followers
-from mossar_stream.limbs.groups import groups_of
-from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.segmenter.followers import Followers
+from mossar_stream.segmenter.limbs import Limbs, together
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -388,7 +388,7 @@ class Segmenter:
 
     @classmethod
     def _restored(cls, blob: bytes, *, is_limb: bool = False) -> "Segmenter":
-        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, groups_of)
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob)
         if is_limb and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)
