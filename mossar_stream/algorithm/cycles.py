@@ -110,7 +110,7 @@ def _take_pose(cycles, body, joints):
 @kernel
 def keep_in_cycles(cycles, body, j):
     """Let a joint have been where it is now in all poses that are kept."""
-    for axis in range(3):
+    for axis in range(len(cycles.poses)):  # none without evidence
         cycles.poses[axis, j] = body[place(j) + POSE_X + axis * PAGE]
 
 
