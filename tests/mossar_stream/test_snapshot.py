@@ -249,11 +249,12 @@ def test_the_parts_that_settings_decide_are_not_taken_from_the_row(segmenter):
 
 @pytest.mark.parametrize("level", ["motion", "cluster"])
 @pytest.mark.parametrize("fps", [None, 30.0, 120.0])
-def test_a_snapshot_of_33_joints_takes_at_most_128_kb(core, level, fps):
+def test_a_snapshot_of_33_joints_takes_at_most_152_kb(core, level, fps):
+    # 20 kB of it, at level motion, are the poses and distances that repetitions of up to 6 s are found by.
     segmenter = Segmenter(core.skeleton(33), Settings(level=level), fps=fps)
     positions = np.cumsum(np.random.default_rng(0).normal(0, 0.01, (900, 33, 3)), axis=0)
     segmenter.push(positions, np.arange(900) / (fps or 60.0))
-    assert len(segmenter.snapshot()) <= 128 * 1024
+    assert len(segmenter.snapshot()) <= 152 * 1024
 
 
 def test_pending_events_are_kept(core):
