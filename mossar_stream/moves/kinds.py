@@ -49,7 +49,12 @@ def _costs(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.float6
 
 
 @entry_point
-def compare_with_all(store, poses, path, costs):
+def compare_with_all(
+    store: NDArray[np.uint8],
+    poses: NDArray[np.float32],
+    path: NDArray[np.float64],
+    costs: NDArray[np.float64],
+) -> None:
     """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
     bank = open_store(store)
     room, rows = bank.room, bank.rows
