@@ -10,7 +10,7 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import Event
-from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.limbs.limbs import Limbs, push_one, together
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.settings import Settings
@@ -161,7 +161,7 @@ class Followers:
         if self.counter is not None:
             return self._push_counted(self.counter, row, positions, times, first_frame)
         if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
-            return _push_one(row, positions, times)
+            return push_one(row, positions, times)
         return engine.push(row, positions, times, first_frame)
 
     def _push_counted(
@@ -175,11 +175,11 @@ class Followers:
         """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
         can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
         if can_be_quick and counter.hold(positions[0], float(times[0])):
-            return _push_one(row, positions, times)
+            return push_one(row, positions, times)
         begin = 0
         end, stop = counter.follow(positions, times)
         if can_be_quick and stop == NOTHING:
-            return _push_one(row, positions, times)
+            return push_one(row, positions, times)
         events: list[Event] = []
         while True:
             first = None if first_frame is None else first_frame + begin
@@ -225,9 +225,3 @@ class Followers:
             self.counter.restore(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
-
-
-def _push_one(row: Row, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
-    """Take one frame in, the quick way unless the take ends before it."""
-    events = engine.push_frame(row, positions, times)
-    return engine.push(row, positions, times) if events is None else events

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
 from mossar_stream.limbs.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
@@ -80,7 +81,7 @@ class Limbs:
         for limb, segmenter, view in zip(self._groups, self._segmenters, self._views, strict=True):
             row = segmenter.row
             if first_frame is None and row.is_live and not row.is_level_new:
-                found = engine.push_frame(row, view, time)
+                found = push_one(row, view, time)
             else:
                 found = engine.push(row, view, time, first_frame)
             if found:
@@ -174,6 +175,12 @@ class Limbs:
         if not same:
             raise SnapshotError("the snapshot's limbs are not those of its settings")
         self._segmenters = found
+
+
+def push_one(row: Row, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
+    """Take one frame in, the quick way unless the take ends before it."""
+    events = engine.push_frame(row, positions, times)
+    return engine.push(row, positions, times) if events is None else events
 
 
 def together(body: list[Event], limbs: list[Event]) -> list[Event]:
