@@ -27,7 +27,8 @@ from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
 
 KINDS = {
-    "likelihood": {},
+    "evidence": {},
+    "likelihood": {"similarity": "likelihood"},
     "path kernel": {"similarity": "path_kernel", "layers": 2, "edges": 4, "level": "cluster"},
 }
 
@@ -153,6 +154,8 @@ INDICES = {
     "history.head": [-1, 10**6],
     "history.filled": [-1, 10**6],
     "window.undecided": [-1, 9, 2**40],
+    "cycles.candidates": [-1, 2**40],
+    "cycles.judged": [-1, 10**9],
     "window.ordinal": [-1, 0],
     "open_segment.settled": [-1, 10**9],
     "open_segment.since": [-1, 99],

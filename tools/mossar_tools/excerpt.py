@@ -99,7 +99,9 @@ def excerpt(
         ends,
         strength,
         name,
-        {limb: _within(chosen_of(own, kept).segments, start, end) for limb, own in result.limbs.items()},
+        limbs={
+            limb: _within(chosen_of(own, kept).segments, start, end) for limb, own in result.limbs.items()
+        },
     )
 
 

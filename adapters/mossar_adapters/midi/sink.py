@@ -42,17 +42,13 @@ class MidiSink:
     def __init__(self, address: Address, *, force: bool = False) -> None:
         address.check(OPTIONS)
         self.name = address.url
+        self.dropped = 0
         self._notes = dict(zip(KINDS, _notes(address), strict=True))
         self._beats = address.number("beats", 1, 16, 1) or 1
         self._channels: dict[str, int] = {}
         self._leader = ""  # performer who keeps the clock
         self._port = open_port(address, replace=force)
         self._player = Player(self._port)
-
-    @property
-    def dropped(self) -> int:
-        """Messages that found no room."""
-        return self._player.dropped
 
     def announce(self, meta: Meta) -> None:
         """Give a performer a channel."""
@@ -66,6 +62,7 @@ class MidiSink:
         """
         if self._player.error is not None:
             raise self._player.error
+        self.dropped = self._player.dropped
         for event in events:
             match event:
                 case KeyFrameEvent(status="confirmed"):

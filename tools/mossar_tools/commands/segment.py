@@ -177,7 +177,7 @@ def _tiers(
     tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
-            settings = msgspec.structs.replace(options, level=other, repetitions=False).settings(range="file")
+            settings = msgspec.structs.replace(options, level=other).settings(range="file")
             again = segment_recording(
                 loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
             )

@@ -1,7 +1,6 @@
 """What else follows a performer's frames: moves, repetitions, limbs. All are off by default, and cost nothing then."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +9,10 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import Event
-from mossar_stream.limbs.limbs import Limbs, push_one, together
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
+from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
 from mossar_stream.settings import Settings
-
-if TYPE_CHECKING:
-    from mossar_stream.segmenter import Segmenter
 
 
 class Followers:
@@ -40,6 +36,7 @@ class Followers:
         self.counter: RepetitionCounter | None = None
         self.limbs: Limbs | None = None
         self._new_limbs = new_limbs
+        self._tells_phase = row.plan.given.repetitions and row.plan.given.phase
         self._renew_counter(row)
         self._renew_limbs(row)
 
@@ -72,6 +69,7 @@ class Followers:
         if (given.repetitions, given.max_pause) != (before.repetitions, before.max_pause):
             events += [] if self.counter is None else self.counter.end_take()
             self._renew_counter(row)
+        self._tells_phase = given.repetitions and given.phase
         if given.limbs != before.limbs:
             if self.limbs is not None:
                 events += self.limbs.end_take()
@@ -91,7 +89,12 @@ class Followers:
         Returns:
             Whether that is so; if not, `push` must be called.
         """
-        if self.counter is None or self.recognition is not None or self.limbs is not None:
+        if (
+            self.counter is None
+            or self._tells_phase
+            or self.recognition is not None
+            or self.limbs is not None
+        ):
             return False
         return self.counter.hold(position, time)
 
@@ -110,6 +113,18 @@ class Followers:
             times: (n,) s.
             first_frame: Number of the first frame; None to count on.
         """
+        if self.counter is None or not self._tells_phase:
+            return self._push_all(row, positions, times, first_frame)
+        events: list[Event] = []
+        for i in range(len(times)):
+            number = None if first_frame is None else first_frame + i
+            events += self._push_all(row, positions[i : i + 1], times[i : i + 1], number)
+            events += self.counter.phase_news()
+        return events
+
+    def _push_all(
+        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
         if self.recognition is not None:
             return self._push_and_recognise(self.recognition, row, positions, times, first_frame)
         return self._push_channels(row, positions, times, first_frame)
@@ -160,9 +175,7 @@ class Followers:
         """Take frames in; what is said of repetitions comes with the events of the body."""
         if self.counter is not None:
             return self._push_counted(self.counter, row, positions, times, first_frame)
-        if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
-            return push_one(row, positions, times)
-        return engine.push(row, positions, times, first_frame)
+        return engine.push_short(row, positions, times, first_frame)
 
     def _push_counted(
         self,
@@ -175,11 +188,11 @@ class Followers:
         """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
         can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
         if can_be_quick and counter.hold(positions[0], float(times[0])):
-            return push_one(row, positions, times)
+            return engine.push_short(row, positions, times)
         begin = 0
         end, stop = counter.follow(positions, times)
         if can_be_quick and stop == NOTHING:
-            return push_one(row, positions, times)
+            return engine.push_short(row, positions, times)
         events: list[Event] = []
         while True:
             first = None if first_frame is None else first_frame + begin
@@ -211,7 +224,7 @@ class Followers:
             limbs=() if self.limbs is None else self.limbs.snapshot(),
         )
 
-    def restore(self, known: Following, restored: Callable[[bytes], "Segmenter"]) -> None:
+    def restore(self, known: Following, restored: Callable[[bytes], LimbSegmenter]) -> None:
         """Go on where a snapshot was made; the recognition is there already.
 
         Args:
