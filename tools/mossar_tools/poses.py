@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame
+from mossar_stream import KeyFrame, Skeleton
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import Floats, head_of, project, sides, view_of
@@ -64,7 +64,7 @@ def draw_poses(
     places = spread(times, shown.start, shown.end, min(gap, width / len(figures)) * span / width)
     for figure, place in zip(figures, places, strict=True):
         x = place + figure.joints[:, 0] * inches * span / width
-        _draw_body(axes, whole, x, figure.joints[:, 1] / tallest, palette)
+        draw_body(axes, whole.skeleton, x, figure.joints[:, 1] / tallest, palette)
         tie = [place, place, figure.key.time, figure.key.time]
         axes.plot(tie, [-0.06, -0.11, -0.25, -0.37], color=palette.muted, lw=0.6, clip_on=False)
     missing = len(shown.kept) - len(figures)
@@ -91,17 +91,18 @@ def _figures(whole: LoadedRecording, keys: Sequence[KeyFrame], view: Any) -> lis
     return found
 
 
-def _draw_body(axes: Any, whole: LoadedRecording, x: Any, y: Any, palette: Palette) -> None:
-    side = sides(whole.skeleton)
+def draw_body(axes: Any, skeleton: Skeleton, x: Any, y: Any, palette: Palette) -> None:
+    """Draw a pose whose joints lie at x, y."""
+    side = sides(skeleton)
     colours = {1: palette.left, -1: palette.right, 0: palette.ink}
-    for parent, child in whole.skeleton.bones():
+    for parent, child in skeleton.bones():
         where = side[child] if side[child] == side[parent] or side[parent] == 0 else 0
         bone = [parent, child]
         axes.plot(x[bone], y[bone], color=colours[where], lw=1.8, solid_capstyle="round", clip_on=False)
-    head = head_of(whole.skeleton)
+    head = head_of(skeleton)
     if head >= 0:
         axes.plot(x[head], y[head], "o", ms=5.5, color=palette.ink, clip_on=False)
-    if not whole.skeleton.bones():
+    if not skeleton.bones():
         axes.plot(x, y, "o", ms=2.0, color=palette.ink, clip_on=False)
 
 
