@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import PhaseEvent, RepetitionEvent, RepetitionStatus
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
+from mossar_stream.repetitions.sampling import is_wanted
 from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, STRIDE, length, start
 from mossar_stream.skeleton import Skeleton
 
@@ -121,6 +122,13 @@ class RepetitionCounter:
         held = self._held
         if held == HELD or not self._last_held < time < self._due:
             return False
+        sample = int((time - self._origin) * RATE + 1e-6)
+        if sample != self._sample:
+            self._sample, self._frames = sample, 0
+        if not is_wanted(self._origin, sample, self._frames, time):
+            self._last_held = time
+            return True
+        self._frames += 1
         self._positions[held] = position
         self._times[held] = self._last_held = time
         self._held = held + 1
@@ -131,11 +139,14 @@ class RepetitionCounter:
         held, self._held = self._held, 0
         if held:
             count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
+        self._row["latest"] = max(self._row["latest"], self._last_held)
 
     def _set_due(self) -> None:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
         row = self._header[0]
         self._last_held = float(row["latest"])
+        self._origin, self._sample = float(row["origin"]), int(row["open"])
+        self._frames = int(row["frames"])
         look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
         self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
 

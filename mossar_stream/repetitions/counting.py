@@ -20,7 +20,7 @@ from mossar_stream.repetitions.alike import (
     keep_alike,
 )
 from mossar_stream.repetitions.components import find_components
-from mossar_stream.repetitions.sampling import close_sample, take_pose
+from mossar_stream.repetitions.sampling import close_sample, is_frame_wanted, take_pose
 from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
@@ -73,7 +73,8 @@ def count_frames(headers, memory, positions, times, begin):
             if header.open - header.looked >= STRIDE:
                 changed |= look(header, samples)
         header.latest = times[i]
-        take_pose(header, samples, positions[i])
+        if is_frame_wanted(header.origin, header.open, header.frames, times[i]):
+            take_pose(header, samples, positions[i])
         if changed:
             return i + 1, CHANGED
     return len(times), NOTHING
