@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
+        BODY,
         KEY_FRAME_KINDS,
         KEY_FRAME_STATUSES,
         MOVE_STATUSES,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
         StreamEvent,
         to_json,
     )
-    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, performer_name
+    from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
@@ -64,6 +65,7 @@ _NAMES = {
     "engine.warm_up": ("precompile",),
     "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
+        "BODY",
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
         "MOVE_STATUSES",
@@ -87,7 +89,7 @@ _NAMES = {
         "StreamEvent",
         "to_json",
     ),
-    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "performer_name"),
+    "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "narrow", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "moves.moves": ("Moves",),
     "performers": ("Performers",),
@@ -114,6 +116,7 @@ _NAMES = {
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
+    "BODY",
     "KEY_FRAME_KINDS",
     "KEY_FRAME_STATUSES",
     "LEVEL_NAMES",
@@ -169,6 +172,7 @@ __all__ = [
     "StreamEvent",
     "VarianceFloor",
     "constant_times",
+    "narrow",
     "on_first_compile",
     "performer_name",
     "precompile",

@@ -142,8 +142,12 @@ class Followers:
         first_frame: int | None,
     ) -> list[Event]:
         """Take frames in; what is said of moves comes right after the events of the same frame."""
-        events: list[Event] = []
-        begin, count = 0, len(times)
+        count = len(times)
+        if count == 1:
+            stop = recognition.follow(positions, times, 0)
+            events = self._push_channels(row, positions, times, first_frame)
+            return events if stop else [*events, *recognition.news(int(row.clock["take"]))]
+        events, begin = [], 0
         while begin < count or not begin:
             stop = recognition.follow(positions, times, begin)
             end = min(stop + 1, count)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 MAX_PERFORMER_NAME = 64
+NEAR = 16.0  # m; so far from the origin single precision is a micrometre
 _LONGEST = 1024  # characters that are looked at: others may send names of any length
 
 
@@ -15,14 +16,14 @@ class Frames(msgspec.Struct, frozen=True):
     """A chunk of consecutive frames of one performer.
 
     Args:
-        positions: (n, J, 3) float32, metres; NaN where a joint is missing.
+        positions: (n, J, 3), metres; NaN where a joint is missing. Single precision serves up to `NEAR`, see `narrow`.
         times: (n,) float64, seconds on the source's clock.
         confidence: (n, J) float32 in 0..1, or None. 0 marks a joint as missing.
         performer: Name of the performer.
         first_frame: Number of the first frame, or None to count on from the frames before.
     """
 
-    positions: NDArray[np.float32]
+    positions: NDArray[Any]
     times: NDArray[np.float64]
     confidence: NDArray[np.float32] | None = None
     performer: str = "p1"
@@ -40,6 +41,18 @@ def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
     if isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(np.ma.asarray(values, kind), np.nan)
     return np.require(np.asarray(values), kind, ["C", "A", "W"])
+
+
+def narrow(positions: NDArray[Any]) -> NDArray[Any]:
+    """Return positions, m, in single precision, or in double where they lie so far off that it would lose something.
+
+    Example:
+        >>> narrow(np.array([1.0, 2.0])).dtype, narrow(np.array([1.0, 1e4])).dtype
+        (dtype('float32'), dtype('float64'))
+    """
+    if positions.dtype == np.float64 and (np.abs(positions) > NEAR).any():
+        return np.asarray(positions, np.float64)
+    return positions.astype(np.float32, copy=False)
 
 
 def performer_name(name: str) -> str:

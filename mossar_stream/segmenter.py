@@ -12,6 +12,7 @@ from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
+from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.followers import Followers
 from mossar_stream.frames import Frames, constant_times, performer_name
@@ -386,10 +387,16 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version.
         """
+        return cls._restored(blob)
+
+    @classmethod
+    def _restored(cls, blob: bytes, *, is_limb: bool = False) -> "Segmenter":
         plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob)
+        if is_limb and plan.given.limbs:
+            raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
-        segmenter._followers.restore(known, cls.restore)  # noqa: SLF001 - its own class
+        segmenter._followers.restore(known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
         return segmenter

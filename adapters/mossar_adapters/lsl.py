@@ -28,6 +28,7 @@ from mossar_stream import (
     MossarError,
     Skeleton,
     constant_times,
+    narrow,
     performer_name,
     to_json,
 )
@@ -141,7 +142,7 @@ class LslSource:
             clock = constant_times(len(clock), self._options.fps, self._count)
         self._count += len(clock)
         self.counters.received += len(clock)
-        frames = Frames(positions.astype(np.float32), clock, confidence, self._performer)
+        frames = Frames(narrow(positions), clock, confidence, self._performer)
         return frames, self._scale.note or "m"
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
-from mossar_stream import Event, KeyFrameEvent, Segment, SegmentEvent
+from mossar_stream import BODY, Event, KeyFrameEvent, Segment, SegmentEvent
 
 COLUMNS = (
     "recording",
@@ -24,6 +24,8 @@ COLUMNS = (
     "strength",
     "similarity",
     "active_joints",
+    "channel",
+    "limb",
 )
 _KEPT = 10_000  # key frames kept whose segment is still open
 
@@ -41,7 +43,12 @@ class Ending(NamedTuple):
 
 
 def segment_row(
-    recording: str, performer: str, take: int, part: SegmentEvent | Segment, ending: Ending
+    recording: str,
+    performer: str,
+    take: int,
+    part: SegmentEvent | Segment,
+    ending: Ending,
+    channel: str = BODY,
 ) -> Sequence[object]:
     """Return the cells of a segment, in the order of `COLUMNS`; times in s on the source's clock."""
     return (
@@ -58,6 +65,8 @@ def segment_row(
         _number(ending.strength),
         _number(part.similarity),
         _text(" ".join(part.active_joints)),
+        channel,
+        part.limb or "",
     )
 
 
@@ -123,11 +132,10 @@ class SegmentCsvSink:
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
-        key = f"{event.performer}/{event.take}/{event.id.rpartition('-')[2]}"
-        ending = self._endings.pop(key, Ending())
-        return segment_row(
-            self._recordings.get(event.performer, ""), event.performer, event.take, event, ending
-        )
+        who, _, frames = event.id.rpartition("/")
+        ending = self._endings.pop(f"{who}/{frames.rpartition('-')[2]}", Ending())
+        recording = self._recordings.get(event.performer, "")
+        return segment_row(recording, event.performer, event.take, event, ending, event.channel)
 
     def _remember(self, key: str, ending: Ending) -> None:
         if len(self._endings) == _KEPT and key not in self._endings:

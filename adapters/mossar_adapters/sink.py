@@ -15,7 +15,11 @@ class Sink(Protocol):
     """
 
     name: str  # the URL or path, for messages
-    dropped: int  # events that could not be handed over
+
+    @property
+    def dropped(self) -> int:
+        """Events that could not be handed over."""
+        ...
 
     def announce(self, meta: Meta) -> None:
         """Take note of a performer, before its first events and when its skeleton changes."""

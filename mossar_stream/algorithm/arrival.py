@@ -50,7 +50,7 @@ def welcome(joints, segment, history, cycles, filtered, rest):
             _set_features(body, place(j), center, rest)
             keep_all_along(history, j)
             keep_in_cycles(cycles, body, j)
-    flatten(body, segment.pose, plan.joints)
+    flatten(body, segment.pose)
     for slot in range(len(segment.summaries)):
         summary = segment.summaries[slot]
         for j in range(plan.joints):

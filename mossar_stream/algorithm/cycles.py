@@ -21,10 +21,11 @@ from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, place
 
 SPACING = 0.1  # s between the poses
 MARGIN = 1e-4  # s, for the rounding of timestamps
-LAGS = 36  # longest lag, poses
+LAGS = 61  # longest lag, poses
+PLACES = 64  # for LAGS + 1 poses, padded so that loops over them vectorise
 SHORTEST_LAG = 4  # a repetition is not shorter
-LONGEST_WINDOW, SHORTEST_WINDOW = 18, 10  # poses; half the lag between them
-DEEP, CERTAIN = 0.6, 0.3  # normalised distance at the period, to stay in cycles and to enter them
+LONGEST_WINDOW, SHORTEST_WINDOW = 45, 10  # poses; three quarters of the lag between them
+DEEP, CERTAIN = 0.6, 0.25  # normalised distance at the period, to stay in cycles and to enter them
 STILL = 0.05  # mean squared distance, in A², below which nothing is repeated
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5  # s
@@ -50,8 +51,9 @@ class Cycles(NamedTuple):
     """What is needed to find cycles, as the functions below need it."""
 
     state: np.void  # CYCLES
-    poses: NDArray[np.float32]  # (LAGS + 1, 3, padded_joints) m, ring
+    poses: NDArray[np.float32]  # (3, padded_joints, PLACES) m, ring of LAGS + 1 poses
     distances: NDArray[np.float32]  # (LONGEST_WINDOW, LAGS + 1) m², of the last poses from those before, ring
+    sums: NDArray[np.float64]  # (PLACES,) m², scratch
     notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring
 
 
@@ -89,45 +91,42 @@ def follow_cycles(cycles, scales, body, joints, time):
 @kernel
 def _take_pose(cycles, body, joints):
     """Keep a pose, and its distances from those before."""
-    state, poses = cycles.state, cycles.poses
+    state, sums = cycles.state, cycles.sums
     here = state.poses % (LAGS + 1)
-    for first in range(0, poses.shape[2], PAGE):
-        for axis in range(3):
-            begin = first // PAGE * PAGE_SIZE + POSE_X + axis * PAGE
-            kept = poses[here, axis, first : first + PAGE]
-            for j in range(len(kept)):
-                kept[j] = body[begin + j]
+    sums[:] = 0.0
+    for axis in range(3):
+        for j in range(cycles.poses.shape[1]):
+            value = body[j // PAGE * PAGE_SIZE + j % PAGE + POSE_X + axis * PAGE]
+            kept = cycles.poses[axis, j]
+            kept[here] = value
+            _add_squares(sums, kept, value)
     line = cycles.distances[state.poses % LONGEST_WINDOW]
     line[0] = 0.0
     for lag in range(1, LAGS + 1):
-        line[lag] = 0.0
-        if state.poses >= lag:
-            line[lag] = _squared_distance(poses[here], poses[(state.poses - lag) % (LAGS + 1)]) / joints
+        line[lag] = sums[(state.poses - lag) % (LAGS + 1)] / joints if state.poses >= lag else 0.0
     state.poses += 1
 
 
 @kernel
 def keep_in_cycles(cycles, body, j):
     """Let a joint have been where it is now in all poses that are kept."""
-    for here in range(len(cycles.poses)):
-        for axis in range(3):
-            cycles.poses[here, axis, j] = body[place(j) + POSE_X + axis * PAGE]
+    for axis in range(len(cycles.poses)):  # none without evidence
+        cycles.poses[axis, j] = body[place(j) + POSE_X + axis * PAGE]
 
 
-@kernel
-def _squared_distance(one, other):
-    total = 0.0
-    for axis in range(3):
-        for j in range(one.shape[1]):
-            step = one[axis, j] - other[axis, j]
-            total += step * step
-    return total
+@inline_kernel
+def _add_squares(sums, kept, value):
+    """Add to the squared distance from each kept pose what one coordinate gives: all of them side by side."""
+    for i in range(PLACES):
+        step = value - kept[i]
+        sums[i] += step * step
 
 
 @kernel
 def _find_period(cycles, still):
     """Set whether the performer is in a cycle, and its period."""
     state = cycles.state
+    _sum_distances(cycles)
     total = 0.0
     last = value = depth = 1.0
     period = 0.0
@@ -152,14 +151,35 @@ def _find_period(cycles, still):
 
 
 @inline_kernel
+def _sum_distances(cycles):
+    """Set `sums` to the sum, at each lag, of the distances of the last poses: as many as `_window` says."""
+    poses, sums = cycles.state.poses, cycles.sums
+    for lag in range(LAGS + 1):
+        sums[lag] = 0.0
+    for back in range(1, min(LONGEST_WINDOW, poses) + 1):
+        shortest = (4 * back + 2) // 3 if back > SHORTEST_WINDOW else 1
+        line = cycles.distances[(poses - back) % LONGEST_WINDOW, shortest : min(LAGS, poses - back) + 1]
+        _add_line(sums[shortest:], line)
+
+
+@inline_kernel
+def _add_line(sums, line):
+    for i in range(len(line)):
+        sums[i] += line[i]
+
+
+@inline_kernel
+def _window(lag):
+    """Return over how many poses the distances at a lag are averaged."""
+    return max(3 * lag // 4, SHORTEST_WINDOW)
+
+
+@inline_kernel
 def _mean_distance(cycles, lag):
     """Return the mean squared distance at a lag, and whether there were poses enough to know it."""
-    window = max(lag // 2, SHORTEST_WINDOW)
+    window = _window(lag)
     there = max(0, min(window, cycles.state.poses - lag))
-    total = 0.0
-    for back in range(1, there + 1):
-        total += cycles.distances[(cycles.state.poses - back) % LONGEST_WINDOW, lag]
-    return total / max(there, 1), there == window
+    return cycles.sums[lag] / max(there, 1), there == window
 
 
 @inline_kernel

@@ -22,6 +22,7 @@ from mossar_stream.algorithm.cycles import (
     LAGS,
     LONGEST_WINDOW,
     NOTE,
+    PLACES,
     Cycles,
     follow_cycles,
     start_cycles,
@@ -170,8 +171,9 @@ def _arrays_of(state, row, params):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
         ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
@@ -291,7 +293,7 @@ def _describe(state, a, dt, first):
     if plan.evidence == 1:
         _follow_evidence(state, a, squares, dt, first)
     if plan.flat == 1 or first:
-        flatten(body, a.segment.pose, plan.joints)
+        flatten(body, a.segment.pose)
     if plan.tempo == 1:
         if first:
             start_tempo(state.tempo, plan.joints, state.joints.moving, body)

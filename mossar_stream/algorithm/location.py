@@ -101,7 +101,7 @@ def _search(w, open_slot, home, direction, limit):
             break
         if not w.state.left_frame < mark.frame < limit:
             break
-        load_pose(w.history, pose, passed, w.plan.joints)
+        load_pose(w.history, pose, passed)
         mark = marks[place_back(w.history, passed)]
         add_pose(w.params, right, pose, w.plan.joints, mark.time, mark.weight * direction)
         add_pose(w.params, left, pose, w.plan.joints, mark.time, -mark.weight * direction)
@@ -120,7 +120,7 @@ def move_poses(w, source, target, begin_frame, end_frame):
     for back in range(w.history.state.filled):
         mark = w.history.marks[place_back(w.history, back)]
         if begin_frame <= mark.frame < end_frame:
-            load_pose(w.history, pose, back, w.plan.joints)
+            load_pose(w.history, pose, back)
             add_pose(w.params, w.summaries[source], pose, w.plan.joints, mark.time, -mark.weight)
             add_pose(w.params, w.summaries[target], pose, w.plan.joints, mark.time, mark.weight)
     close(w.params, w.summaries[source])

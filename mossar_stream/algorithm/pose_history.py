@@ -228,14 +228,13 @@ def place_back(history, back):
 
 
 @kernel
-def load_pose(history, pose, back, joints):
+def load_pose(history, pose, back):
     """Set `pose` to a kept one, with its log speeds; x is NaN where a joint does not count.
 
     Args:
         history: PoseHistory.
         pose: (4, padded_joints), set.
         back: Which one, counted from the newest, 0.
-        joints: J.
     """
     here = place_back(history, back)
     for axis in range(3):
@@ -246,7 +245,7 @@ def load_pose(history, pose, back, joints):
     rate = _rate(history.marks, past, time)
     _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
     _log_speeds(pose[3], SPEED_OFFSET)
-    mark_absent(history.body, pose, joints)
+    mark_absent(history.body, pose)
 
 
 @kernel

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
-from mossar_stream.algorithm.cycles import CANDIDATES, CYCLES, LAGS, LONGEST_WINDOW, NOTE
+from mossar_stream.algorithm.cycles import CANDIDATES, CYCLES, LAGS, LONGEST_WINDOW, NOTE, PLACES
 from mossar_stream.algorithm.facts import FACTS_OF_CANDIDATE
 from mossar_stream.algorithm.joints import JOINTS
 from mossar_stream.algorithm.noise import NOISE
@@ -49,8 +49,9 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
-    ("cycle_poses", "f4"),  # (LAGS + 1, 3, padded_joints) m, poses of the last seconds, see cycles.py
+    ("cycle_poses", "f4"),  # (3, padded_joints, PLACES) m, poses of the last seconds, see cycles.py
     ("cycle_distances", "f4"),  # (LONGEST_WINDOW, LAGS + 1) m², of those poses
+    ("cycle_sums", "f8"),  # (PLACES,) m², scratch
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
 )
 
@@ -188,8 +189,9 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
-            "cycle_poses": (LAGS + 1) * 3 * joints * self.evidence,
+            "cycle_poses": PLACES * 3 * joints * self.evidence,
             "cycle_distances": LONGEST_WINDOW * (LAGS + 1) * self.evidence,
+            "cycle_sums": PLACES * self.evidence,
             "notes": CANDIDATES * self.evidence,
         }
 

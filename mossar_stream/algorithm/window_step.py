@@ -13,6 +13,7 @@ from mossar_stream.algorithm.cycles import (
     LAGS,
     LONGEST_WINDOW,
     NOTE,
+    PLACES,
     Cycles,
     forget_newest,
     note_candidate,
@@ -160,8 +161,9 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * (LAGS + 1), 3, plan.padded_joints)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
+            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
         ),
         part(row, at.keys, KEY, (places,)),
@@ -335,7 +337,7 @@ def _close_take(w, segment, curve):
         _withdraw_newest(w, segment)
     settled = w.summaries[segment.state.settled]
     if w.plan.post_roll > 0.0:
-        flatten(segment.body, segment.pose, w.plan.joints)
+        flatten(segment.body, segment.pose)
         for j in range(w.plan.padded_joints):
             segment.pose[3, j] = REST
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)

@@ -76,9 +76,9 @@ def narrowed(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> N
     """
     if not len(positions):
         return plain_array(positions, FLOAT32)
-    last = float(row.clock["time"]) if row.is_live else float(times[0])
-    pause = row.plan.given.max_pause
-    if not (abs(times[0] - last) <= pause and abs(times[-1] - times[0]) <= pause):
+    first, final, pause = float(times[0]), float(times[-1]), row.plan.given.max_pause
+    last = float(row.clock["time"]) if row.is_live else first
+    if not (abs(first - last) <= pause and abs(final - first) <= pause):  # nor are they numbers
         return _narrowed_takes(row, positions, times)
     if not (row.is_live and row.is_placed):
         row.settle(*place_of(positions, row.plan.center))
@@ -89,10 +89,12 @@ def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64
     """Do the same where takes may begin among the frames."""
     begins = [*_begins_of_takes(row, times)]
     pieces = []
+    goes_on = row.is_live and row.is_placed
     for begin, end in zip([0, *begins], [*begins, len(times)], strict=True):
-        if begin or not (row.is_live and row.is_placed):
+        if begin < end and not goes_on:
             row.settle(*place_of(positions[begin:end], row.plan.center))
         pieces.append(_less(positions[begin:end], row.origin))
+        goes_on = False
     return np.concatenate(pieces)
 
 
@@ -134,7 +136,8 @@ def less(
     positions: NDArray[Any], origin: NDArray[np.float64], result: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return positions less the origin, taken off in double precision."""
-    return np.subtract(positions, origin, out=result, casting="same_kind")
+    np.subtract(positions, origin, out=result, casting="same_kind")
+    return result
 
 
 def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> None:

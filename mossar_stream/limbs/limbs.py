@@ -163,8 +163,10 @@ class Limbs:
         Raises:
             SnapshotError: If they are damaged or not those of these limbs.
         """
+        if len(blobs) != len(self._segmenters):
+            raise SnapshotError("the snapshot's limbs are not those of its settings")
         found = [restored(blob) for blob in blobs]
-        same = len(found) == len(self._segmenters) and all(
+        same = all(
             (one.skeleton, one.performer, one.row.plan.given)
             == (own.skeleton, own.performer, own.row.plan.given)
             for one, own in zip(found, self._segmenters, strict=True)

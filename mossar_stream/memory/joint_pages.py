@@ -95,13 +95,12 @@ def center_of(plan, state, body):
 
 
 @kernel
-def flatten(body, pose, joints):
+def flatten(body, pose):
     """Copy the features of the last frame to where all joints follow each other; x is NaN where a joint does not count.
 
     Args:
         body: The body.
         pose: (4, padded_joints), set.
-        joints: J.
     """
     for first in range(0, pose.shape[1], PAGE):
         for axis in range(4):
@@ -110,12 +109,12 @@ def flatten(body, pose, joints):
             values = body[begin : begin + PAGE]
             for j in range(len(line)):
                 line[j] = values[j]
-    mark_absent(body, pose, joints)
+    mark_absent(body, pose)
 
 
 @kernel
-def mark_absent(body, pose, joints):
+def mark_absent(body, pose):
     """Set x to NaN, in a (4, padded_joints) pose, where a joint does not count."""
-    for j in range(joints):
+    for j in range(pose.shape[1]):
         if body[place(j) + LIVE] == 0.0:
             pose[0, j] = np.nan

@@ -30,8 +30,8 @@ TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
 JOINTS = 7  # that count and can move relative to the centre
 
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.3, 8.7, 3.7, 0.7, 2.0
-EVEN = 3.7  # what evidence must outweigh
+CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.6, 11.0, 3.5, 1.0, 2.0
+EVEN = 3.0  # what evidence must outweigh
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
@@ -40,7 +40,7 @@ LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
 AT_ONCE = 8  # variances multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
-ABOVE_NOISE = 1.5  # times what the noise adds to u, which a peak must reach
+ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 
@@ -93,9 +93,11 @@ def odds_strength(params, left, right, both):
 @kernel
 def _change(params, left, right, both, floor):
     """Return what it costs to merge the poses, and the log speeds, of two segments, at the performer's tempo."""
-    pose, speed = _terms(params, both, floor)
-    pose_left, speed_left = _terms(params, left, floor)
-    pose_right, speed_right = _terms(params, right, floor)
+    factors = both[: params.speeds]  # nobody asks for the head of `both`
+    duration = both[DURATION]
+    pose, speed = _terms(params, both, duration, floor, factors)
+    pose_left, speed_left = _terms(params, left, left[DURATION], floor, factors)
+    pose_right, speed_right = _terms(params, right, right[DURATION], floor, factors)
     share = 1.0 / (left[params.facts + JOINTS] * left[params.facts + TEMPO])
     most = MOST_CHANGE / left[params.facts + TEMPO]
     return min(most, (pose - pose_left - pose_right) * share), min(
@@ -104,24 +106,52 @@ def _change(params, left, right, both, floor):
 
 
 @kernel
-def _terms(params, slot, floor):
-    """Return T Σ log(σ² + floor) over the joints, of positions (mean variance of the axes) and of log speeds."""
-    scale = 1.0 / slot[DURATION]
+def _terms(params, slot, duration, floor, factors):
+    """Return T Σ log(σ² + floor) over the joints, of positions (mean variance of the axes) and of log speeds.
+
+    Args:
+        params: Of the likelihood.
+        slot: Summary.
+        duration: s, T of the summary.
+        floor: m², under the variance of the positions.
+        factors: (padded joints,) scratch.
+    """
+    scale = 1.0 / duration
     lanes = params.speeds
     sums = slot[params.start : params.start + params.dimensions]
     squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
-    pose = speed = 0.0
-    for begin in range(0, lanes, AT_ONCE):
-        poses = speeds = 1.0
+    _pose_factors(sums, squares, scale, floor, factors)
+    pose = _log_sum(factors)
+    _speed_factors(sums[3 * lanes :], squares[3 * lanes :], scale, factors)
+    return duration * pose, duration * _log_sum(factors)
+
+
+@kernel
+def _pose_factors(sums, squares, scale, floor, factors):
+    lanes = len(factors)
+    x, y, z = sums[:lanes], sums[lanes : 2 * lanes], sums[2 * lanes : 3 * lanes]
+    xx, yy, zz = squares[:lanes], squares[lanes : 2 * lanes], squares[2 * lanes : 3 * lanes]
+    for j in range(lanes):
+        a, b, c = x[j] * scale, y[j] * scale, z[j] * scale
+        variance = max(xx[j] * scale - a * a, 0.0)
+        variance += max(yy[j] * scale - b * b, 0.0)
+        variance += max(zz[j] * scale - c * c, 0.0)
+        factors[j] = variance / 3.0 + floor
+
+
+@kernel
+def _speed_factors(sums, squares, scale, factors):
+    for j in range(len(factors)):
+        mean = sums[j] * scale
+        factors[j] = max(squares[j] * scale - mean * mean, 0.0) + SPEED_FLOOR
+
+
+@kernel
+def _log_sum(factors):
+    total = 0.0
+    for begin in range(0, len(factors), AT_ONCE):
+        product = 1.0
         for j in range(begin, begin + AT_ONCE):
-            variance = 0.0
-            for axis in range(3):
-                d = axis * lanes + j
-                mean = sums[d] * scale
-                variance += max(squares[d] * scale - mean * mean, 0.0)
-            poses *= variance / 3.0 + floor
-            mean = sums[3 * lanes + j] * scale
-            speeds *= max(squares[3 * lanes + j] * scale - mean * mean, 0.0) + SPEED_FLOOR
-        pose += np.log(poses)
-        speed += np.log(speeds)
-    return slot[DURATION] * pose, slot[DURATION] * speed
+            product *= factors[j]
+        total += np.log(product)
+    return total

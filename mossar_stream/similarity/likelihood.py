@@ -279,13 +279,10 @@ def merge_into(params, target, other):
     """Make `target` the summary of both segments, `other` being the later one; sums know no order."""
     if params.facts > 0:
         merge_facts(params.facts, target, other)
-        for d in range(params.facts):
-            target[d] += other[d]
-        for d in range(params.start, len(target)):
-            target[d] += other[d]
+        _flush(target[: params.facts], other)
+        _flush(target[params.start :], other[params.start :])
         return
-    for d in range(len(target)):
-        target[d] += other[d]
+    _flush(target, other)
 
 
 @kernel

@@ -1,15 +1,9 @@
 """Commands of the documentation are found, and judged as they deserve."""
 
-from checks.readme_commands import (
-    Command,
-    Stage,
-    _lines,
-    all_commands,
-    humanoid,
-    parts_of,
-    wrong_mentions,
-)
-from mossar_adapters.files import open_recording
+from checks.readme_commands.commands import Command, all_commands, lines_of, parts_of, wrong_mentions
+from checks.readme_commands.files import furnish
+from checks.readme_commands.stage import Stage
+from mossar_adapters.files import read
 
 
 def test_commands_are_found_and_prose_is_not():
@@ -23,27 +17,42 @@ def test_blocks_of_other_languages_are_no_commands():
     blocks, text = parts_of("a\n```json\n{}\n```\nb\n```\nmossar demo   # c\n```\n")
     assert blocks == [["mossar demo   # c"]]
     assert text == "a\nb"
-    assert list(_lines(blocks[0])) == ["mossar demo"]
-    assert list(_lines(["$ mossar demo", '{"type":"stream"}'])) == ["mossar demo"]
+    assert list(lines_of(blocks[0])) == ["mossar demo"]
+    assert list(lines_of(["$ mossar demo", '{"type":"stream"}'])) == ["mossar demo"]
 
 
 def test_running_text_mentions_only_what_there_is():
     assert list(wrong_mentions()) == []
 
 
+def test_a_command_that_stands_in_several_places_is_run_once():
+    lines = [command.line for command in all_commands()]
+    assert len(lines) == len(set(lines))
+    places = {command.line: command.place for command in all_commands()}
+    assert places["mossar evaluate DIR --plot strips.png"] == "mossar evaluate --help"
+    assert places["mossar bench"] == "docs/measurements.md, mossar bench --help"
+
+
 def test_commands_are_judged(tmp_path):
-    stage = Stage(tmp_path, 120.0)
+    stage = Stage(tmp_path / "a", 2.0, 120.0)
     assert stage.run(Command("x", "mossar --version")) == ""
     assert stage.run(Command("x", "mossar segment nowhere.bvh")).startswith(
         "WRONG: status 2: mossar: error: "
     )
     assert stage.run(Command("x", "rm -r everything")).startswith("WRONG: no command")
-    hasty = Stage(tmp_path / "other", 2.0)
-    assert hasty.run(Command("x", "python -c 'import time; time.sleep(99)'")) == "goes on until Ctrl-C"
+    assert stage.run(Command("x", "python -m checks.echo osc 0 9")) == "goes on until Ctrl-C"
+    assert stage.run(Command("x", "python -c 'exit(3)' | cat")).startswith("WRONG: status 3")
+    assert stage.run(Command("x", "python -c '' | cat")).startswith("WRONG: nothing comes out")
+    assert stage.run(Command("x", "mossar demo | head -1")) == ""
 
 
-def test_the_stand_in_is_a_recording(tmp_path):
-    (tmp_path / "a.bvh").write_bytes(humanoid(30))
-    recording = open_recording(tmp_path / "a.bvh")
-    assert len(recording.skeleton) >= 8
-    assert sum(len(frames) for frames in recording.chunks()) == 30
+def test_what_should_end_by_itself_and_what_ignores_ctrl_c_is_wrong(tmp_path):
+    stage = Stage(tmp_path / "a", 2.0, 2.0)
+    assert stage.run(Command("x", "python -c 'import time; time.sleep(99)'")).startswith("WRONG: it had not")
+
+
+def test_the_stand_ins_are_recordings(tmp_path):
+    furnish(tmp_path / "a")
+    for name in ("take.bvh", "86_01.amc", "take.c3d", "take.msk", "DIR/walk.npz"):
+        assert len(read(tmp_path / "a" / name).times) >= 30, name
+    assert read(tmp_path / "a" / "long.bvh").times[-1] > 660

@@ -19,6 +19,7 @@ from mossar_stream import (
     Frames,
     KeyFrame,
     KeyFrameEvent,
+    MossarError,
     Segment,
     Segmenter,
     Settings,
@@ -32,6 +33,7 @@ from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.figures import HIDDEN, balls_of, bones_of
 from mossar_tools.dashboard.framing import FIELD, framed, size_teller
 from mossar_tools.dashboard.live import MOST_PERFORMERS, LiveShow
+from mossar_tools.dashboard.live_picture import excerpt_of
 from mossar_tools.dashboard.overview import Outline, overview, place
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.recorded import RecordedShow
@@ -268,10 +270,36 @@ def test_an_exported_picture_shows_the_level_of_the_page(medley):
     pytest.importorskip("matplotlib")
     show = RecordedShow([("p1", medley)], Settings(range="file"))
     show.set_level(0.8)
-    one = show.picture(LIGHT)
+    performer, one = show.picture(LIGHT)
     show.set_count(3)
-    assert one[:8] == show.picture(LIGHT)[:8] == b"\x89PNG\r\n\x1a\n"
-    assert one != show.picture(LIGHT)
+    other = show.picture(LIGHT)[1]
+    assert performer == "p1"
+    assert one[:8] == other[:8] == b"\x89PNG\r\n\x1a\n"
+    assert one != other
+
+
+def test_a_picture_of_a_stream_shows_what_the_page_does(seen):
+    pytest.importorskip("matplotlib")
+    seen.level = "motion"
+    performer, one = seen.picture(LIGHT)
+    seen.level = 0.2
+    other = seen.picture(LIGHT)[1]
+    assert performer == "p1"
+    assert one[:8] == other[:8] == b"\x89PNG\r\n\x1a\n"
+    assert one != other
+    (glimpse,) = seen.glimpses()
+    shown = excerpt_of(glimpse, [mark for mark in glimpse.marks if not mark.tentative], (0.2, "level"))
+    assert [key.time for key in shown.standing] == [mark.time for mark in glimpse.marks if mark.standing]
+    assert (shown.start, shown.end) == (glimpse.start, glimpse.end)
+    assert shown.columns[-1, 0] == glimpse.end
+    known = seen._tracks["p1"].key_poses()
+    assert sum(mark.id in known for mark in glimpse.marks) > 10
+
+
+def test_of_a_stream_without_frames_there_is_no_picture():
+    pytest.importorskip("matplotlib")
+    with pytest.raises(MossarError, match="nothing to draw yet"):
+        LiveShow(Settings()).picture(LIGHT)
 
 
 def test_a_key_frame_that_is_visited_stays(medley):

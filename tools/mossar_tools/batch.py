@@ -17,7 +17,8 @@ import msgspec.structs
 
 from mossar_adapters.files.loaded import LoadedRecording, Tell
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
-from mossar_stream import MossarError, Result, Segmentation, segment_recording
+from mossar_stream import BODY, MossarError, Result, Segmentation, segment_recording
+from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 
@@ -61,15 +62,14 @@ def segment_whole(
     result = segment_recording(
         loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times, curves=curves
     )
-    chosen = result.at(count=options.keep) if options.keep is not None else result.at(settings.level)
-    return loaded, result, chosen
+    return loaded, result, chosen_of(result, options.keep)
 
 
 def report_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> dict[str, Any]:
     """Return what `--json` has of a recording."""
-    report = {
+    report: dict[str, Any] = {
         "v": 1,
         "recording": loaded.name,
         "fps": loaded.fps,
@@ -77,15 +77,35 @@ def report_of(
         "key_frames": result.key_frames,
         "segments": chosen.segments,
     }
-    return {**report, "repetitions": result.repetitions} if result.settings.repetitions else report
+    if result.settings.repetitions:
+        report["repetitions"] = result.repetitions
+    if result.settings.limbs:
+        report["limbs"] = {
+            name: {
+                "key_frames": own.key_frames,
+                "segments": chosen_of(own, options.keep).segments,
+            }
+            for name, own in result.limbs.items()
+        }
+    return report
 
 
-def rows_of(loaded: LoadedRecording, chosen: Segmentation) -> list[dict[str, Any]]:
-    """Return what `--csv` has of a recording: a row for each segment."""
-    endings = {key.frame: Ending(key.kind, key.strength) for key in chosen.key_frames}
+def rows_of(
+    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+) -> list[dict[str, Any]]:
+    """Return what `--csv` has of a recording: a row for each segment, those of the body first."""
+    channels = {BODY: chosen} | {name: chosen_of(own, options.keep) for name, own in result.limbs.items()}
+    return [row for channel, found in channels.items() for row in rows_of_segments(loaded, found, channel)]
+
+
+def rows_of_segments(
+    loaded: LoadedRecording, found: Segmentation, channel: str = BODY
+) -> list[dict[str, Any]]:
+    """Return a row for each segment of the body or of a limb."""
+    endings = {key.frame: Ending(key.kind, key.strength) for key in found.key_frames}
     rows = [
-        segment_row(loaded.name, loaded.performer, 0, part, endings.get(part.end_frame, Ending()))
-        for part in chosen.segments
+        segment_row(loaded.name, loaded.performer, 0, part, endings.get(part.end_frame, Ending()), channel)
+        for part in found.segments
     ]
     return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
 
@@ -140,4 +160,4 @@ def _segmented(options: Options, name: str) -> Segmented:
     except MossarError as error:
         return Segmented(name, error=str(error))
     report = msgspec.to_builtins(report_of(own, loaded, result, chosen))
-    return Segmented(name, report, rows_of(loaded, chosen), len(loaded.times))
+    return Segmented(name, report, rows_of(own, loaded, result, chosen), len(loaded.times))

@@ -27,6 +27,8 @@ class Excerpt(msgspec.Struct, frozen=True):
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
         level_name: What to call it.
+        limbs: Segments of each limb that lie in it.
+        about: What the title says of it; None counts frames and key frames.
     """
 
     start: float
@@ -41,6 +43,8 @@ class Excerpt(msgspec.Struct, frozen=True):
     whole: tuple[float, float]
     level: float
     level_name: str
+    limbs: dict[str, list[Segment]] = {}  # msgspec copies it
+    about: str | None = None
 
 
 def excerpt(
@@ -89,13 +93,25 @@ def excerpt(
         threshold,
         standing,
         sorted((key for key in fallen if start <= key.time <= end), key=lambda key: key.time),
-        [part for part in chosen.segments if part.end_time > start and part.start_time < end],
+        _within(chosen.segments, start, end),
         [cut.time for cut in whole.cuts if start <= cut.time <= end],
         result.hierarchy,
         ends,
         strength,
         name,
+        limbs={
+            limb: _within(chosen_of(own, kept).segments, start, end) for limb, own in result.limbs.items()
+        },
     )
+
+
+def chosen_of(result: Result, kept: int | None) -> Segmentation:
+    """Return the level of the settings, or so many key frames."""
+    return result.at(count=kept) if kept is not None else result.at(result.settings.level)
+
+
+def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segment]:
+    return [part for part in segments if part.end_time > start and part.start_time < end]
 
 
 def curve_columns(result: Result) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
-from mossar_stream import Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
+from mossar_stream import BODY, Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -57,6 +57,7 @@ class LiveView:
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
         self._times: dict[str, float] = {}  # s, of the last frame of each performer
         self._first: dict[str, float] = {}  # s, of the first frame of each performer
+        self._limbs: dict[str, int] = {}  # confirmed key frames by channel; there are few channels
         self._headed = False
         self._lock = threading.Lock()
 
@@ -66,7 +67,9 @@ class LiveView:
     def send(self, events: Sequence[Event]) -> None:
         """Show events."""
         for event in events:
-            if isinstance(event, KeyFrameEvent):
+            if isinstance(event, KeyFrameEvent) and event.channel != BODY:
+                self._limbs[event.channel] = self._limbs.get(event.channel, 0) + (event.status == "confirmed")
+            elif isinstance(event, KeyFrameEvent):
                 self._take(event)
             elif isinstance(event, MoveEvent) and self.visible and event.status != "final":
                 self._console.line(self._move_line(event))
@@ -110,6 +113,9 @@ class LiveView:
         lines.append(
             f"key frames: {self.confirmed} confirmed, {self.final} of them final, in {seconds:.1f} s"
         )
+        if self._limbs:
+            counts = ", ".join(f"{channel} {count}" for channel, count in self._limbs.items())
+            lines.append(f"key frames of limbs, confirmed: {counts}")
         if self._delays:
             ordered = sorted(self._delays)
             high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]

@@ -5,7 +5,8 @@ so that what the user wrote and what nobody wrote can be told apart.
 """
 
 import argparse
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +22,7 @@ from mossar_tools.values import inches, names, place, port, positive, seconds, s
 WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
 STANDARD_OUTPUT = "-"
+_GROUPS = re.compile(r"\s*[\w-]+\s*=")  # how the value of --limbs begins: no file or URL does
 
 
 class Options(msgspec.Struct, frozen=True):
@@ -66,6 +68,7 @@ class Options(msgspec.Struct, frozen=True):
     export: tuple[str, ...] = ()
     cut: str | None = None
     repetitions: bool = False
+    limbs: str | None = None
     plot: str | None = None
     plot_from: float | None = None
     plot_to: float | None = None
@@ -105,6 +108,8 @@ class Options(msgspec.Struct, frozen=True):
             chosen["level"] = self.level
         if self.repetitions:
             chosen["repetitions"] = True
+        if self.limbs is not None:
+            chosen["limbs"] = self.limbs or True
         return Settings.build(self.preset, chosen)
 
     def reading(self) -> ReadOptions:
@@ -124,7 +129,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     Raises:
         UsageError: If something is unknown or impossible.
     """
-    given = vars(parser.parse_args(arguments))
+    given = vars(parser.parse_args([*_separated(arguments)]))
     path = given.pop("config", None)
     own = dict(given.pop("set", ()))
     configured = read_configuration(Path(path), parser) if path else {}
@@ -137,6 +142,12 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     if path:
         _check_settings(path, options, msgspec.convert({**given, "set": dict(own)}, Options))
     return options
+
+
+def _separated(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments, `--limbs` as `--limbs=` where what comes after it is not its value but a source."""
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
+        yield "--limbs=" if argument == "--limbs" and not _GROUPS.match(following) else argument
 
 
 def _check_settings(path: str, options: Options, without: Options) -> None:
@@ -163,6 +174,13 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         help="any setting, as in --set window=0.3; may be given several times",
     )
     group.add_argument("--repetitions", action="store_true", help="count how often movements are repeated")
+    group.add_argument(
+        "--limbs",
+        metavar="NAME=JOINT,...;...",
+        nargs="?",
+        const="",
+        help="key frames of each limb, too: arms, legs and trunk, or those that are named with their joints",
+    )
     group.add_argument(
         "--config",
         metavar="FILE.toml",
@@ -237,7 +255,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move repetition stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from mossar_stream import Segment
 from mossar_tools.dendrogram import Merge, merges
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.figures import FONT
@@ -80,27 +81,43 @@ def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> No
 
 def draw_segments(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
     """Draw the segments coloured by state, and true cuts where they are known; as `draw_curve`."""
+    said = draw_strip(axes, "segments", shown.segments, shown, width, palette)
+    if len(shown.cuts) > width / CUT_GAP:
+        return [*said, f"{len(shown.cuts)} true cuts, too near to one another"]
+    axes.vlines(shown.cuts, -0.15, 1.15, color=palette.truth, lw=1.6, clip_on=False, zorder=5)
+    return said
+
+
+def draw_strip(
+    axes: Any, name: str, segments: list[Segment], shown: Excerpt, width: float, palette: Palette
+) -> LeftOut:
+    """Draw segments coloured by state, of the body or of a limb.
+
+    Args:
+        axes: Where.
+        name: Stands on the left.
+        segments: Which.
+        shown: From when to when.
+        width: Of the panel, inches.
+        palette: Colours.
+    """
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     for spine in axes.spines.values():
         spine.set_visible(False)
     most = int(width / BAR)
     starts, ends = (
-        np.array([getattr(part, name) for part in shown.segments], np.float64)
-        for name in ("start_time", "end_time")
+        np.array([getattr(part, end) for part in segments], np.float64) for end in ("start_time", "end_time")
     )
-    parts = runs(starts, ends, [part.state for part in shown.segments], most)
+    parts = runs(starts, ends, [part.state for part in segments], most)
     colours = {"moving": palette.moving, "resting": palette.resting}
     # Between two bars, but never more than a quarter of one.
     space = 0.02 * (shown.end - shown.start) / width if len(starts) <= most else 0.0
     bars = [(a, max(b - a - min(space, (b - a) / 4), 1e-9)) for a, b, _ in parts]
     axes.broken_barh(bars, (0.08, 0.84), facecolors=[colours[state] for *_, state in parts], lw=0)
-    axes.text(-0.006, 0.5, "segments", transform=axes.transAxes, ha="right", va="center")
-    said = [f"{len(shown.segments)} segments by what most of the time is"] if len(starts) > most else []
-    if len(shown.cuts) > width / CUT_GAP:
-        return [*said, f"{len(shown.cuts)} true cuts, too near to one another"]
-    axes.vlines(shown.cuts, -0.15, 1.15, color=palette.truth, lw=1.6, clip_on=False, zorder=5)
-    return said
+    label = name.replace("_", " ")
+    axes.text(-0.006, 0.5, label, transform=axes.transAxes, ha="right", va="center")
+    return [f"{len(segments)} {label} by what most of the time is"] if len(starts) > most else []
 
 
 def draw_tree(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:

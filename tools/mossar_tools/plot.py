@@ -16,13 +16,13 @@ from mossar_tools.excerpt import Excerpt, excerpt
 from mossar_tools.figures import FONT, save, style
 from mossar_tools.options import WIDTH
 from mossar_tools.palette import Palette
-from mossar_tools.panels import draw_curve, draw_segments, draw_tree
+from mossar_tools.panels import draw_curve, draw_segments, draw_strip, draw_tree
 from mossar_tools.poses import draw_poses
 from mossar_tools.stick_figures import sides
 
 # Inches.
 _LEFT, _RIGHT = 0.73, 0.57  # margins
-_PANELS = (1.41, 1.62, 0.23, 1.50)  # heights
+_POSES, _CURVE, _STRIP, _TREE = 1.41, 1.62, 0.23, 1.50  # heights of panels
 _GAP = 0.13
 _LINE = 0.23  # of the legend and the title
 _AXIS = 0.46  # below the last panel
@@ -81,29 +81,32 @@ def draw_excerpt(
         columns = max(2, int((width - _LEFT) / 0.9))
         rows = math.ceil(_legend_length(whole, shown) / columns)
         head = 0.32 + _LINE * (rows + (1 if width < 8 else 0)) + 0.1
-        height = head + sum(_PANELS) + 3 * _GAP + _AXIS + _NOTE * math.ceil(200 / _letters(width))
+        tall = [_POSES, _CURVE, _STRIP, *[_STRIP] * len(shown.limbs), _TREE]
+        height = head + sum(tall) + (len(tall) - 1) * _GAP + _AXIS + _NOTE * math.ceil(200 / _letters(width))
         figure = Figure(figsize=(width, height))
-        panels = _panels(figure, width, height, head)
+        panels = _panels(figure, width, height, head, tall)
         inner = width - _LEFT - _RIGHT
         for panel in panels:
             panel.set_xlim(shown.start, shown.end)
-        left_out = draw_poses(panels[0], whole, shown, (inner, _PANELS[0]), palette)
+        left_out = draw_poses(panels[0], whole, shown, (inner, _POSES), palette)
         left_out += draw_curve(panels[1], shown, inner, palette)
         left_out += draw_segments(panels[2], shown, inner, palette)
-        left_out += draw_tree(panels[3], shown, inner, palette)
-        for panel in panels[:3]:
+        for panel, (name, segments) in zip(panels[3:-1], shown.limbs.items(), strict=True):
+            left_out += draw_strip(panel, name, segments, shown, inner, palette)
+        left_out += draw_tree(panels[-1], shown, inner, palette)
+        for panel in panels[:-1]:
             panel.tick_params(labelbottom=False, bottom=False)
-        panels[3].set_xlabel("time (s)")
-        figure.align_ylabels([panels[1], panels[3]])
+        panels[-1].set_xlabel("time (s)")
+        figure.align_ylabels([panels[1], panels[-1]])
         _draw_title(figure, whole, shown, palette)
         _draw_legend(figure, whole, shown, panels[1], columns, palette)
-        _draw_note(figure, left_out, palette)
+        _draw_note(figure, left_out, "" if shown.about else "; --from, --to and --width show more", palette)
         save(figure, target)
 
 
-def _panels(figure: Any, width: float, height: float, head: float) -> list[Any]:
+def _panels(figure: Any, width: float, height: float, head: float, heights: list[float]) -> list[Any]:
     panels, top = [], height - head
-    for tall in _PANELS:
+    for tall in heights:
         box = (_LEFT / width, (top - tall) / height, (width - _LEFT - _RIGHT) / width, tall / height)
         panels.append(figure.add_axes(box))
         top -= tall + _GAP
@@ -133,6 +136,8 @@ def _cut(text: str, room: int) -> str:
 
 
 def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
+    if shown.about is not None:
+        return shown.about
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     there = len(shown.standing) + len(shown.fallen)
     part = ""
@@ -185,12 +190,12 @@ def _letters(width: float) -> int:
     return int((width - _LEFT - 0.2) * 17)
 
 
-def _draw_note(figure: Any, left_out: list[str], palette: Palette) -> None:
+def _draw_note(figure: Any, left_out: list[str], advice: str, palette: Palette) -> None:
     """Say at the bottom what there was no room for."""
     if not left_out:
         return
     width, height = figure.get_size_inches()
-    text = f"not drawn, for want of room: {'; '.join(left_out)}. The strongest are; --from, --to and --width show more."
+    text = f"not drawn, for want of room: {'; '.join(left_out)}. The strongest are{advice}."
     lines = textwrap.wrap(text, _letters(width))
     figure.text(
         _LEFT / width, 0.06 / height, "\n".join(lines), color=palette.muted, fontsize=FONT - 1.5, va="bottom"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.units import Scale, height
 from mossar_adapters.source import Chunks, Recording
-from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton
+from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
 
 FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
 
@@ -50,7 +51,7 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def sane_frames(
-    positions: NDArray[np.floating],
+    positions: NDArray[Any],
     times: NDArray[np.float64],
     confidence: NDArray[np.floating] | None = None,
     performer: str = "p1",
@@ -67,7 +68,7 @@ def sane_frames(
     """
     with np.errstate(invalid="ignore"):
         present = (np.abs(positions) < FARTHEST).all(axis=2)
-        clean = np.where(present[:, :, None], positions, np.nan).astype(np.float32)
+        clean = narrow(np.where(present[:, :, None], positions, positions.dtype.type(np.nan)))
     if confidence is not None:
         confidence = np.clip(np.nan_to_num(confidence, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
     return Frames(clean, np.ascontiguousarray(times, np.float64), confidence, performer, first_frame)

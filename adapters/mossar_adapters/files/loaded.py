@@ -26,7 +26,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         name: File name or URL.
         skeleton: J joints.
         fps: Nominal rate, Hz, if it is known.
-        positions: (n, J, 3) float32, metres; NaN where a joint is missing or has no confidence.
+        positions: (n, J, 3), metres; NaN where a joint is missing or has no confidence.
         times: (n,) float64, s.
         cuts: True cuts of the built-in performer.
         performer: Its name.
@@ -35,7 +35,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
     name: str
     skeleton: Skeleton
     fps: float | None
-    positions: NDArray[np.float32]
+    positions: NDArray[Any]
     times: NDArray[np.float64]
     cuts: tuple[Cut, ...] = ()
     performer: str = "p1"
@@ -92,7 +92,7 @@ def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
     if count * len(recording.skeleton) * 12 > MAX_BYTES:
         raise FileError(recording.path, f"{count} frames are too many to hold in memory; use mossar run")
     performer = recording.performers[0]
-    positions = [np.zeros((0, len(recording.skeleton), 3), np.float32)]
+    positions: list[NDArray[Any]] = [np.zeros((0, len(recording.skeleton), 3), np.float32)]
     times = [np.zeros(0)]
     read_so_far = 0
     for frames in recording.chunks():
@@ -111,7 +111,7 @@ def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
     )
 
 
-def _certain(frames: Frames) -> NDArray[np.float32]:
+def _certain(frames: Frames) -> NDArray[Any]:
     """Return positions with NaN where there is no confidence."""
     if frames.confidence is None:
         return frames.positions

@@ -184,5 +184,5 @@ def _frames(name: str, gathered: Gathered, clock: float | None) -> Frames:
         pose.time if clock is None and pose.time is not None else (start + i) / (clock or USUAL_FPS)
         for i, pose in enumerate(poses)
     ]
-    positions = np.stack([pose.positions for pose in poses]).astype(np.float32, copy=False)
+    positions = np.stack([pose.positions for pose in poses])
     return sane_frames(positions, np.array(times), np.stack(given) if given else None, name)

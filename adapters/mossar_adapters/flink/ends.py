@@ -29,9 +29,9 @@ from mossar_adapters.flink.records import performer_of
 from mossar_adapters.jsonlines import JsonLinesSink
 from mossar_adapters.sink import Sink
 from mossar_adapters.urls import open_sink
-from mossar_stream import KeyFrameEvent, MossarError, SegmentEvent, StreamEvent
+from mossar_stream import Event, MossarError
 
-_event = msgspec.json.Decoder(KeyFrameEvent | SegmentEvent | StreamEvent)
+_event = msgspec.json.Decoder(Event)
 
 
 def records(env: StreamExecutionEnvironment, source: wanted.Source) -> DataStream:

@@ -16,7 +16,7 @@ import mossar_stream
 from mossar_adapters.joint_sets import printable_names
 from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.source import Meta
-from mossar_stream import MAX_JOINTS, FrameError, Frames, Skeleton
+from mossar_stream import MAX_JOINTS, FrameError, Frames, Skeleton, narrow
 
 VERSION = 1
 
@@ -35,7 +35,20 @@ class FrameMap(msgspec.Struct):
 
 
 class MetaMap(msgspec.Struct):
-    """What is known of a performer; fields as the interface names them."""
+    """What is known of a performer; fields as the interface names them.
+
+    Args:
+        names: Of the joints.
+        performer: Name of the performer.
+        parents: For each joint the index of its parent, -1 for the root.
+        root: Index of the joint that is the centre of the body; -1 takes the centroid.
+        fps: Nominal rate, Hz; left out where nobody knows it.
+        unit: Of positions in frames: metres.
+        settings: Of the segmenter; left out where frames are sent.
+        version: Of the program that sends this.
+        v: Version of this layout.
+        type: Always `meta`.
+    """
 
     names: tuple[str, ...]
     performer: str = "p1"
@@ -83,15 +96,16 @@ def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
     )
 
 
-def positions_of_map(found: FrameMap) -> NDArray[np.float32]:
+def positions_of_map(found: FrameMap) -> NDArray[Any]:
     """Return the positions of one frame.
 
     Returns:
-        (J, 3) float32, metres, NaN where missing.
+        (J, 3), metres, NaN where missing.
 
     Raises:
         FrameError: If they do not have that shape.
     """
+    positions: NDArray[Any]
     if isinstance(found.xyz, bytes):
         if len(found.xyz) % 12 or not 12 <= len(found.xyz) <= 12 * MAX_JOINTS:
             raise FrameError(
@@ -143,11 +157,11 @@ def maps_of_frames(frames: Frames, first_seq: int) -> list[FrameMap]:
     ]
 
 
-def _listed(xyz: list[list[float | None] | None]) -> NDArray[np.float32]:
+def _listed(xyz: list[list[float | None] | None]) -> NDArray[Any]:
     if not 1 <= len(xyz) <= MAX_JOINTS:
         raise FrameError(f"xyz has {len(xyz)} joints; 1 to {MAX_JOINTS} can be used")
     rows: list[Any] = [[None] * 3 if row is None else row for row in xyz]
     if any(len(row) != 3 for row in rows):
         raise FrameError("xyz is not a list of [x, y, z]")
     with np.errstate(over="ignore"):
-        return np.array([[np.nan if c is None else c for c in row] for row in rows]).astype(np.float32)
+        return narrow(np.array([[np.nan if c is None else c for c in row] for row in rows], np.float64))

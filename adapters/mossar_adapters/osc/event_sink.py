@@ -2,7 +2,8 @@
 
 `/mossar/key_frame ,sssiiffffi` performer, status, kind, take, frame, time, decided time, velocity, strength (-1
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
-time, end time; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
+channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/stream ,sssi` performer, event, reason, take.
 """
@@ -14,6 +15,7 @@ from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
 from mossar_stream import (
+    BODY,
     Event,
     KeyFrameEvent,
     MoveEvent,
@@ -100,19 +102,23 @@ class OscSink:
     def _key_frame(self, event: KeyFrameEvent) -> bytes:
         start = self._start(event)
         strength = -1.0 if event.strength is None else event.strength
+        address, who = _addressed("key_frame", event)
         return encode(
-            "/mossar/key_frame",
-            "sssiiffffi",
-            *(event.performer, event.status, event.kind, event.take, event.frame),
+            address,
+            "s" * len(who) + "ssiiffffi",
+            *who,
+            *(event.status, event.kind, event.take, event.frame),
             *(event.time - start, event.decided_time - start, event.velocity, strength, event.rev),
         )
 
     def _segment(self, event: SegmentEvent) -> bytes:
         start = self._start(event)
+        address, who = _addressed("segment", event)
         return encode(
-            "/mossar/segment",
-            "sssiiiff",
-            *(event.performer, event.status, event.state, event.take, event.start_frame, event.end_frame),
+            address,
+            "s" * len(who) + "ssiiiff",
+            *who,
+            *(event.status, event.state, event.take, event.start_frame, event.end_frame),
             *(event.start_time - start, event.end_time - start),
         )
 
@@ -130,6 +136,13 @@ class OscSink:
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
         return self._starts[event.performer][1]
+
+
+def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, list[str]]:
+    """Return where a message goes, and of whom it tells: patches for the body's must not hear of limbs."""
+    if event.channel == BODY:
+        return f"/mossar/{what}", [event.performer]
+    return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
 def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:

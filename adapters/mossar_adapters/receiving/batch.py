@@ -5,6 +5,7 @@ has, which time a frame gets, and what goes on together.
 """
 
 from collections import OrderedDict
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -14,7 +15,7 @@ from mossar_adapters.joint_sets import by_count
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.steady import Steady
 from mossar_adapters.source import Left, Meta
-from mossar_stream import FrameError, Frames, Skeleton
+from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
 SILENT = 2.0  # s, after which the one unheard for longest may be forgotten
@@ -141,13 +142,13 @@ class Batch:
         line.positions, line.confidence, line.times = [], [], []
 
 
-def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Return poses as (n, J, 3) float32, without what is damage."""
-    positions = np.array(poses)
+def _sane(poses: list[NDArray[np.float64] | NDArray[np.float32]]) -> NDArray[Any]:
+    """Return poses as (n, J, 3), without what is damage."""
+    positions: NDArray[Any] = np.array(poses)
     if not float(np.abs(positions).max()) < FARTHEST:  # most frames are whole: one look is enough
         with np.errstate(invalid="ignore"):
             positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan
-    return positions.astype(np.float32, copy=False)
+    return narrow(positions)
 
 
 def _unnamed(joints: int) -> Skeleton:

@@ -1,6 +1,6 @@
 """ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer.
 
-Two parts: topic `mossar.<type>.<performer>.` and a msgpack map, or JSON with `?encoding=json`. A receiver that
+Two parts: topic `mossar.<type>.<performer>.`, of a limb `mossar.limb.<type>.<performer>.`, and a msgpack map, or JSON with `?encoding=json`. A receiver that
 is too slow loses the newest messages; how many, only it can tell, by `seq` and `rev`: ZeroMQ says that a queue is
 full, once, and then leaves that receiver out until it has caught up. `dropped` counts how often that happened.
 """
@@ -19,7 +19,7 @@ from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
-from mossar_stream import Event, Frames
+from mossar_stream import BODY, Event, Frames, KeyFrameEvent, SegmentEvent
 
 OPTIONS = {"encoding": "msgpack or json", **CURVE_OPTIONS}
 FRAME_OPTIONS = {
@@ -64,14 +64,20 @@ class ZmqSink:
         """Publish events."""
         self._publisher.serve()
         for event in events:
-            kind = event.__struct_config__.tag
-            topic = f"mossar.{kind}.{event.performer}.".encode()
+            topic = f"mossar.{_kind(event)}.{event.performer}.".encode()
             if not self._publisher.put(topic, self._encode(event)):
                 self.dropped += 1
 
     def close(self) -> None:
         """Send what is left and release the port. May be called twice."""
         self._publisher.close()
+
+
+def _kind(event: Event) -> str:
+    """Return what the topic says: who subscribed to the body's key frames does not hear of limbs."""
+    tag = str(event.__struct_config__.tag)
+    limb = isinstance(event, KeyFrameEvent | SegmentEvent) and event.channel != BODY
+    return f"limb.{tag}" if limb else tag
 
 
 class ZmqFrameSink:

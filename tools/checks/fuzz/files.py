@@ -94,7 +94,7 @@ def check_recording(path: Path) -> None:
     count = 0
     for frames in recording.chunks():
         count += len(frames)
-        _hold(frames.positions.dtype == np.float32, "positions are float32")
+        _hold(frames.positions.dtype in (np.float32, np.float64), "positions are numbers")
         shape = (len(frames.times), len(recording.skeleton), 3)
         _hold(frames.positions.shape == shape, f"positions have the shape {shape}")
         _hold(bool(np.isfinite(frames.times).all()), "times are finite")

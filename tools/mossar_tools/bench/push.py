@@ -4,8 +4,10 @@ A push that the operating system interrupts to run somebody else says nothing ab
 without such an interruption are shown as well, where the system counts them.
 """
 
+import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +19,26 @@ from mossar_tools.bench.work import Work
 
 BLOCK = 64  # pushes between two looks at the interruptions
 WARM_UP = 5000  # frames
+MORE = 1.0  # µs that another form of array may take beyond ours
 QUANTILES = {"p50": (0.5, 2.0), "p99": (0.99, 5.0), "p99.99": (0.9999, 100.0)}  # share, target in µs
 
 
+Form = Callable[[NDArray[np.float32], float], tuple[Any, Any]]
+
+# What people hand over instead of contiguous float32 and a Python float.
+FORMS: Final[dict[str, Form]] = {
+    "float64 positions": lambda frame, moment: (frame.astype(np.float64), moment),
+    "numpy scalar as time": lambda frame, moment: (frame, np.float64(moment)),
+    "float64 and numpy scalar": lambda frame, moment: (frame.astype(np.float64), np.float64(moment)),
+    "view that is not contiguous": lambda frame, moment: (np.asfortranarray(frame), moment),
+}
+LISTS: Final[dict[str, Form]] = {
+    "lists of lists": lambda frame, moment: (frame.tolist(), moment),
+}
+
+
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield quantiles over a million frames, remerge on, events delivered."""
+    """Yield quantiles over a million frames, remerge on, events delivered; then medians of other forms of frames."""
     frames = work.some(1_000_000, 2000)
     for motion in work.motions:
         runs = [waits(motion, frames) for _ in range(work.some(3, 1))]
@@ -32,6 +49,21 @@ def measure(work: Work) -> Iterator[Measurement]:
         if share <= 0.99:
             name = f"{motion.name}, uninterrupted"
             yield from _quantiles(name, calm, targets=True, note=f"{share:.1%} of the pushes")
+    yield from forms(work.motions[0], work.some(100_000, 500), work.some(3, 1))
+
+
+def forms(motion: Motion, frames: int, repeats: int) -> Iterator[Measurement]:
+    """Yield the median for each form in which frames are handed over; arrays are compared with our own form."""
+    every: dict[str, Form | None] = {"": None, **FORMS, **LISTS}
+    runs: dict[str, list[float]] = {name: [] for name in every}
+    for _ in range(repeats):  # one beside the other, so that neighbours disturb all of them
+        for name, form in every.items():
+            runs[name].append(float(np.median(waits(motion, frames, form)[0])) * 1e6)
+    own = float(np.median(runs.pop("")))
+    for name, values in runs.items():
+        target = Target(own + MORE) if name in FORMS else None
+        note = f"float32 and float: {own:.2f}"
+        yield Measurement("push", f"{name}: p50", "us", tuple(values), target=target, note=note, clock="wall")
 
 
 def _quantiles(
@@ -47,26 +79,31 @@ def _quantiles(
     yield Measurement("push", f"{name}: longest", "us", values, note=note, clock="wall")
 
 
-def waits(motion: Motion, frames: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def waits(
+    motion: Motion, frames: int, form: Form | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Push frames one by one.
 
     Args:
         motion: What is pushed.
         frames: How many, after the warm-up.
+        form: Makes of a frame, float32 and contiguous, and its time what is handed over.
 
     Returns:
         (frames,) s, how long each push took, and whether it was in a block without an interruption.
     """
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
-    singles = _singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
     took = np.zeros(frames)
     undisturbed = np.ones(frames, np.bool_)
-    interruptions = _interruptions()
-    for positions, moment in (next(singles) for _ in range(WARM_UP)):
+    interruptions = interruptions_of_thread()
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
         segmenter.push(positions, moment)
     push, clock = segmenter.push, time.perf_counter
     for start in range(0, frames, BLOCK):
-        block = [single for single, _ in zip(singles, range(min(BLOCK, frames - start)), strict=False)]
+        block: list[tuple[Any, Any]] = list(itertools.islice(stream, min(BLOCK, frames - start)))
+        if form is not None:
+            block = [form(positions, moment) for positions, moment in block]
         before = interruptions()
         for k, (positions, moment) in enumerate(block, start):
             began = clock()
@@ -76,12 +113,13 @@ def waits(motion: Motion, frames: int) -> tuple[NDArray[np.float64], NDArray[np.
     return took, undisturbed
 
 
-def _singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
+def singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
+    """Yield the frames of chunks one by one, with their times."""
     for positions, times in chunks:
         yield from zip(positions, times.tolist(), strict=True)
 
 
-def _interruptions() -> Callable[[], int]:
+def interruptions_of_thread() -> Callable[[], int]:
     """Return what tells how often this thread was stopped so that another one could run; 0 where nobody knows."""
     try:
         import resource

@@ -25,9 +25,9 @@ A labelled folder has beside each recording, say walk.bvh, a file walk.json:
    "cuts": [[500, 550, 600], 1150, 1980]}
 Cuts are frames from 0, as [earliest, middle, latest] or one number; with "cuts_in": "seconds" they are seconds since the
 first frame. level is posture, motion or cluster. Instead of "cuts" there may be "judges": a list of frames for each
-person who set cuts. "skeleton" names the .asf of an .amc. JSON that holds no labels is passed over. Or there is beside
-the recording what a person annotated or corrected: walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label
-Studio). With --preset and --set other settings can be tried; the level is that of each recording's label."""
+person who set cuts. "skeleton" names the .asf of an .amc. Or there is beside it what a person annotated or corrected:
+walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON that holds no labels is passed over.
+With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames

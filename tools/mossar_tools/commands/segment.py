@@ -106,7 +106,7 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import report_of, rows_of, segment_whole
+    from mossar_tools.batch import report_of, rows_of, rows_of_segments, segment_whole
     from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
@@ -121,7 +121,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
-    outputs.write_csv(rows_of(loaded, chosen), console)
+    outputs.write_csv(rows_of(options, loaded, result, chosen), console)
     if not outputs.silent:
         from mossar_tools.tables import segmentation_table
 
@@ -133,7 +133,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_adapters.files.clips import write_clips
 
         count = write_clips(
-            outputs.clips, loaded, chosen.segments, rows_of(loaded, chosen), options.reading()
+            outputs.clips, loaded, chosen.segments, rows_of_segments(loaded, chosen), options.reading()
         )
         console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:

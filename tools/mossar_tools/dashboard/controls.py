@@ -186,9 +186,9 @@ class Controls:
         self._on(others, lambda value: show.reset() if value == _RESET else self._save())
 
     def _add_exports(self) -> None:
-        recorded = isinstance(self._show, RecordedShow)
-        hint = "Key frames as a table; the whole take as a picture" if recorded else "Key frames of late"
-        group = self._gui.add_button_group("export", (_CSV, _PNG) if recorded else (_CSV,), hint=hint)
+        what = "the whole take" if isinstance(self._show, RecordedShow) else "the last seconds"
+        hint = f"Key frames as a table; {what} of the first performer as a picture"
+        group = self._gui.add_button_group("export", (_CSV, _PNG), hint=hint)
 
         async def touched(event: Any) -> None:
             kind, client = event.target.value, event.client
@@ -201,9 +201,10 @@ class Controls:
         """Have the browser of somebody download something."""
         show = self._show
         name = show.name if isinstance(show, RecordedShow) else "live"
-        if kind == _PNG and isinstance(show, RecordedShow):
+        if kind == _PNG:
             self.note = "drawing ..."
-            file, content = f"{name}.png", show.picture(DARK if self.dark else LIGHT)
+            performer, content = show.picture(DARK if self.dark else LIGHT)
+            file = f"{name}.png" if isinstance(show, RecordedShow) else f"live-{performer}.png"
         else:
             file, content = f"{name}-key-frames.csv", key_frames_csv(show.marks())
         client.send_file_download(file, content, save_immediately=True)

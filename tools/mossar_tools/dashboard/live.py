@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
-from mossar_stream import CurveState, Event, Frames, KeyFrameEvent, LevelName, MossarError, Settings
+from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.track import RATE, Track
+from mossar_tools.figures import check_picture
+from mossar_tools.palette import Palette
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
@@ -86,7 +88,7 @@ class LiveShow:
         """Take events in."""
         with self._lock:
             for event in events:
-                if isinstance(event, KeyFrameEvent) and event.performer in self._tracks:
+                if event.performer in self._tracks:
                     self._tracks[event.performer].take_event(event)
 
     def send_frames(self, frames: Frames) -> None:
@@ -149,6 +151,24 @@ class LiveShow:
                 for mark in track.marks(level)
                 if not mark.tentative
             ]
+
+    def picture(self, palette: Palette) -> tuple[str, bytes]:
+        """Return the first performer's name, and what the page shows of them as a PNG.
+
+        Raises:
+            MossarError: If matplotlib is missing, or nobody has moved yet.
+        """
+        check_picture("live.png")
+        from mossar_tools.dashboard.live_picture import live_picture
+
+        glimpse = next(iter(self.glimpses()), None)
+        if glimpse is None:
+            raise MossarError("there is nothing to draw yet")
+        with self._lock:
+            track = self._tracks.get(glimpse.performer)
+            poses = track.key_poses() if track is not None else {}
+        word = self.level if isinstance(self.level, str) else "level"
+        return glimpse.performer, live_picture(glimpse, poses, (self.strength, word), palette)
 
     @property
     def strength(self) -> float:

@@ -167,8 +167,8 @@ class RecordedShow:
         with self._lock:
             return [(part.performer, mark) for part in self._parts for mark in part.marks]
 
-    def picture(self, palette: Palette) -> bytes:
-        """Return the whole recording of the first performer as it is shown, as a PNG.
+    def picture(self, palette: Palette) -> tuple[str, bytes]:
+        """Return the first performer's name, and the whole recording of them as it is shown, as a PNG.
 
         Raises:
             MossarError: If matplotlib is missing.
@@ -187,7 +187,7 @@ class RecordedShow:
             part.whole, found.result, chosen, columns=columns, threshold=found.threshold, level=level
         )
         draw_excerpt(target, part.whole, shown, palette)
-        return target.getvalue()
+        return part.performer, target.getvalue()
 
     @property
     def name(self) -> str:

@@ -6,8 +6,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import CurveState, Frames, KeyFrameEvent, Skeleton
+from mossar_stream import BODY, CurveState, Event, Frames, KeyFrameEvent, MoveEvent, SegmentEvent, Skeleton
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
+from mossar_tools.dashboard.lanes import Lanes
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
@@ -54,6 +55,7 @@ class Track:
         self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: OrderedDict[str, _Key] = OrderedDict()
+        self._lanes = Lanes()
 
     def take_frames(self, frames: Frames) -> None:
         """Take frames in; a pose is kept about every 1/30 s."""
@@ -67,8 +69,16 @@ class Track:
         self._stance.learn(pose)
         self._poses.append((time, pose.copy()))
 
-    def take_event(self, event: KeyFrameEvent) -> None:
-        """Take news about a key frame in."""
+    def take_event(self, event: Event) -> None:
+        """Take news in: of the body's key frames, of limbs' segments, of moves."""
+        if isinstance(event, MoveEvent):
+            self._lanes.take_move(event)
+        elif isinstance(event, SegmentEvent) and event.channel != BODY:
+            self._lanes.take_segment(event)
+        elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
+            self._take_key_frame(event)
+
+    def _take_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
             self._keys.pop(event.id, None)
             return
@@ -126,11 +136,17 @@ class Track:
                 Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
             ],
             facts=facts,
+            lanes=self._lanes.stretches(start),
+            moves=self._lanes.moves(start),
         )
 
     def marks(self, level: float) -> list[Mark]:
         """Return the key frames that are remembered, in order of time, as they stand at a level."""
         return [_mark(key, level if key.event.take >= self._take else None) for key in self._sorted()]
+
+    def key_poses(self) -> dict[str, NDArray[np.float32]]:
+        """Return the poses, (J, 3) m, at the key frames where they are known, by the id of the key frame."""
+        return {id_: key.pose for id_, key in self._keys.items() if key.pose is not None}
 
     def _sorted(self) -> list[_Key]:
         return sorted(self._keys.values(), key=lambda key: key.event.time)

@@ -7,9 +7,9 @@ A labelled folder holds, beside each recording or anywhere in it, one JSON objec
 
 A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list
 of frames for each person who set cuts, or `annotations`, a file of an annotation program, and which `tier` of it.
-With `"cuts_in": "seconds"` cuts and judges are seconds since the first frame. `skeleton` names the .asf of an .amc.
-Other keys are for people to read. A recording without labels that has an annotation file of its name beside it, say
-walk.eaf, is taken with it.
+With `"cuts_in": "seconds"` cuts are seconds since the first frame. `skeleton` names the .asf of an .amc. Other keys are
+for people to read. A recording without labels that has an annotation file of its name beside it, say walk.eaf, is
+taken with it.
 """
 
 from pathlib import Path
@@ -39,9 +39,9 @@ class Labels(msgspec.Struct, frozen=True):
         recording: Path from the label file's folder.
         cuts: Frames, or s.
         judges: The same for each judge.
-        cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
         annotations: Path of an annotation file from the label file's folder; see `annotated_cuts`.
         tier: Of that file.
+        cuts_in: What the numbers of `cuts` and `judges` are; None takes them for frames if that can be.
         fps: Rate, Hz; None takes the recording's.
         tolerance_s: How far from a cut a key frame still hits it, s.
         level: What the cuts part.
@@ -54,9 +54,9 @@ class Labels(msgspec.Struct, frozen=True):
     recording: str
     cuts: list[Moment | tuple[Moment, Moment, Moment]] | None = None
     judges: list[list[Moment]] | None = None
-    cuts_in: Literal["frames", "seconds"] | None = None
     annotations: str | None = None
     tier: str | None = None
+    cuts_in: Literal["frames", "seconds"] | None = None
     fps: float | None = None
     tolerance_s: float = 0.25
     level: LevelName = "motion"
@@ -112,7 +112,7 @@ def read_labels(path: Path) -> Labels | None:
         return None
     if not isinstance(content, dict) or "recording" not in content:
         return None
-    if all(content.get(name) is None for name in ("cuts", "judges", "annotations")):
+    if all(content.get(key) is None for key in ("cuts", "judges", "annotations")):
         LOGGER.warning(
             "%s is passed over: it names a recording, but has neither cuts nor judges nor annotations", path
         )

@@ -1,21 +1,21 @@
-"""Latency: what the dashboard costs a stream, measured. `python -m mossar_tools.dashboard.latency`.
+"""Dashboard delay: what the dashboard costs a stream, measured. `python -m checks.dashboard_delay`.
 
 Three runs of the built-in performer at 60 fps: without a page, with a page that nobody looks at, and with a browser
 that does, kept on another core where the system lets us. The delay of a frame is the time from its leaving the
 source until it has been segmented and handed to a sink.
 """
 
+import argparse
 import contextlib
 import os
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +27,9 @@ from mossar_stream import Frames, MossarError, Settings
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.page import Page
 
-SECONDS = 20.0  # of each run, unless the first argument says otherwise
+SECONDS = 20.0  # of each run
 SETTLED = 3.0  # s at the beginning that are not counted
-_START = 60.0  # s given to the browser, at most
+_START = 60.0  # s that the browser, and the stream, may take to begin
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _FLAGS = (
     "--headless=new",
@@ -94,9 +94,10 @@ def measure(seconds: float, *, page: bool, browser: str | None = None) -> str:
             served.start(open_browser=False)
             if browser is not None:
                 opened.enter_context(_looking(browser, served.url))
-                _wait_for(served)
+                _wait(lambda: served.viewers > 0, "the browser opens the dashboard")
         stream = threading.Thread(target=pipeline.run)
         stream.start()
+        _wait(lambda: bool(watch.delays), "frames come")  # compiled kernels are loaded first
         time.sleep(SETTLED)
         first = len(watch.delays)
         time.sleep(seconds)
@@ -129,13 +130,13 @@ def _looking(browser: str, url: str) -> Iterator[None]:
                 _keep_to(cores)
 
 
-def _wait_for(page: Page) -> None:
-    """Wait until somebody looks, so that what is measured is what it says."""
+def _wait(condition: Callable[[], bool], what: str) -> None:
+    """Wait until something holds, so that what is measured is what it says."""
     end = time.monotonic() + _START
-    while not page.viewers:
+    while not condition():
         if time.monotonic() > end:
-            raise MossarError(f"the browser did not open the dashboard within {_START:.0f} s")
-        time.sleep(0.1)
+            raise MossarError(f"{_START:.0f} s were not enough until {what}")
+        time.sleep(0.05)
 
 
 def _keep_to(cores: list[int]) -> None:
@@ -147,7 +148,9 @@ def _keep_to(cores: list[int]) -> None:
 
 def main() -> None:
     """Measure and print."""
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=SECONDS, metavar="S", help="of each run")
+    seconds = parser.parse_args().seconds
     browser = next(filter(None, map(shutil.which, _BROWSERS)), None)
     print("no page:            ", measure(seconds, page=False))
     print("page, nobody looks: ", measure(seconds, page=True))

@@ -1,0 +1,255 @@
+"""Limbs have key frames of their own, and leave those of the body byte for byte as they are."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from mossar_adapters.joint_sets import BLAZEPOSE_33, CMU_31, HUMANOID, KINECT_20
+from mossar_stream import (
+    FrameError,
+    Performers,
+    Segmenter,
+    SegmentEvent,
+    Settings,
+    SettingsError,
+    Skeleton,
+    SnapshotError,
+    StreamEvent,
+    segment_recording,
+    to_json,
+)
+from mossar_stream.frames import Frames
+from mossar_stream.limbs.groups import MEAN, groups_of, leading_limb
+
+FPS = 30.0
+FIVE = ["trunk", "left_arm", "right_arm", "left_leg", "right_leg"]
+FORWARD = 2
+
+
+def standing(skeleton, count):
+    rng = np.random.default_rng(3)
+    pose = rng.normal(0, 0.3, (len(skeleton), 3))
+    frames = np.repeat(pose[None], count, axis=0)
+    return (frames + rng.normal(0, 1e-5, frames.shape)).astype(np.float32)
+
+
+def waving(skeleton=KINECT_20, joints=("ElbowLeft", "WristLeft", "HandLeft"), count=240):
+    """Return positions and times: the whole body walks forward, and one arm swings in the middle of the take."""
+    frames = standing(skeleton, count)
+    frames[:, :, FORWARD] += np.linspace(0, 4, count)[:, None]
+    swing = 0.4 * np.sin(np.linspace(0, 6 * np.pi, 120)) * np.sin(np.linspace(0, np.pi, 120))
+    for joint in joints:
+        frames[60:180, skeleton.index(joint), 0] += swing
+    return frames, np.arange(count) / FPS
+
+
+def events_of(settings, frames, times, size=64, skeleton=KINECT_20):
+    segmenter = Segmenter(skeleton, settings)
+    found = []
+    for at in range(0, len(times), size):
+        found += segmenter.push(frames[at : at + size], times[at : at + size])
+    return found + segmenter.end_take("over")
+
+
+def test_groups_are_known_by_the_joints_names():
+    limbs = groups_of(KINECT_20, wanted=True)
+    assert [limb.name for limb in limbs] == FIVE
+    arm = next(limb for limb in limbs if limb.name == "left_arm")
+    assert arm.skeleton.names == ("ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft")
+    assert arm.skeleton.root == 0
+
+
+@pytest.mark.parametrize("skeleton", [BLAZEPOSE_33, CMU_31, HUMANOID])
+def test_limbs_of_other_sets_hang_on_shoulders_and_hips(skeleton):
+    limbs = {limb.name: limb for limb in groups_of(skeleton, wanted=True)}
+    assert list(limbs) == FIVE
+    hangs_on = limbs["left_leg"].skeleton.names[0].lower()
+    assert "hip" in hangs_on or "upperleg" in hangs_on
+
+
+def test_groups_of_unknown_names_follow_the_hierarchy():
+    snake = Skeleton(("base", "rod", "tip", "wheel", "rim"), (-1, 0, 1, 0, 3))
+    limbs = groups_of(snake, wanted=True)
+    assert {limb.name: limb.skeleton.names for limb in limbs} == {
+        "rod": ("base", "rod", "tip"),
+        "wheel": ("base", "wheel", "rim"),
+    }
+
+
+def test_groups_that_the_user_names():
+    limbs = groups_of(KINECT_20, "left=ElbowLeft,HandLeft; head=Head")
+    assert {limb.name: limb.skeleton.names for limb in limbs} == {
+        "left": ("ShoulderLeft", "ElbowLeft", "HandLeft"),
+        "head": ("ShoulderCenter", "Head"),
+    }
+    with pytest.raises(FrameError, match="limb x: no joint called 'Tail'"):
+        groups_of(KINECT_20, "x=Tail")
+    with pytest.raises(FrameError, match="hangs on nothing"):
+        groups_of(KINECT_20, "x=HipCenter")
+
+
+@pytest.mark.parametrize("text", ["x", "x=", "=a", "a b=c", "body=a", "a=b;a=c", "a=b,,c", "a/b=c", ";".join(
+    f"l{i}=a" for i in range(17))])  # fmt: skip
+def test_groups_that_are_none_are_refused(text):
+    with pytest.raises(SettingsError, match="setting limbs"):
+        Settings(limbs=text)
+
+
+def test_settings_as_text():
+    assert Settings.build(overrides={"limbs": "true"}).limbs is True
+    assert Settings.build(overrides={"limbs": "false"}).limbs is False
+    assert Settings.build(overrides={"limbs": "a=b"}).limbs == "a=b"
+
+
+def test_the_bodys_events_stay_byte_for_byte():
+    frames, times = waving()
+    without = [to_json(event) for event in events_of(Settings(), frames, times)]
+    found = events_of(Settings(limbs=True), frames, times)
+    body = [
+        to_json(msgspec.structs.replace(event, limb=None) if isinstance(event, SegmentEvent) else event)
+        for event in found
+        if getattr(event, "channel", "body") == "body"
+    ]
+    assert body == without
+    assert not any(b"channel" in line or b"limb" in line for line in without)
+
+
+def test_the_arm_that_swings_has_key_frames_and_walking_does_not_leak_into_it():
+    frames, times = waving()
+    found = events_of(Settings(limbs=True), frames, times)
+    confirmed = [e for e in found if getattr(e, "status", "") == "confirmed"]
+    left = [e for e in confirmed if e.channel == "left_arm"]
+    assert len(left) > 6
+    assert left[0].id.startswith("p1/left_arm/0/")
+    assert not [e for e in confirmed if e.channel in ("right_arm", "left_leg", "right_leg", "trunk")]
+
+
+def test_segments_of_the_body_say_which_limb_led():
+    frames, times = waving()
+    found = [e for e in events_of(Settings(limbs=True), frames, times) if isinstance(e, SegmentEvent)]
+    moving = [e for e in found if e.channel == "body" and e.status == "final" and e.state == "moving"]
+    assert moving
+    assert {e.limb for e in moving} == {"left_arm"}
+    assert leading_limb(["tail"], {"hand": "arm"}) is None
+
+
+def gapped():
+    frames, times = waving()
+    times = times.copy()
+    times[150:] += 5.0  # ends a take
+    frames[40:60, 5] = np.nan
+    return frames, times
+
+
+@pytest.mark.parametrize("size", [1, 7, 240])
+def test_it_does_not_matter_how_frames_are_cut(size):
+    frames, times = gapped()
+    once = [to_json(e) for e in events_of(Settings(limbs=True, repetitions=True), frames, times)]
+    assert [
+        to_json(e) for e in events_of(Settings(limbs=True, repetitions=True), frames, times, size)
+    ] == once
+
+
+def test_what_is_said_of_a_take_stands_before_the_word_that_it_ended():
+    frames, times = gapped()
+    found = events_of(Settings(limbs=True), frames, times)
+    for take in (0, 1):
+        end = next(
+            i
+            for i, e in enumerate(found)
+            if isinstance(e, StreamEvent) and (e.event, e.take) == ("ended", take)
+        )
+        assert all(event.take > take for event in found[end + 1 :])
+    assert {e.take for e in found if getattr(e, "channel", "body") == "left_arm"} == {0, 1}
+
+
+def test_a_snapshot_goes_on_exactly():
+    frames, times = gapped()
+    once = [to_json(e) for e in events_of(Settings(limbs=True), frames, times)]
+    segmenter = Segmenter(KINECT_20, Settings(limbs=True))
+    found = []
+    for i in range(len(times)):
+        found += segmenter.push(frames[i], float(times[i]))
+        if i % 17 == 0:
+            segmenter = Segmenter.restore(segmenter.snapshot())
+    assert [to_json(e) for e in found + segmenter.end_take("over")] == once
+
+
+def test_limbs_of_another_snapshot_are_refused():
+    body, limbs = (
+        Segmenter(KINECT_20, Settings(limbs=True)),
+        Segmenter(KINECT_20, Settings(limbs="a=HandLeft")),
+    )
+    followers = body._followers
+    known = msgspec.structs.replace(followers.snapshot(), limbs=limbs._followers.snapshot().limbs * 5)
+    with pytest.raises(SnapshotError, match="not those of its settings"):
+        followers.restore(known, Segmenter.restore)
+
+
+def test_the_level_moves_limbs_too():
+    frames, times = waving()
+    segmenter = Segmenter(KINECT_20, Settings(limbs=True, level=0.0))
+    segmenter.push(frames[:150], times[:150])
+    segmenter.level = 1e6
+    merged = [
+        e for e in segmenter.push(frames[150], float(times[150])) if getattr(e, "status", "") == "merged"
+    ]
+    assert {e.channel for e in merged} >= {"body", "left_arm"}
+
+
+def test_limbs_can_be_had_while_a_take_goes_on():
+    frames, times = waving()
+    segmenter = Segmenter(KINECT_20)
+    assert segmenter.limbs == ()
+    segmenter.push(frames[:60], times[:60])
+    assert segmenter.change(limbs=True) == []
+    assert list(segmenter.limbs) == FIVE
+    found = segmenter.push(frames[60:], times[60:])
+    left = [e for e in found if getattr(e, "channel", "") == "left_arm" and e.status == "confirmed"]
+    assert left
+    assert all(abs(e.frame / FPS - e.time) < 1e-6 for e in left)
+    segmenter.change(limbs=False)
+    assert segmenter.limbs == ()
+    with pytest.raises(FrameError, match="no joint called"):
+        segmenter.change(limbs="a=Tail")
+
+
+def test_performers_share_pools_and_give_them_back():
+    frames, times = waving()
+    alone = [to_json(e) for e in events_of(Settings(limbs=True), frames, times)]
+    pool = Performers(Settings(limbs=True))
+    for name in ("p1", "p2"):
+        pool.announce(name, KINECT_20)
+    together = pool.push_many(["p1", "p2"], np.stack([frames, frames]), times)
+    together += pool.end_takes("over")
+    assert [to_json(e) for e in together if e.performer == "p1"] == alone
+    pool.remove("p1")
+    pool.announce("p3", KINECT_20)
+    third = pool.push(Frames(frames, times, performer="p3")) + pool["p3"].end_take("over")
+    assert [to_json(e).replace(b"p3", b"p1") for e in third] == alone
+    with pytest.raises(FrameError, match="may take"):
+        Performers(Settings(limbs=True), most_memory=100_000).announce("p", KINECT_20)
+    with pytest.raises(FrameError, match="limb a"):
+        Performers(Settings(limbs="a=Tail")).announce("p", KINECT_20)
+
+
+def test_a_recording_has_a_result_for_each_limb():
+    frames, times = waving()
+    result = segment_recording(frames, FPS, KINECT_20, Settings(limbs=True, range="file"), times=times)
+    assert list(result.limbs) == FIVE
+    assert len(result.limbs["left_arm"].key_frames) > 6
+    assert result.limbs["left_arm"].at(count=3).segments
+    assert "left_arm" in {part.limb for part in result.segments}
+    plain = segment_recording(frames, FPS, KINECT_20, Settings(range="file"), times=times)
+    assert plain.limbs == {}
+    assert b"limb" not in msgspec.json.encode(plain.segments)
+
+
+def test_joints_that_hang_on_nothing_move_against_the_mean_of_all():
+    markers = Skeleton(("a", "b", "c", "center"), (), -1)
+    assert [limb.joints[0] for limb in groups_of(markers, wanted=True)] == [MEAN]
+    frames, times = waving(markers, ("a",))
+    frames[100:110] = np.nan
+    found = events_of(Settings(limbs=True), frames, times, skeleton=markers)
+    assert [e for e in found if getattr(e, "channel", "") == "trunk" and e.status == "confirmed"]
+    assert all("center_" not in e.active_joints for e in found if isinstance(e, SegmentEvent))

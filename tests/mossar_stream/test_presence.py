@@ -1,0 +1,186 @@
+"""Whoever is not there does not count, and where somebody stands does not matter."""
+
+import numpy as np
+import pytest
+
+from mossar_stream import KeyFrameEvent, Performers, Segmenter, Settings, Skeleton, segment_recording
+from mossar_stream.events import to_json
+from mossar_stream.frames import Frames
+
+FPS = 60.0
+JOINTS = 9
+MEASURES = {
+    "evidence": Settings(),
+    "likelihood": Settings(level="posture"),
+    "distances": Settings(level="cluster"),
+    "paper": Settings.build("paper"),
+    "sum": Settings.build("paper", {"kernel_form": "sum"}),
+    "damped": Settings(level="posture", similarity="path_kernel", kernel_form="damped", location="none"),
+}
+SHIFTS = ((10_000.0, -48.0, 32.0), (7_777.3, -9_999.9, 3.2), (5.0, 0.0, 0.0))  # m
+
+
+def skeleton(joints, root=0):
+    names = tuple(f"j{i}" for i in range(joints))
+    return Skeleton(names, (-1,) + (0,) * (joints - 1)) if root == 0 else Skeleton(names, root=-1)
+
+
+def person(seed=0, frames=700):
+    """Return (frames, JOINTS, 3) m of somebody whose joints move from place to place while the body wanders."""
+    rng = np.random.default_rng(seed)
+    positions = np.zeros((frames, JOINTS, 3))
+    for j in range(1, JOINTS):
+        for axis in range(3):
+            at, here = 0, rng.uniform(-0.5, 0.5)
+            while at < frames:
+                moving, resting = rng.integers(20, 60), rng.integers(0, 20)
+                there = here + rng.normal(0, 0.15)
+                way = here + (there - here) * (1 - np.cos(np.linspace(0, np.pi, moving))) / 2
+                way = np.append(way, np.full(resting, there))[: frames - at]
+                positions[at : at + len(way), j, axis] = way
+                at, here = at + len(way), there
+    positions += np.cumsum(rng.normal(0, 0.004, (frames, 1, 3)), axis=0)
+    return positions.astype(np.float32).astype(float)
+
+
+def with_losses(positions, seed=5):
+    """Return a copy in which joints come late, go for long and for short."""
+    rng = np.random.default_rng(seed)
+    holes = positions.copy()
+    holes[rng.random(holes.shape[:2]) < 0.03] = np.nan
+    holes[300:420, 3] = np.nan
+    holes[:200, 5] = np.nan
+    return holes
+
+
+def strengths(positions, settings, root=0):
+    found = segment_recording(positions, FPS, skeleton(positions.shape[1], root), settings)
+    return {key.frame: key.strength for key in found.key_frames}
+
+
+def final(events):
+    return [(e.frame, e.take) for e in events if isinstance(e, KeyFrameEvent) and e.status == "final"]
+
+
+@pytest.mark.parametrize("root", [0, -1])
+@pytest.mark.parametrize("name", MEASURES)
+def test_joints_that_are_never_seen_change_nothing(name, root):
+    seen = person()
+    more = np.full((len(seen), JOINTS + 4, 3), np.nan)
+    more[:, :JOINTS] = seen
+    with_them, without = strengths(more, MEASURES[name], root), strengths(seen, MEASURES[name], root)
+    assert list(with_them) == list(without)
+    assert len(without) > 5
+    if name != "distances":  # of which there is a choice, and the weight is that of all pairs
+        np.testing.assert_allclose([*with_them.values()], [*without.values()], rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_joints_that_are_never_seen_stay_nowhere_as_the_body_walks_away(name):
+    seen = person()
+    more = np.full((len(seen), JOINTS + 4, 3), np.nan)
+    more[:, :JOINTS] = seen
+    walking = more + np.linspace(0, 40.0, len(seen))[:, None, None]
+    assert strengths(walking, MEASURES[name]) == pytest.approx(strengths(more, MEASURES[name]), rel=2e-3)
+
+
+@pytest.mark.parametrize("root", [0, -1])
+@pytest.mark.parametrize("name", MEASURES)
+def test_ten_kilometres_change_nothing_with_joints_missing_too(name, root):
+    holes = with_losses(person())
+    here = strengths(holes, MEASURES[name], root)
+    for shift in SHIFTS:
+        there = strengths(holes + np.array(shift), MEASURES[name], root)
+        assert there == pytest.approx(here, rel=2e-3, abs=1e-4), shift
+    # The places that are taken off are whole multiples of 16 m: so far, every bit is the same.
+    assert strengths(holes + np.array([9_984.0, -4_800.0, 16.0]), MEASURES[name], root) == here
+
+
+@pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])
+def test_a_joint_that_arrives_changes_nothing_of_what_was_before(name):
+    late = person()
+    late[:400, 5] = np.nan
+    before = strengths(np.delete(late, 5, 1)[:380], MEASURES[name])
+    with_it = strengths(late[:380], MEASURES[name])
+    assert with_it == pytest.approx(before)
+    # Nor is its coming a movement: nobody moves here, and one joint comes.
+    still = np.repeat(person()[:1], 300, axis=0)
+    still[:150, 5] = np.nan
+    assert not strengths(still, MEASURES[name])
+
+
+def test_a_root_that_is_seen_late_is_where_the_take_begins():
+    late = person()
+    late[:100, 0] = np.nan
+    found = strengths(late, Settings())
+    from_there = strengths(late[100:], Settings())
+    later = [frame for frame in found if frame > 160]
+    assert [frame for frame in later if frame - 100 in from_there] == later
+    assert not [
+        frame for frame in found if frame < 90
+    ]  # key frames are told of where poses show them, earlier
+
+
+@pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])
+@pytest.mark.parametrize("root", [0, -1])
+def test_nothing_of_a_missing_joint_is_left_for_the_next_take(name, root):
+    first, second = person(1), person(2)
+    first[:, 4] += [5.0, -3.0, 8.0]
+    second[:, 4] = np.nan
+    used = Segmenter(
+        skeleton(JOINTS, root),
+        MEASURES[name].replace(range="fixed", range_max=5.0, noise_margin=0.0),
+        fps=FPS,
+    )
+    fresh = Segmenter(skeleton(JOINTS, root), used.settings, fps=FPS)
+    used.push(first)
+    used.end_take()
+    again = used.push(second) + used.end_take()
+    once = fresh.push(second) + fresh.end_take()
+    assert [to_json(e).replace(b"/1/", b"/0/").replace(b'"take":1', b'"take":0') for e in again] == [
+        to_json(e) for e in once
+    ]
+
+
+@pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])
+def test_far_away_too_chunks_snapshots_and_pools_change_nothing(name):
+    settings = MEASURES[name]
+    positions = with_losses(person()) + np.array([9_000.0, 3.0, -4_321.0])
+    times = np.arange(len(positions)) / FPS
+    times[500:] += 10.0  # a take ends here, and the next one begins elsewhere
+    positions[500:] -= [8_000.0, 0.0, 0.0]
+    one = Segmenter(skeleton(JOINTS), settings)
+    whole = one.push(positions, times) + one.end_take()
+    by_one = Segmenter(skeleton(JOINTS), settings)
+    events = []
+    for i, (frame, time) in enumerate(zip(positions, times.tolist(), strict=True)):
+        if i % 200 == 77:
+            by_one = Segmenter.restore(by_one.snapshot())
+        events += by_one.push(frame, time)
+    assert events + by_one.end_take() == whole
+    pool = Performers(settings)
+    pool.announce("p1", skeleton(JOINTS))
+    pool.announce("p2", skeleton(JOINTS))
+    events = []
+    for at in range(0, len(positions), 50):  # 500 is a border
+        part = slice(at, at + 50)
+        events += pool.push_many(["p1", "p2"], np.stack([positions[part]] * 2), times[part])
+    events += pool.end_takes()
+    assert [e for e in events if e.performer == "p1"] == whole
+    frames = Performers(settings)
+    frames.announce("p1", skeleton(JOINTS))
+    assert frames.push(Frames(positions, times)) + frames.end_takes() == whole
+
+
+def test_single_precision_is_as_good_near_the_origin():
+    positions = person()
+    times = np.arange(len(positions)) / FPS
+    events = []
+    for kind in (np.float32, np.float64):
+        segmenter = Segmenter(skeleton(JOINTS), Settings())
+        found = []
+        for frame, time in zip(positions.astype(kind), times.tolist(), strict=True):
+            found += segmenter.push(frame, time)
+        events.append(found + segmenter.end_take())
+    assert events[0] == events[1]
+    assert final(events[0])

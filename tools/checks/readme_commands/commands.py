@@ -1,0 +1,114 @@
+"""Commands: what the documentation tells readers to type, and what its text mentions."""
+
+import functools
+import importlib.util
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from mossar_tools.cli import COMMANDS, command_called, parser_of
+
+ROOT = Path(__file__).parents[3]
+PAGES = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
+)
+OTHERS = frozenset({"--group"})  # options of pip
+COMMENT = re.compile(r"\s{2,}|\s+#\s")
+
+
+class Command(NamedTuple):
+    """A line that a reader may type.
+
+    Args:
+        place: Where it stands; several places are separated by commas.
+        line: As it stands there, without its comment.
+    """
+
+    place: str
+    line: str
+
+
+def all_commands() -> list[Command]:
+    """Return the commands of all pages and of every `--help`, each once."""
+    places: dict[str, list[str]] = {}
+    for place, line in _everywhere():
+        places.setdefault(line, []).append(place)
+    return [Command(", ".join(dict.fromkeys(where)), line) for line, where in places.items()]
+
+
+def _everywhere() -> Iterator[tuple[str, str]]:
+    for page in PAGES:
+        fenced, _ = parts_of((ROOT / page).read_text())
+        yield from ((page, line) for block in fenced for line in lines_of(block))
+    for name in COMMANDS:
+        block = command_called(name).EXAMPLES.splitlines()
+        yield from ((f"mossar {name} --help", line) for line in lines_of(block))
+
+
+def parts_of(page: str) -> tuple[list[list[str]], str]:
+    """Return the lines of each fenced block that names no language, and the running text."""
+    blocks: list[list[str]] = []
+    text: list[str] = []
+    fence: str | None = None
+    for line in page.splitlines():
+        if line.startswith("```"):
+            fence = line[3:] if fence is None else None
+            if fence == "":
+                blocks.append([])
+        elif fence is None:
+            text.append(line)
+        elif fence == "":
+            blocks[-1].append(line)
+    return blocks, "\n".join(text)
+
+
+def lines_of(block: Sequence[str]) -> Iterator[str]:
+    """Yield the commands of a block, without prompts, comments, and what is shown of their output."""
+    prompted = any(line.startswith("$ ") for line in block)
+    for line in block:
+        if line.strip() and (line.startswith("$ ") or not prompted):
+            yield COMMENT.split(line.strip().removeprefix("$ "))[0]
+
+
+def wrong_mentions() -> Iterator[tuple[str, str]]:
+    """Yield what running text says of commands, options and modules that there are not."""
+    for page in PAGES:
+        _, text = parts_of((ROOT / page).read_text())
+        for problem in (*_wrong_commands(text), *_wrong_options(text), *_wrong_modules(text)):
+            yield page, problem
+
+
+def _wrong_commands(text: str) -> Iterator[str]:
+    for mention in re.findall(r"`mossar\s+([a-z][^`]*)`", text):  # may go on in the next line
+        name, *rest = mention.split()
+        if name not in COMMANDS:
+            yield f"`mossar {mention}`: there is no such command"
+            continue
+        for word in rest:
+            if word.startswith("--") and word.partition("=")[0] not in _options(name):
+                yield f"`mossar {mention}`: there is no {word}"
+
+
+def _wrong_options(text: str) -> Iterator[str]:
+    own = "\n".join(line for line in text.splitlines() if "python -m checks" not in line)
+    known = OTHERS.union(*map(_options, COMMANDS))
+    for option in re.findall(r"`(--[a-z][a-z0-9-]*)", own):
+        if option not in known:
+            yield f"`{option}`: no command has it"
+
+
+def _wrong_modules(text: str) -> Iterator[str]:
+    for name in re.findall(r"python -m ((?:checks|mossar_tools)[.\w]*)", text):
+        if importlib.util.find_spec(name) is None:
+            yield f"`python -m {name}`: there is no such module"
+
+
+@functools.cache
+def _options(name: str) -> frozenset[str]:
+    """Return the options of a command."""
+    parser = parser_of(f"mossar {name}", command_called(name))
+    return frozenset(option for action in parser._actions for option in action.option_strings)  # noqa: SLF001

@@ -1,0 +1,164 @@
+"""Stage: commands are run literally, those that wait beside those that compute, and judged."""
+
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from checks.readme_commands.commands import ROOT, Command
+from checks.readme_commands.files import furnish
+from mossar_tools.errors import DONE, INTERRUPTED
+
+PATIENCE = 4.0  # s until a command that goes on is interrupted
+LIMIT = 300.0  # s in which one that ends by itself must have ended, on a machine that is busy
+GOODBYE = 60.0  # s that it may take to end after Ctrl-C; a busy machine may be compiling
+
+PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # nothing else is handed to a shell
+# Streams of others, the dashboard, endless shows, and what takes minutes.
+GOES_ON = re.compile(
+    r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run --config|mossar view|mossar demo\b(?!.*head)"
+    r"|mossar bench|mossar evaluate ('?demo:|.*--grid|.*--leave-out)|python -m checks"
+)
+NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run here
+    "pip install": "installs; .ci/run does it in an environment of its own",
+    "python3 -m venv": "makes an environment; .ci/run does it",
+    "mossar flink": "needs an environment of its own: MOSSAR_ENGINES=1 .ci/run",
+    "flink run": "needs a cluster",
+    "mossar archive": "needs an environment of its own: MOSSAR_ENGINES=1 .ci/run",
+    'python -c "import pandas': "reads what mossar archive wrote",
+    "python -m checks.flink_load": "needs an environment of its own",
+    "python -m checks.peer_settings": "needs the peers, in an environment of their own",
+    "python -m checks.readme_commands": "runs already",
+    "mossar bench DIR --peers": "needs the peers, in an environment of their own",
+}
+FAILS_HERE: Final[dict[str, str]] = {  # the same for commands that rightly end with status 1 here
+    "mossar adapters --check osc://": "nobody sends",
+    "mossar adapters --check oak:": "there is no camera",
+}
+
+
+class Stage:
+    """Folders with what the commands name, and one command at a time for each port.
+
+    Args:
+        folder: Where they are made.
+        patience: s until a command that goes on is interrupted.
+        limit: s in which other commands must have ended.
+    """
+
+    def __init__(self, folder: Path, patience: float = PATIENCE, limit: float = LIMIT) -> None:
+        self._folder, self._patience, self._limit, self._count = folder, patience, limit, 0
+        self._lock = threading.Lock()
+        self._ports: dict[str, threading.Lock] = {}
+        bin_ = folder / "bin"
+        bin_.mkdir(parents=True)
+        for name, module in {"mossar": "-m mossar_tools", "python": ""}.items():
+            script = bin_ / name
+            script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {module} "$@"\n')
+            script.chmod(0o755)
+        places = [ROOT, ROOT / "adapters", ROOT / "tools"]
+        self.environment = {
+            **os.environ,
+            "PATH": f"{bin_}{os.pathsep}{os.environ['PATH']}",
+            "PYTHONPATH": os.pathsep.join(map(str, places)),
+            "BROWSER": "true",  # a program that does nothing
+        }
+        self._full = folder / "furnished"
+        furnish(self._full)
+
+    def run(self, command: Command) -> str:
+        """Run a command and return what is to be said of it; it begins with WRONG where it is not as it should be."""
+        if not f"{command.line} ".startswith(PROGRAMS):
+            return "WRONG: no command; a block of something else names its language, as in ```text"
+        for beginning, why in NOT_RUN.items():
+            if command.line.startswith(beginning):
+                return f"not run: {why}"
+        if missing := [word for word in command.line.split() if word == "jq" and not shutil.which(word)]:
+            return f"not run: {missing[0]} is not installed"
+        with self._lock:
+            self._count += 1
+            folder = self._folder / str(self._count)
+            shutil.copytree(self._full, folder)
+            # What a command makes is not there before.
+            for made in re.findall(r"(?:\brecord \S+|--save) (\S+)", command.line):
+                (folder / made).unlink(missing_ok=True)
+            ports = [
+                self._ports.setdefault(port, threading.Lock())
+                for port in sorted(set(re.findall(r":(\d{4,5})\b", command.line)))
+            ]
+        for port in ports:
+            port.acquire()
+        try:
+            return self._judged(command, folder)
+        finally:
+            for port in ports:
+                port.release()
+
+    def _judged(self, command: Command, folder: Path) -> str:
+        endless = GOES_ON.search(command.line) is not None
+        with subprocess.Popen(  # noqa: S603
+            [
+                "/bin/bash",
+                "-o",
+                "pipefail",
+                "-c",
+                command.line,
+            ],  # that is the point: as a reader would type it
+            cwd=folder,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        ) as running:
+            try:
+                out, err = running.communicate(timeout=self._patience if endless else self._limit)
+            except subprocess.TimeoutExpired:
+                os.killpg(running.pid, signal.SIGINT)
+                try:
+                    _, err = running.communicate(timeout=GOODBYE)
+                except subprocess.TimeoutExpired:
+                    os.killpg(running.pid, signal.SIGKILL)
+                    return "WRONG: Ctrl-C does not end it"
+                if not endless:
+                    return f"WRONG: it had not ended after {self._limit:g} s"
+                return _interrupted(running.returncode, _said(err))
+        return _ended(command, running.returncode, out, _said(err))
+
+
+def _interrupted(status: int, said: Sequence[str]) -> str:
+    """Judge a command that Ctrl-C ended."""
+    problems = _problems(said)
+    if problems or status not in {DONE, INTERRUPTED, -signal.SIGINT, 128 + signal.SIGINT}:
+        return f"WRONG: status {status}: {_last(problems or said)}"
+    return "goes on until Ctrl-C"
+
+
+def _ended(command: Command, status: int, out: bytes, said: Sequence[str]) -> str:
+    """Judge a command that ended by itself."""
+    for beginning, why in FAILS_HERE.items():
+        if command.line.startswith(beginning):
+            return f"status 1, rightly: {why}" if status == 1 else f"WRONG: status {status}, though {why}"
+    problems = _problems(said)
+    if status != DONE or problems:
+        return f"WRONG: status {status}: {_last(problems or said)}"
+    return "WRONG: nothing comes out of the pipe" if "|" in command.line and not out.strip() else ""
+
+
+def _said(err: bytes) -> list[str]:
+    return err.decode(errors="replace").strip().splitlines()
+
+
+def _problems(said: Sequence[str]) -> list[str]:
+    return [line for line in said if re.search(r"\berror:", line, re.IGNORECASE)]
+
+
+def _last(lines: Sequence[str]) -> str:
+    return lines[-1] if lines else "nothing was said"

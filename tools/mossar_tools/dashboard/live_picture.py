@@ -1,0 +1,79 @@
+"""Live picture: the seconds of a stream that the page shows, drawn as `mossar segment --plot` draws a recording."""
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.loaded import LoadedRecording
+from mossar_stream import KeyFrame, Segment
+from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.excerpt import Excerpt
+from mossar_tools.palette import Palette
+from mossar_tools.plot import draw_excerpt
+
+
+def live_picture(
+    glimpse: Glimpse,
+    poses: Mapping[str, NDArray[np.float32]],
+    level: tuple[float, str],
+    palette: Palette,
+) -> bytes:
+    """Return what there is to see of a performer as a PNG.
+
+    Args:
+        glimpse: The performer now.
+        poses: (J, 3) m, at the key frames whose pose is known, by the id of the key frame.
+        level: Strength from which key frames stand, and what to call it.
+        palette: Colours.
+    """
+    marks = [mark for mark in glimpse.marks if not mark.tentative]
+    missing = np.full((len(glimpse.skeleton), 3), np.nan, np.float32)
+    known = np.array([poses.get(mark.id, missing) for mark in marks] or [missing])
+    times = np.array([mark.time for mark in marks] or [glimpse.end])
+    whole = LoadedRecording(f"live, {glimpse.performer}", glimpse.skeleton, None, known, times)
+    target = io.BytesIO()
+    draw_excerpt(target, whole, excerpt_of(glimpse, marks, level), palette)
+    return target.getvalue()
+
+
+def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) -> Excerpt:
+    """Return what is drawn; key frames are numbered in the order of their times, as their poses are.
+
+    Args:
+        glimpse: The performer now.
+        marks: Key frames to draw, in order of time.
+        level: Strength from which they stand, and what to call it.
+    """
+    keys = [
+        KeyFrame(i, mark.time, mark.kind, mark.velocity, level[0] if mark.strength is None else mark.strength)
+        for i, mark in enumerate(marks)
+    ]
+    standing = [key for key, mark in zip(keys, marks, strict=True) if mark.standing]
+    curve = glimpse.curve
+    columns = np.stack([curve.times, curve.value, curve.ceiling, curve.floor], axis=1)
+    inside = (curve.times >= glimpse.start) & (curve.times <= glimpse.end)
+    return Excerpt(
+        start=glimpse.start,
+        end=max(glimpse.end, glimpse.start + 1e-3),
+        columns=columns[inside],
+        threshold=glimpse.threshold,
+        standing=standing,
+        fallen=[key for key, mark in zip(keys, marks, strict=True) if not mark.standing],
+        segments=[
+            Segment(0, 0, part.start, part.end, part.state, (), None)
+            for part in glimpse.stretches
+            if part.end > glimpse.start
+        ],
+        cuts=[],
+        hierarchy=sorted(
+            (key for key, mark in zip(keys, marks, strict=True) if mark.strength is not None),
+            key=lambda key: key.strength,
+        ),
+        whole=(glimpse.start, glimpse.end),
+        level=level[0],
+        level_name=f"{level[1]}\n{level[0]:.2f}",
+        about=f"the last {glimpse.end - glimpse.start:.0f} s, {len(glimpse.skeleton)} joints; "
+        f"{len(standing)} of {len(keys)} key frames stand",
+    )
