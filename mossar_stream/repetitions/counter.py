@@ -73,6 +73,8 @@ class RepetitionCounter:
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
+        self._origin = 0.0  # s, of the take
+        self._sample = self._frames = 0  # number of the open sample, and frames that it has
         self._begin()
 
     def _begin(self) -> None:
