@@ -187,7 +187,8 @@ class RepetitionCounter:
 
     def phase_news(self) -> list[PhaseEvent]:
         """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
-        time, phase = float(self._row["latest"]), self.phase()
+        phase = self.phase()
+        time = float(self._row["latest"])
         before, self._phase_told = self._phase_told, (time, phase is not None)
         if time == before[0] or (phase is None and not before[1]):
             return []
@@ -208,13 +209,15 @@ class RepetitionCounter:
         """Return where a cycle begins, samples; in a bout between passing half way back and half way out again."""
         cycle = self._row["cycle"][place]
         if place == 0 or cycle["count"] == 1:
-            return float(cycle["start"]) + 0.5
+            # Where it rests the extreme is anywhere: movements begin as long before half way as they end behind it.
+            return float(max(cycle["start"], 2 * cycle["out"] - cycle["far"])) + 0.5
         return float(self._row["cycle"][place - 1]["back"] + cycle["out"] + 1) / 2
 
     def _end_of(self, place: int) -> float:
         if place + 1 < self._row["cycles"] and self._row["cycle"][place + 1]["count"] > 1:
             return self._begin_of(place + 1)
-        return float(self._row["cycle"][place]["end"]) + 0.5
+        cycle = self._row["cycle"][place]
+        return float(min(cycle["end"], 2 * cycle["back"] - cycle["far"])) + 0.5
 
     def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
         row = self._row

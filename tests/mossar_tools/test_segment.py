@@ -264,7 +264,7 @@ def test_repetitions_are_rows_of_the_table_and_of_the_report(mossar, raises, tmp
     assert tuple(rows[0]) == (*COLUMNS, "count", "total", "period", "tempo", "amplitude")
     assert [row["count"] for row in counted] == ["1", "2", "3", "4", "5", "6"]
     assert [float(row["tempo"]) for row in counted[1:]] == pytest.approx([40] * 5, rel=0.03)
-    assert all(0.5 < float(row["duration"]) < 2 for row in counted)
+    assert [float(row["duration"]) for row in counted] == pytest.approx([1.5] * 6, abs=0.25)
     assert counted[0]["active_joints"] == "hand"
     assert {row["count"] for row in rows if row["state"] != "repetition"} == {""}
     several = tmp_path / "all.csv"
@@ -274,11 +274,9 @@ def test_repetitions_are_rows_of_the_table_and_of_the_report(mossar, raises, tmp
 
 def test_repetitions_are_told_to_people_and_drawn(mossar, raises, tmp_path):
     assert "6 repetitions, 40" in mossar("segment", raises, "--repetitions")[1]
-    numbers = [str(number).encode() for number in range(1, 7)]
-    pictures = []
+    drawn = []
     for options in ((), ("--repetitions",)):
         path = tmp_path / f"{len(options)}.svg"
         assert mossar("segment", raises, "--plot", path, *options)[0] == 0
-        pictures.append([line for line in path.read_bytes().splitlines() if line.strip().startswith(b"<!--")])
-    drawn = [line for line in pictures[1] if line not in pictures[0] or line.strip()[5:-4] in numbers]
-    assert all(any(line.strip() == b"<!-- " + number + b" -->" for line in drawn) for number in numbers)
+        drawn.append(sum(path.read_text().count(f">{number}<") for number in range(1, 7)))
+    assert drawn[1] >= drawn[0] + 6
