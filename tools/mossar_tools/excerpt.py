@@ -29,6 +29,7 @@ class Excerpt(msgspec.Struct, frozen=True):
         level_name: What to call it.
         limbs: Segments of each limb that lie in it.
         about: What the title says of it; None counts frames and key frames.
+        repetitions: Begin, end (s) and number in the bout of those in it.
     """
 
     start: float
@@ -45,6 +46,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     level_name: str
     limbs: dict[str, list[Segment]] = {}  # msgspec copies it
     about: str | None = None
+    repetitions: list[tuple[float, float, int]] = []  # the same
 
 
 def excerpt(
@@ -102,6 +104,11 @@ def excerpt(
         limbs={
             limb: _within(chosen_of(own, count).segments, start, end) for limb, own in result.limbs.items()
         },
+        repetitions=[
+            (event.start, event.end, event.count)
+            for event in result.repetitions
+            if event.start is not None and event.end is not None and start <= event.start < event.end <= end
+        ],
     )
 
 

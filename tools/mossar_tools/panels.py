@@ -16,6 +16,7 @@ MARKS = {"onset": "^", "offset": "v", "minimum": "o"}
 MARK_GAP = 0.075  # between two marks on the curve
 JOIN_GAP = 0.06  # between two joins of the tree
 CUT_GAP = 0.035
+COUNT_GAP = 0.16  # a number
 BAR = 0.025  # a segment
 _GOLDEN = 0.6180339887  # multiples of it fill 0..1 evenly
 _POINTS = 160  # of the curve, an inch
@@ -82,10 +83,25 @@ def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> No
 def draw_segments(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
     """Draw the segments coloured by state, and true cuts where they are known; as `draw_curve`."""
     said = draw_strip(axes, "segments", shown.segments, shown, width, palette)
+    said += _draw_repetitions(axes, shown, width, palette)
     if len(shown.cuts) > width / CUT_GAP:
         return [*said, f"{len(shown.cuts)} true cuts, too near to one another"]
     axes.vlines(shown.cuts, -0.15, 1.15, color=palette.truth, lw=1.6, clip_on=False, zorder=5)
     return said
+
+
+def _draw_repetitions(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
+    """Draw where repetitions begin and end, and their number in the bout."""
+    gap = (shown.end - shown.start) / width
+    if not shown.repetitions:
+        return []
+    edges = sorted({time for start, end, _ in shown.repetitions for time in (start, end)})
+    axes.vlines(edges, 0.08, 0.92, color=palette.ink, lw=0.8, ls=(0, (2, 2)), zorder=4)
+    if min(end - start for start, end, _ in shown.repetitions) < COUNT_GAP * gap:
+        return ["the numbers of repetitions"]
+    for start, end, count in shown.repetitions:
+        axes.text((start + end) / 2, 0.5, str(count), ha="center", va="center", fontsize=FONT - 1, zorder=6)
+    return []
 
 
 def draw_strip(

@@ -51,6 +51,18 @@ class NamedMove(msgspec.Struct, frozen=True):
     name: str
 
 
+class Repeated(msgspec.Struct, frozen=True):
+    """How often a movement was repeated.
+
+    Args:
+        total: In the take.
+        tempo: Cycles a minute; None if it is not known yet.
+    """
+
+    total: int
+    tempo: float | None
+
+
 class Curve(msgspec.Struct, frozen=True):
     """The velocity curve over the seconds shown, all (n,) and shares of the range but `times` in s."""
 
@@ -98,6 +110,7 @@ class Glimpse(msgspec.Struct, frozen=True):
         facts: What to say in the statistics, name and value.
         lanes: Segments of each limb within the chart.
         moves: Those recognised within the chart.
+        repeated: What was counted in this take; None if nothing was.
     """
 
     performer: str
@@ -115,3 +128,4 @@ class Glimpse(msgspec.Struct, frozen=True):
     facts: list[tuple[str, str]]
     lanes: dict[str, list[Stretch]] = {}  # msgspec copies it
     moves: list[NamedMove] = []  # the same
+    repeated: Repeated | None = None

@@ -61,6 +61,7 @@ _RULES = """
 .m-card { padding: 2px 10px 6px; }
 .m-card.state { display: flex; justify-content: space-between; align-items: baseline; padding: 8px 10px 4px; }
 .m-card .big { font-size: 22px; font-weight: 650; line-height: 1.1; }
+.m-card .count { font-size: 44px; font-weight: 650; line-height: 1; }
 .m-card table { width: 100%%; border-collapse: collapse; }
 .m-card td { padding: 1.5px 0; white-space: nowrap; } .m-card td:not(:first-child) { text-align: right; }
 .m-card th { text-align: right; font-weight: 500; color: var(--muted); padding: 0 0 2px; }

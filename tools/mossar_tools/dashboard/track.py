@@ -6,8 +6,19 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import BODY, CurveState, Event, Frames, KeyFrameEvent, MoveEvent, SegmentEvent, Skeleton
-from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
+from mossar_stream import (
+    BODY,
+    CurveState,
+    Event,
+    Frames,
+    KeyFrameEvent,
+    MoveEvent,
+    RepetitionEvent,
+    SegmentEvent,
+    Skeleton,
+    StreamEvent,
+)
+from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
 from mossar_tools.dashboard.lanes import Lanes
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
@@ -56,6 +67,7 @@ class Track:
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: OrderedDict[str, _Key] = OrderedDict()
         self._lanes = Lanes()
+        self._repeated: Repeated | None = None
 
     def take_frames(self, frames: Frames) -> None:
         """Take frames in; a pose is kept about every 1/30 s."""
@@ -70,13 +82,18 @@ class Track:
         self._poses.append((time, pose.copy()))
 
     def take_event(self, event: Event) -> None:
-        """Take news in: of the body's key frames, of limbs' segments, of moves."""
+        """Take news in: of the body's key frames, of limbs' segments, of moves, of repetitions."""
         if isinstance(event, MoveEvent):
             self._lanes.take_move(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
             self._lanes.take_segment(event)
         elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
             self._take_key_frame(event)
+        elif isinstance(event, RepetitionEvent) and event.channel == BODY:
+            known = self._repeated.tempo if self._repeated is not None and event.count != 1 else None
+            self._repeated = Repeated(event.total, known if event.tempo is None else event.tempo)
+        elif isinstance(event, StreamEvent) and event.event == "started":
+            self._repeated = None
 
     def _take_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
@@ -138,6 +155,7 @@ class Track:
             facts=facts,
             lanes=self._lanes.stretches(start),
             moves=self._lanes.moves(start),
+            repeated=self._repeated,
         )
 
     def marks(self, level: float) -> list[Mark]:
