@@ -1,7 +1,6 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -11,7 +10,7 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.intake import FLOAT32, given_positions, narrowed
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools
-from mossar_stream.errors import FrameError
+from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.limbs.groups import groups_of
@@ -29,11 +28,26 @@ MOST_POOLS = 48  # kinds of rows that are shared: skeletons, those of limbs too,
 MOST_ABSENT = 1024  # performers who made room for others and are not forgotten yet
 
 
-class Absent(NamedTuple):
+class _Absent(msgspec.Struct, frozen=True):
     """What outlasts a segmenter."""
 
     counts: dict[str, int]  # see `Segmenter.counts`
-    changes: dict[str, object]  # settings of the performer's own
+    own: Settings | None  # settings of the performer's own, as far as they are in
+    fields: tuple[str, ...]
+
+    @property
+    def changes(self) -> dict[str, object]:
+        """What the performer's own settings change."""
+        return {field: getattr(self.own, field) for field in self.fields}
+
+
+class _Lasting(msgspec.Struct, frozen=True):
+    """What a pool knows besides its segmenters."""
+
+    settings: Settings
+    level: LevelName | float
+    absent: dict[str, _Absent]
+    first_take: int
 
 
 class Performers:
@@ -72,7 +86,10 @@ class Performers:
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None, Settings], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
-        self._absent: dict[str, Absent] = {}  # in the order in which they left
+        self._absent: dict[str, _Absent] = {}  # in the order in which they left
+        self._first_take = (
+            0  # of newcomers: after all takes of those who were forgotten, so that ids stay unique
+        )
 
     def __contains__(self, performer: str) -> bool:
         return performer in self._segmenters
@@ -131,6 +148,8 @@ class Performers:
         if before is not None:
             segmenter.carry_on(before.counts)
             segmenter.change(**before.changes)
+        elif self._first_take:
+            segmenter.carry_on({**segmenter.counts, "take": self._first_take})
         self._segmenters[name] = segmenter
         return events
 
@@ -181,10 +200,11 @@ class Performers:
         segmenter = self._segmenters[name]
         events = self.remove(name, reason)
         own, common = (msgspec.structs.asdict(settings) for settings in (segmenter.settings, self.settings))
-        changes = {field: value for field, value in own.items() if value != common[field]}
-        self._absent[name] = Absent(segmenter.counts, changes)
+        fields = tuple(field for field, value in own.items() if value != common[field])
+        self._absent[name] = _Absent(segmenter.counts, segmenter.settings if fields else None, fields)
         if len(self._absent) > MOST_ABSENT:
-            del self._absent[next(iter(self._absent))]
+            forgotten = self._absent.pop(next(iter(self._absent)))
+            self._first_take = max(self._first_take, forgotten.counts["take"])
         return events
 
     def _pools_for(self, skeleton: Skeleton, fps: float | None, settings: Settings) -> Pools:
@@ -312,13 +332,32 @@ class Performers:
         """Return what all segmenters know, by performer."""
         return {name: segmenter.snapshot() for name, segmenter in self._segmenters.items()}
 
-    def restore(self, blobs: Mapping[str, bytes]) -> None:
+    def lasting(self) -> bytes:
+        """Return what the pool knows besides: settings as they are now, and the takes of those who made room."""
+        return msgspec.msgpack.encode(_Lasting(self._settings, self._level, self._absent, self._first_take))
+
+    def restore(self, blobs: Mapping[str, bytes], lasting: bytes = b"") -> None:
         """Go on where the segmenters of a snapshot were, in place of those that are here.
+
+        Args:
+            blobs: Of `snapshot`.
+            lasting: Of `lasting`, at the same time; nothing to keep the settings that there are.
 
         Raises:
             SnapshotError: If one of them is damaged; nothing is changed then.
         """
-        self._segmenters = {name: Segmenter.restore(blob) for name, blob in blobs.items()}
+        segmenters = {name: Segmenter.restore(blob) for name, blob in blobs.items()}
+        if lasting:
+            try:
+                known = msgspec.msgpack.decode(lasting, type=_Lasting)
+                Plan(ANYBODY, known.settings, None)
+                known.settings.strength(known.level)
+            except (msgspec.MsgspecError, SettingsError, ValueError) as error:
+                raise SnapshotError(f"the snapshot's settings cannot be read: {error}") from None
+            self._settings, self._level, self._first_take = known.settings, known.level, known.first_take
+            self._absent = dict(known.absent)
+            self._pools.clear()
+        self._segmenters = segmenters
 
     @property
     def level(self) -> LevelName | float:

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.algorithm.window import NOT_KEPT
 from mossar_stream.engine.plan import Plan
+from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
 from mossar_stream.similarity import protocol as similarity
+
+MOST_WAITING = 100_000  # candidates without a verdict
 
 
 def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
@@ -24,8 +27,12 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     if state["clock"]["open"] == 0:
         return True  # a new take sets everything
     undecided = int(state["window"]["undecided"])
+    # Every key frame of the take was a candidate, and waits for its verdict for a second or two.
+    candidates = int(state["window"]["ordinal"]) if plan.settings.similarity == "evidence" else 0
     limits = {
         ("clock", "open"): (1, 1),
+        ("joints", "moving"): (1, shape.joints),  # costs are divided by it
+        ("joints", "arrived"): (0, 1),
         ("velocity", "head"): (0, shape.ring - 1),
         ("velocity", "filled"): (0, shape.ring),
         ("average", "head"): (0, max(0, shape.smoothing_window - 1)),
@@ -33,8 +40,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
         ("cycles", "poses"): (0, 2**60),
-        ("cycles", "candidates"): (0, 2**60),
-        ("cycles", "judged"): (0, int(state["cycles"]["candidates"])),
+        ("cycles", "candidates"): (candidates, candidates),
+        ("cycles", "judged"): (max(0, candidates - MOST_WAITING), candidates),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),
@@ -43,6 +50,9 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     }
     within = (low <= int(state[record][name]) <= high for (record, name), (low, high) in limits.items())
     if state["curve"]["found"]["happened"] != 0 or not all(within):
+        return False
+    live = region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
+    if not np.isin(live, (0.0, 1.0)).all():
         return False
     return _slots_are_shared_out(row, plan) and _keys_follow_each_other(row, plan)
 

@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from mossar_stream import FrameError, Frames, Performers, Segmenter, Settings, SettingsError, Skeleton
+from mossar_stream import (
+    FrameError,
+    Frames,
+    Performers,
+    Segmenter,
+    Settings,
+    SettingsError,
+    Skeleton,
+    SnapshotError,
+)
 
 SETTINGS = Settings(range_floor=0.01, window=0.05)
 
@@ -83,6 +92,42 @@ def test_who_had_to_make_room_goes_on_with_the_next_take_and_its_own_settings(co
     assert pool["bob"].settings == pool.settings
     pool.announce("ann", core.skeleton(4))
     assert pool["ann"].settings == pool.settings.replace(sig_threshold=0.4)
+
+
+def test_ids_stay_unique_when_those_who_made_room_are_forgotten(core, monkeypatch):
+    monkeypatch.setattr("mossar_stream.performers.MOST_ABSENT", 2)
+    pool = Performers(SETTINGS, most=1)
+    names = ["ann", "bob", "ann", "eve", "joe", "sue", "ann", "bob"]
+    takes = []
+    for name in names:
+        pool.announce(name, core.skeleton(4))
+        started, *_ = pushed(pool, core, name, 0, slice(0, 50))
+        takes.append((name, started.take))
+    assert len(set(takes)) == len(names), takes
+    assert [take for name, take in takes if name == "ann"][1] == 1
+
+
+def test_a_pool_that_goes_on_knows_its_settings_and_who_made_room(core):
+    pool = Performers(SETTINGS, most=2)
+    for name in ("ann", "bob"):
+        pool.announce(name, core.skeleton(4))
+        pushed(pool, core, name, 0, slice(0, 50))
+    pool.change(sig_threshold=0.3)
+    pool.change("ann", window=0.4)
+    pool.level = 0.7
+    pool.announce("eve", core.skeleton(4))  # in place of ann
+    again = Performers(SETTINGS, most=2)
+    again.restore(pool.snapshot(), pool.lasting())
+    assert again.settings == pool.settings != SETTINGS
+    assert again.names == pool.names
+    again.announce("ann", core.skeleton(4))
+    assert again["ann"].settings == pool.settings.replace(window=0.4)
+    assert again["ann"].take == 1
+    again.announce("joe", core.skeleton(4))
+    assert again["joe"].settings == pool.settings
+    with pytest.raises(SnapshotError, match="settings cannot be read"):
+        again.restore({}, b"\x00damaged")
+    assert again.names == ("ann", "joe")
 
 
 def test_at_least_one_performer_is_followed():

@@ -10,13 +10,14 @@ from mossar_stream import (
     Event,
     KeyFrameEvent,
     MoveEvent,
+    PhaseEvent,
     RepetitionEvent,
     SegmentEvent,
     StatsEvent,
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, MoveEvent, StreamEvent, StatsEvent)
+_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, PhaseEvent, MoveEvent, StreamEvent, StatsEvent)
 _OF_LIMBS = ("channel", "limb")
 
 

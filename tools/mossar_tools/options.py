@@ -146,7 +146,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
 
 def _separated(arguments: Sequence[str]) -> Iterator[str]:
     """Yield the arguments, `--limbs` as `--limbs=` where what comes after it is not its value but a source."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
         yield "--limbs=" if argument == "--limbs" and not _GROUPS.match(following) else argument
 
 

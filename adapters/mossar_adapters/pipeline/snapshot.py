@@ -13,7 +13,7 @@ import msgspec
 
 from mossar_stream import SnapshotError
 
-VERSION = 1
+VERSION = 2
 MAX_BYTES = 1 << 28  # a performer takes a quarter of a megabyte
 
 
@@ -39,6 +39,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         complete: Whether all sources ended by themselves: then there is nothing to go on with.
         sources: How far each source was read.
         performers: Snapshot of each performer's segmenter.
+        pool: What the pool knows besides: settings that control changed, takes of those who made room for others.
         sinks: Bytes written, for sinks that can go on there.
     """
 
@@ -46,6 +47,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     complete: bool
     sources: tuple[Position, ...] = ()
     performers: dict[str, bytes] = {}
+    pool: bytes = b""
     sinks: dict[str, int | None] = {}
 
 

@@ -159,7 +159,7 @@ class Upkeep:
             raise SnapshotError(f"the snapshot is of other sources ({names}); delete it to start anew")
         if snapshot.settings != msgspec.json.encode(pipeline.settings):
             raise SnapshotError("the snapshot was made with other settings; delete it to start anew")
-        pipeline.pool.restore(snapshot.performers)
+        pipeline.pool.restore(snapshot.performers, snapshot.pool)
         pipeline.naming.resume(snapshot.sources)
         for feed, position in zip(pipeline.feeds, snapshot.sources, strict=True):
             skip = getattr(feed.source, "resume", None)
@@ -180,6 +180,7 @@ class Upkeep:
                 complete=complete,
                 sources=pipeline.naming.positions(),
                 performers=pipeline.pool.snapshot(),
+                pool=pipeline.pool.lasting(),
                 sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
             )
             write_snapshot(self._path, snapshot)

@@ -37,7 +37,7 @@ def lines(path):
     return path.read_bytes().decode().splitlines()
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(50))
 def test_no_more_is_lost_than_the_disk_lost_and_that_is_said(stage, tmp_path, caplog, seed):
     rng = random.Random(seed)
     (tmp_path / "whole").mkdir()

@@ -36,6 +36,31 @@ def test_a_run_that_ended_is_complete_and_the_next_starts_anew(stage, tmp_path):
     assert run(stage, tmp_path / "state") == first
 
 
+def test_settings_that_control_changed_hold_after_a_restart_too(stage, tmp_path):
+    def changed(path, *, stop_after=None):
+        found = read_snapshot(path)
+        pipeline = Pipeline(
+            [RecordingSource(stage.recording())],
+            [stage.Collected()],
+            upkeep=Upkeep(snapshot=path),
+            resume=found,
+        )
+        if stop_after is not None:
+            pipeline.set({"sig_threshold": 0.07, "level": 0.4})
+            seen = iter(range(stop_after))
+            push = pipeline.pool.push
+            pipeline.pool.push = lambda frames: (next(seen, None) is None and pipeline.stop()) or push(frames)
+        pipeline.run()
+        return pipeline.pool
+
+    changed(tmp_path / "state", stop_after=2)
+    pool = changed(tmp_path / "state")
+    assert (pool.settings.sig_threshold, pool.settings.level) == (0.07, 0.4)
+    pool.announce("new", stage.meta().skeleton)
+    assert pool["new"].settings == pool.settings
+    assert pool["p1"].settings.sig_threshold == 0.07
+
+
 def test_other_settings_or_sources_are_refused(stage, tmp_path):
     run(stage, tmp_path / "state", stop_after=1)
     snapshot = read_snapshot(tmp_path / "state")
