@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
+from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
@@ -24,7 +24,6 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
-NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -374,11 +373,9 @@ class Segmenter:
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        row = self._row
+        row, following = self._row, self._followers.snapshot()
         row.pending = engine.take_pending(row)
-        return pack_snapshot(
-            row.plan, row.name, self._level, row.pending, row.memory[0], self._followers.snapshot()
-        )
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":

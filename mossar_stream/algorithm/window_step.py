@@ -31,7 +31,7 @@ from mossar_stream.algorithm.open_segment import (
 )
 from mossar_stream.algorithm.pose_history import MARK, SPEED_OFFSET, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN
-from mossar_stream.algorithm.row import ROW, Shape
+from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, forget_candidate
 from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
@@ -83,16 +83,6 @@ TOLD, UNTOLD = np.int64(1), np.int64(0)
 LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all verdicts are due
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
-
-
-def new_scratch(shape: Shape) -> NDArray[np.uint8]:
-    """Return the bytes of a `Scratch`, shared by all rows of a shape.
-
-    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
-    """
-    window, slot, joints = shape.window, shape.slot, shape.padded_joints
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
-    return np.zeros(8 * numbers, np.uint8)
 
 
 @entry_point(makes_arrays=False)

@@ -19,6 +19,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 

@@ -20,7 +20,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     SegmentEvent,
 )
-from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
@@ -163,3 +163,20 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
             )
         events.append(event)
     return events
+
+
+@inline_kernel
+def find_active(paths, active):
+    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
+    for place in range(PATH_JOINTS):
+        active[place] = NO_JOINT
+    least = 0.0
+    for j in range(len(paths)):
+        if paths[j] > least:
+            place = PATH_JOINTS - 1
+            while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
+                active[place] = active[place - 1]
+                place -= 1
+            active[place] = j
+            last = active[PATH_JOINTS - 1]
+            least = paths[last] if last != NO_JOINT else 0.0

@@ -40,7 +40,7 @@ def make_store(
     write_joints(store, _joint_records(theirs, streamed))
     for t, example in enumerate(examples):
         poses = example_poses(example, len(shown), ours, numbers)
-        write_example(store, t, names.index(example.name), poses, _path(poses))
+        write_example(store, t, names.index(example.name), poses, path_of(poses))
     return store
 
 
@@ -78,7 +78,8 @@ def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers:
     return poses
 
 
-def _path(poses: NDArray[np.float32]) -> NDArray[np.float64]:
+def path_of(poses: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the length of the path up to each pose, (n,) m."""
     steps = np.linalg.norm(np.diff(poses.astype(np.float64), axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
