@@ -106,6 +106,17 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
         guard.is_busy = False
 
 
+def push_short(
+    row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None = None
+) -> list[Event]:
+    """Take frames in as `push` does, by `push_frame` where it is one of a take that goes on."""
+    if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
+        events = push_frame(row, positions, times)
+        if events is not None:
+            return events
+    return push(row, positions, times, first_frame)
+
+
 def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
     """Take as many frames of each of many performers in, pool by pool, and return the events they cause.
 

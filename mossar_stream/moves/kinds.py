@@ -9,13 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.bank import example_poses, make_store, path_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
 from mossar_stream.moves.lanes import padded
-from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, warped
-from mossar_stream.moves.recogniser import ROWS, open_store
+from mossar_stream.moves.recogniser import compare_with_all
 from mossar_stream.skeleton import Skeleton
 
 APART = -0.5  # natural logarithm of the mean cost between two kinds
@@ -46,18 +44,6 @@ def _costs(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.float6
         compare_with_all(store, poses, path_of(poses), row)
     logs = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
     return (logs + logs.T) / 2
-
-
-@entry_point
-def compare_with_all(store, poses, path, costs):
-    """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
-    bank = open_store(store)
-    room, rows = bank.room, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
-    for t in range(bank.examples.size):
-        at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
-        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)
 
 
 def _joined(costs: NDArray[np.float64]) -> list[list[int]]:

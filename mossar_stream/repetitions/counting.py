@@ -217,8 +217,12 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
-                before = _write(header, samples, component, proposed, oldest, before, True)
-        before = _write(header, samples, component, cycles[:, i], oldest, before, False)
+                before = _write(header, samples, component, proposed, oldest, before)
+                row = header.cycle[
+                    header.cycles - 1
+                ]  # what was not alike does not say when it passes half way
+                row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
+        before = _write(header, samples, component, cycles[:, i], oldest, before)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
     if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
@@ -241,7 +245,7 @@ def _missed(scores, cycle, begin):
 
 
 @kernel
-def _write(header, samples, component, cycle, oldest, before, missed):
+def _write(header, samples, component, cycle, oldest, before):
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
@@ -259,8 +263,6 @@ def _write(header, samples, component, cycle, oldest, before, missed):
         header.changed = place
     row.start, row.far, row.end = start, far, end
     _measure(header, samples, component, cycle, oldest, row)
-    if missed:  # what was not alike does not say when it passes half way
-        row.out, row.back = start + 0.25 * (end - start), start + 0.75 * (end - start)
     row.count = 1
     if place > 0:
         last = header.cycle[place - 1]

@@ -14,12 +14,12 @@ from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event
-from mossar_stream.followers import Followers
 from mossar_stream.frames import Frames, constant_times, performer_name
-from mossar_stream.limbs.groups import groups_of
-from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.segmenter.followers import Followers
+from mossar_stream.segmenter.limbs import Limbs, together
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
