@@ -240,21 +240,14 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames = given_positions(positions)
-    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
-        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
-    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
-    if len(skeleton) != frames.shape[1]:
-        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    frames, skeleton = _checked(positions, skeleton)
     if times is None and fps is None:
         raise ValueError("segment_recording needs fps or times")
     moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     chosen = settings or Settings()
-    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
-    if frames.dtype is not FLOAT32 or origin.any():
-        frames = less(frames, origin, np.empty(frames.shape, np.float32))
+    frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
@@ -272,6 +265,25 @@ def segment_recording(
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result
+
+
+def _checked(positions: ArrayLike, skeleton: Skeleton | None) -> tuple[NDArray[Any], Skeleton]:
+    """Return the positions as an array, and the skeleton that they have."""
+    frames = given_positions(positions)
+    if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
+        raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+    skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
+    if len(skeleton) != frames.shape[1]:
+        raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
+    return frames, skeleton
+
+
+def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
+    """Return positions in single precision, relative to where the performer is first seen; see intake.py."""
+    origin, _ = place_of(positions, center)
+    if positions.dtype == FLOAT32 and not origin.any():
+        return positions
+    return less(positions, origin, np.empty(positions.shape, np.float32))
 
 
 def _push_all(
