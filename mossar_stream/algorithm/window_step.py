@@ -86,10 +86,7 @@ REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
 
 def new_scratch(shape: Shape) -> NDArray[np.uint8]:
-    """Return the bytes of a `Scratch`, shared by all rows of a shape.
-
-    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
-    """
+    """Return a `Scratch` for all rows of a shape; bytes as these are, or numba would compile everything twice."""
     window, slot, joints = shape.window, shape.slot, shape.padded_joints
     numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)
