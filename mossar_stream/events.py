@@ -171,6 +171,23 @@ class RepetitionEvent(
     decided_time: float
 
 
+class PhaseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="phase", kw_only=True, gc=False):
+    """Where in the cycle of a repeated movement a frame is (setting `phase`); every frame of a bout has one.
+
+    Args:
+        channel: What repeats, as of `RepetitionEvent`.
+        time: Of the frame, s on the source's clock.
+        phase: 0 to 1 from where cycles begin; None once, when nothing repeats any more.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    take: int
+    channel: str
+    time: float
+    phase: float | None
+
+
 class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True, gc=False):
     """A take started or ended, or frames stopped and came back."""
 
@@ -230,7 +247,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     latency_p99_ms: float | None = None
 
 
-Event = KeyFrameEvent | SegmentEvent | MoveEvent | RepetitionEvent | StreamEvent | StatsEvent
+Event = KeyFrameEvent | SegmentEvent | MoveEvent | RepetitionEvent | PhaseEvent | StreamEvent | StatsEvent
 
 _encoder = msgspec.json.Encoder()
 

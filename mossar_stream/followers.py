@@ -40,6 +40,7 @@ class Followers:
         self.counter: RepetitionCounter | None = None
         self.limbs: Limbs | None = None
         self._new_limbs = new_limbs
+        self._tells_phase = row.plan.given.repetitions and row.plan.given.phase
         self._renew_counter(row)
         self._renew_limbs(row)
 
@@ -72,6 +73,7 @@ class Followers:
         if (given.repetitions, given.max_pause) != (before.repetitions, before.max_pause):
             events += [] if self.counter is None else self.counter.end_take()
             self._renew_counter(row)
+        self._tells_phase = given.repetitions and given.phase
         if given.limbs != before.limbs:
             if self.limbs is not None:
                 events += self.limbs.end_take()
@@ -91,7 +93,12 @@ class Followers:
         Returns:
             Whether that is so; if not, `push` must be called.
         """
-        if self.counter is None or self.recognition is not None or self.limbs is not None:
+        if (
+            self.counter is None
+            or self._tells_phase
+            or self.recognition is not None
+            or self.limbs is not None
+        ):
             return False
         return self.counter.hold(position, time)
 
@@ -110,6 +117,18 @@ class Followers:
             times: (n,) s.
             first_frame: Number of the first frame; None to count on.
         """
+        if self.counter is None or not self._tells_phase:
+            return self._push_all(row, positions, times, first_frame)
+        events: list[Event] = []
+        for i in range(len(times)):
+            number = None if first_frame is None else first_frame + i
+            events += self._push_all(row, positions[i : i + 1], times[i : i + 1], number)
+            events += self.counter.phase_news()
+        return events
+
+    def _push_all(
+        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
         if self.recognition is not None:
             return self._push_and_recognise(self.recognition, row, positions, times, first_frame)
         return self._push_channels(row, positions, times, first_frame)
@@ -123,8 +142,12 @@ class Followers:
         first_frame: int | None,
     ) -> list[Event]:
         """Take frames in; what is said of moves comes right after the events of the same frame."""
-        events: list[Event] = []
-        begin, count = 0, len(times)
+        count = len(times)
+        if count == 1:
+            stop = recognition.follow(positions, times, 0)
+            events = self._push_channels(row, positions, times, first_frame)
+            return events if stop else [*events, *recognition.news(int(row.clock["take"]))]
+        events, begin = [], 0
         while begin < count or not begin:
             stop = recognition.follow(positions, times, begin)
             end = min(stop + 1, count)

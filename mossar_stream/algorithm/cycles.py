@@ -21,11 +21,11 @@ from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, POSE_X, place
 
 SPACING = 0.1  # s between the poses
 MARGIN = 1e-4  # s, for the rounding of timestamps
-LAGS = 36  # longest lag, poses
-PLACES = 40  # for LAGS + 1 poses, padded so that loops over them vectorise
+LAGS = 61  # longest lag, poses
+PLACES = 64  # for LAGS + 1 poses, padded so that loops over them vectorise
 SHORTEST_LAG = 4  # a repetition is not shorter
-LONGEST_WINDOW, SHORTEST_WINDOW = 18, 10  # poses; half the lag between them
-DEEP, CERTAIN = 0.6, 0.3  # normalised distance at the period, to stay in cycles and to enter them
+LONGEST_WINDOW, SHORTEST_WINDOW = 45, 10  # poses; three quarters of the lag between them
+DEEP, CERTAIN = 0.6, 0.25  # normalised distance at the period, to stay in cycles and to enter them
 STILL = 0.05  # mean squared distance, in A², below which nothing is repeated
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5  # s
@@ -110,7 +110,7 @@ def _take_pose(cycles, body, joints):
 @kernel
 def keep_in_cycles(cycles, body, j):
     """Let a joint have been where it is now in all poses that are kept."""
-    for axis in range(3):
+    for axis in range(len(cycles.poses)):  # none without evidence
         cycles.poses[axis, j] = body[place(j) + POSE_X + axis * PAGE]
 
 
@@ -157,7 +157,7 @@ def _sum_distances(cycles):
     for lag in range(LAGS + 1):
         sums[lag] = 0.0
     for back in range(1, min(LONGEST_WINDOW, poses) + 1):
-        shortest = 2 * back if back > SHORTEST_WINDOW else 1
+        shortest = (4 * back + 2) // 3 if back > SHORTEST_WINDOW else 1
         line = cycles.distances[(poses - back) % LONGEST_WINDOW, shortest : min(LAGS, poses - back) + 1]
         _add_line(sums[shortest:], line)
 
@@ -171,7 +171,7 @@ def _add_line(sums, line):
 @inline_kernel
 def _window(lag):
     """Return over how many poses the distances at a lag are averaged."""
-    return max(lag // 2, SHORTEST_WINDOW)
+    return max(3 * lag // 4, SHORTEST_WINDOW)
 
 
 @inline_kernel

@@ -44,6 +44,7 @@ TURNED = -0.1  # correlation of successive displacements below which they are no
 BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
+SLOWEST_OF_EVIDENCE = 0.025  # s, the same where evidence weighs what is left: minima stay where they are
 UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
 BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
 SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
@@ -110,16 +111,16 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
         else:
             recent.squares = 0.0  # nothing can be compared with this displacement
         recent.time = 0.0
-    if plan.evidence == 1:  # which is weighed against the noise, instead of smoothed
-        noise.floor = 0.0
-        return displacement
     loudness = noise.estimate * plan.window * plan.noise_margin
     line = plan.theta * max(largest, plan.range_floor)
-    if dt <= 0.0 or not loudness > line:  # it does not come too near to the threshold line
-        noise.floor = 0.0
+    noise.floor = 0.0
+    # It does not come too near to the threshold line, or it is the performer who moves.
+    if dt <= 0.0 or not loudness > line or (plan.evidence == 1 and not _is_turning(recent)):
         noise.smooth = 0
         return displacement
-    share = _share(loudness, line, dt)
+    if plan.evidence == 1:  # small movements must not be silenced: what is left of the noise is weighed
+        return _smooth(noise, body, displacement, _share(loudness, line, dt, SLOWEST_OF_EVIDENCE))
+    share = _share(loudness, line, dt, SLOWEST)
     noise.floor = loudness * share / np.sqrt(2.0 - share) / plan.theta
     return _smooth(noise, body, displacement, share)
 
@@ -168,7 +169,7 @@ def _listen(noise, turned, displacement):
     recent.path = keep * (recent.path + displacement)
     recent.turn = keep * (recent.turn + turned * time)
     noise.heard += time
-    is_noise = recent.turn < TURNED * recent.span
+    is_noise = _is_turning(recent)
     if is_noise:
         noise.known = 1
     if is_noise or (noise.known == 0 and noise.heard < BEGINNING):
@@ -178,14 +179,20 @@ def _listen(noise, turned, displacement):
         noise.estimate = 0.0
 
 
+@inline_kernel
+def _is_turning(recent):
+    """Tell whether joints keep turning back."""
+    return recent.turn < TURNED * recent.span
+
+
 @kernel
-def _share(loudness, line, dt):
+def _share(loudness, line, dt, slowest):
     """Return the weight of the newest displacement that leaves as little noise as the line allows.
 
-    A weight of a leaves a/√(2 - a) of the path of white noise.
+    A weight of a leaves a/√(2 - a) of the path of white noise; `slowest` is the longest time constant, s.
     """
     k = (line / loudness) ** 2
-    return max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
+    return max(dt / (dt + slowest), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
 
 
 @kernel

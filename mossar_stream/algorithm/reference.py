@@ -191,7 +191,7 @@ def remerge(
     while kept:  # line 3
         bounds = [first, *kept, last]
         costs = [cost(*bounds[i : i + 3]) for i in range(len(kept))]  # lines 8 and 9
-        x = int(np.argmin(costs))  # lines 10 to 12
+        x = costs.index(min(costs))  # lines 10 to 12
         strength = max(strength, costs[x])
         removed.append((kept.pop(x), strength))  # line 17
     return removed

@@ -13,6 +13,8 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
 from mossar_stream.similarity import protocol as similarity
 
+MOST_WAITING = 100_000  # candidates without a verdict
+
 
 def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     """Tell whether all indices in a row point into it.
@@ -25,6 +27,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     if state["clock"]["open"] == 0:
         return True  # a new take sets everything
     undecided = int(state["window"]["undecided"])
+    # Every key frame of the take was a candidate, and waits for its verdict for a second or two.
+    candidates = int(state["window"]["ordinal"]) if plan.settings.similarity == "evidence" else 0
     limits = {
         ("clock", "open"): (1, 1),
         ("joints", "moving"): (1, shape.joints),  # costs are divided by it
@@ -36,8 +40,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
         ("cycles", "poses"): (0, 2**60),
-        ("cycles", "candidates"): (0, 2**60),
-        ("cycles", "judged"): (0, int(state["cycles"]["candidates"])),
+        ("cycles", "candidates"): (candidates, candidates),
+        ("cycles", "judged"): (max(0, candidates - MOST_WAITING), candidates),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),

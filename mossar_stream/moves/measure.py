@@ -21,6 +21,8 @@ DIRECTIONS = POINTS - 1
 REACH = 2  # directions by which warping may go astray
 LEAST = np.float32(0.05)  # mean of 1 - cos that no two performances go below
 SIZE_FREE = 1.1  # by which sizes may differ at no cost
+CARRIED_FREE = 1.25  # the same for how far the centre of the body is carried
+CARRIED_LEAST = np.float32(0.1)  # m, that is added to both: less is sway
 NEVER = np.float32(1e30)
 
 
@@ -101,14 +103,27 @@ def _box(points, low, box):
 
 @inline_kernel
 def correction(found, box, shares, size):
-    """Return what the directions' cost is multiplied by: shares, boxes and sizes that differ."""
+    """Return what the directions' cost is multiplied by: shares, boxes and sizes that differ, and the body's own way.
+
+    Of the centre's way the boxes say little, because all other joints are relative to it; but whoever ducks or jumps
+    carries the whole body, and whoever kicks or swings the arms does not.
+    """
     shares = max(line_product(found.shares, shares), np.float32(1e-3))
     boxes = max(line_product(found.box, box), np.float32(1e-3))
     ratio = found.size[0] / size
     ratio = max(ratio, np.float32(1.0) / max(ratio, np.float32(1e-6))) / np.float32(SIZE_FREE)
     sizes = np.sqrt(np.sqrt(max(ratio, np.float32(1.0))))
+    carried = (_extent_of_centre(found.box) * found.size[0] + CARRIED_LEAST) / (
+        _extent_of_centre(box) * size + CARRIED_LEAST
+    )
+    carried = max(carried, np.float32(1.0) / carried) / np.float32(CARRIED_FREE)
     squares = shares * boxes * boxes
-    return sizes / (squares * squares)
+    return sizes * max(carried, np.float32(1.0)) / (squares * squares)
+
+
+@inline_kernel
+def _extent_of_centre(box):
+    return np.sqrt(box[0] * box[0] + box[1] * box[1] + box[2] * box[2])
 
 
 @kernel

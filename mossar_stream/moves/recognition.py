@@ -1,5 +1,6 @@
 """Recognition: a performer's frames in, move events out."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from mossar_stream.moves.recogniser import (
     recognise,
     state_of,
 )
+from mossar_stream.moves.track import LATE, TICK
 from mossar_stream.skeleton import Skeleton
 
 WHOLE_BODY = "body"
@@ -48,6 +50,9 @@ class Recognition:
         self._joints = int(self.store[:8].view(np.int64)[0])
         self._memory = new_memory(self._joints)
         self._state: Any = state_of(self._memory)
+        self._track: Any = self._state["track"]
+        self._latest = -math.inf  # s, of the last pose
+        self._see()
 
     @property
     def bytes_taken(self) -> int:
@@ -62,8 +67,16 @@ class Recognition:
             times: (n,) s.
             begin: First frame to take in.
         """
+        count = len(times)
+        if count == 1 and begin == 0 and -LATE <= times[0] - self._latest < TICK:
+            return 1  # no pose is due, as the kernel would say after more time
         stop: int = recognise(self._memory, self.store, positions, times, begin)
+        self._see()
         return stop
+
+    def _see(self) -> None:
+        """Note when the last pose was."""
+        self._latest = float(self._track["time"]) if self._track["poses"] else -math.inf
 
     def news(self, take: int) -> list[MoveEvent]:
         """Return the events of the frame that `follow` stopped at.
@@ -88,6 +101,7 @@ class Recognition:
         number = int(state["found"]["number"])
         self._memory[:] = new_memory(self._joints)
         state["found"]["number"] = number
+        self._see()
         return events
 
     def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:
@@ -125,6 +139,7 @@ class Recognition:
         if not _is_sound(memory, len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self._memory[:] = memory
+        self._see()
 
 
 def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:

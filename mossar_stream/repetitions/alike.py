@@ -11,10 +11,11 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS
 
 POSTURES = 9
-LONGEST_RATIO = 2.5  # of the durations of neighbours
+SHORTEST = 4  # samples, of a cycle
+LONGEST_RATIO = 2.0  # of the durations of neighbours
 LEAST_AMPLITUDE_RATIO = 0.4
-LEAST_AGREEMENT = 0.3  # of two neighbours
-ENOUGH = 0.6  # of a run's pairs together
+LEAST_AGREEMENT = 0.23  # of two neighbours
+ENOUGH = 0.8  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
 MUCH = 1.8  # or as much of a run's pairs together
 
@@ -114,34 +115,72 @@ def _pair(scores, cycles, i):
     other = cycles[2, i + 1] - cycles[0, i + 1]
     if max(one, other) > LONGEST_RATIO * min(one, other):
         return False
+    if min(one, other) < SHORTEST:
+        return False
     a = abs(scores[cycles[1, i]] - 0.5 * (scores[cycles[0, i]] + scores[cycles[2, i]]))
     b = abs(scores[cycles[1, i + 1]] - 0.5 * (scores[cycles[0, i + 1]] + scores[cycles[2, i + 1]]))
     return min(a, b) >= LEAST_AMPLITUDE_RATIO * max(a, b)
 
 
 @kernel
-def keep_alike(samples, component, cycles, count):
+def describe_all(samples, component, cycles, count, shapes):
+    """Describe cycles; `shapes` is (SAMPLES // 2, POSTURES, COMPONENTS) float32, out."""
+    for i in range(count):
+        describe(samples, component, cycles[:, i], shapes[i])
+
+
+@kernel
+def alternation(cycles, count, shapes):
+    """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
+    better, triples = 0.0, 0
+    for i in range(count - 2):
+        if cycles[2, i] == cycles[0, i + 1] and cycles[2, i + 1] == cycles[0, i + 2]:
+            better += agreement(shapes[i], shapes[i + 2])
+            better -= 0.5 * (agreement(shapes[i], shapes[i + 1]) + agreement(shapes[i + 1], shapes[i + 2]))
+            triples += 1
+    return better / triples if triples > 1 else 0.0
+
+
+@kernel
+def join_pairs(scores, cycles, count, first, joined):
+    """Write cycles joined two by two from one of them on; return how many there are."""
+    made, i = 0, first
+    while i + 1 < count:
+        if cycles[2, i] != cycles[0, i + 1]:
+            i += 1
+            continue
+        start, one, other = cycles[0, i], cycles[1, i], cycles[1, i + 1]
+        joined[0, made], joined[2, made] = start, cycles[2, i + 1]
+        farther = abs(scores[one] - scores[start]) >= abs(scores[other] - scores[start])
+        joined[1, made] = one if farther else other
+        made += 1
+        i += 2
+    return made
+
+
+@kernel
+def keep_alike(scores, cycles, count, shapes):
     """Keep the cycles of runs that agree enough.
+
+    Args:
+        scores: Of the component whose turning points these are.
+        cycles: (3, SAMPLES), in and out.
+        count: How many there are.
+        shapes: Their descriptions.
 
     Returns:
         How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
         a movement repeats.
     """
     kept, covered, i, clear = 0, 0.0, 0, False
-    scores = samples.scores[component]
-    one = np.empty((POSTURES, COMPONENTS), np.float32)
-    other = np.empty((POSTURES, COMPONENTS), np.float32)
     while i < count:
-        describe(samples, component, cycles[:, i], one)
         j, agreed, strongest = i, 0.0, 0.0
         while j + 1 < count and _pair(scores, cycles, j):
-            describe(samples, component, cycles[:, j + 1], other)
-            alike = agreement(one, other)
+            alike = agreement(shapes[j], shapes[j + 1])
             if alike < LEAST_AGREEMENT:
                 break
             agreed += alike
             strongest = max(strongest, alike)
-            one[:] = other
             j += 1
         if j > i and agreed >= ENOUGH:
             clear |= strongest >= STRONG or agreed >= MUCH
@@ -155,7 +194,7 @@ def keep_alike(samples, component, cycles, count):
 
 
 @kernel
-def dwelling(scores, n, cycles, count):
+def dwelling(scores, cycles, count):
     """Return how much longer cycles dwell where they begin than at their other extreme, from -1 to 1."""
     home, far = 0, 0
     for i in range(count):
@@ -165,3 +204,17 @@ def dwelling(scores, n, cycles, count):
             home += share < 0.25
             far += share > 0.75
     return (home - far) / max(home + far, 1)
+
+
+@kernel
+def homing(samples, cycles, count):
+    """Return how much nearer to home cycles begin than at their other extreme, from -1 to 1."""
+    begin, far = 0.0, 0.0
+    for i in range(count):
+        one = other = np.float32(0.0)
+        for k in range(COMPONENTS):
+            one += (samples.scores[k, cycles[0, i]] - samples.home_scores[k]) ** 2
+            other += (samples.scores[k, cycles[1, i]] - samples.home_scores[k]) ** 2
+        begin += np.sqrt(one)
+        far += np.sqrt(other)
+    return (far - begin) / max(begin + far, 1e-9)

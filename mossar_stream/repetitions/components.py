@@ -56,7 +56,7 @@ def _begin_axes(samples, n):
 
 @kernel
 def _project(samples, n):
-    """Set the centred scores of the window in the order of the ring."""
+    """Set the centred scores of the window, in the order of the ring, and of the pose of home."""
     for k in range(COMPONENTS):
         row = samples.scores[k]
         row[:n] = np.float32(0.0)
@@ -71,6 +71,10 @@ def _project(samples, n):
         total /= np.float32(n)
         for i in range(n):
             row[i] -= total
+        home = -total
+        for j in range(samples.pose.size):
+            home += samples.axes[k, j] * samples.home[j]
+        samples.home_scores[k] = home
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import RepetitionEvent, RepetitionStatus
+from mossar_stream.events import PhaseEvent, RepetitionEvent, RepetitionStatus
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
 from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, STRIDE, length, start
 from mossar_stream.skeleton import Skeleton
@@ -23,6 +23,7 @@ __all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_record
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     take: int
     told: int
+    phase_told: tuple[float, bool]
     revisions: dict[int, int]
     header: bytes
     memory: bytes
@@ -75,6 +76,7 @@ class RepetitionCounter:
 
     def _begin(self) -> None:
         self._told = 0
+        self._phase_told = (-math.inf, False)  # s, of which frame, and whether it had one
         self._revisions: dict[
             int, int
         ] = {}  # messages by number of the cycle, for those that may still change
@@ -170,6 +172,15 @@ class RepetitionCounter:
         since = now - float(last["end"]) - 0.5
         return None if since > LONGEST_SILENCE * period * RATE else (since / (period * RATE)) % 1.0
 
+    def phase_news(self) -> list[PhaseEvent]:
+        """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
+        time, phase = float(self._row["latest"]), self.phase()
+        before, self._phase_told = self._phase_told, (time, phase is not None)
+        if time == before[0] or (phase is None and not before[1]):
+            return []
+        who = (self.performer, self.take)
+        return [PhaseEvent(performer=who[0], take=who[1], channel="body", time=time, phase=phase)]
+
     def _period(self, place: int) -> float | None:
         """Return the duration of a cycle, s, over the last ones of its bout; None for the first."""
         cycle = self._row["cycle"]
@@ -179,6 +190,18 @@ class RepetitionCounter:
         first, last = cycle[place - back], cycle[place]
         out, returned = last["out"] - first["out"], last["back"] - first["back"]
         return max(float(out + returned) / (2 * back * RATE), 1 / RATE)
+
+    def _begin_of(self, place: int) -> float:
+        """Return where a cycle begins, samples; in a bout between passing half way back and half way out again."""
+        cycle = self._row["cycle"][place]
+        if place == 0 or cycle["count"] == 1:
+            return float(cycle["start"]) + 0.5
+        return float(self._row["cycle"][place - 1]["back"] + cycle["out"] + 1) / 2
+
+    def _end_of(self, place: int) -> float:
+        if place + 1 < self._row["cycles"] and self._row["cycle"][place + 1]["count"] > 1:
+            return self._begin_of(place + 1)
+        return float(self._row["cycle"][place]["end"]) + 0.5
 
     def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
         row = self._row
@@ -199,8 +222,8 @@ class RepetitionCounter:
             total=number if counted else number - 1,
             period=period,
             tempo=None if period is None else 60.0 / period,
-            start=origin + (float(cycle["start"]) + 0.5) / RATE if counted else None,
-            end=origin + (float(cycle["end"]) + 0.5) / RATE if counted else None,
+            start=origin + self._begin_of(place) / RATE if counted else None,
+            end=origin + self._end_of(place) / RATE if counted else None,
             amplitude=float(cycle["amplitude"]) if counted else None,
             joint=self._names[int(cycle["joint"])] if counted else None,
             decided_time=float(row["latest"]),
@@ -210,7 +233,12 @@ class RepetitionCounter:
         """Return everything the counter knows."""
         self._flush()
         content = _Content(
-            self.take, self._told, self._revisions, self._header.tobytes(), self._memory.tobytes()
+            self.take,
+            self._told,
+            self._phase_told,
+            self._revisions,
+            self._header.tobytes(),
+            self._memory.tobytes(),
         )
         return msgspec.msgpack.encode(content)
 
@@ -230,6 +258,7 @@ class RepetitionCounter:
         if not self._is_sound(header[0]):
             raise SnapshotError("the snapshot's repetitions contradict themselves")
         self.take, self._told, self._revisions = content.take, content.told, dict(content.revisions)
+        self._phase_told = content.phase_told
         self._header[:] = header
         self._memory[:] = np.frombuffer(content.memory, np.float32)
         self._set_due()

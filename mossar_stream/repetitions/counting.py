@@ -8,23 +8,35 @@ what was counted in the last part of the window; what is older stands.
 import numpy as np
 
 from mossar_stream.jit.decorators import entry_point, kernel
-from mossar_stream.repetitions.alike import crossing, cycles_between, dwelling, keep_alike
+from mossar_stream.repetitions.alike import (
+    POSTURES,
+    alternation,
+    crossing,
+    cycles_between,
+    describe_all,
+    dwelling,
+    homing,
+    join_pairs,
+    keep_alike,
+)
 from mossar_stream.repetitions.components import find_components
 from mossar_stream.repetitions.sampling import close_sample, take_pose
-from mossar_stream.repetitions.state import CYCLES, RATE, SAMPLES, STRIDE, views
+from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
 NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
 
 PROPOSING = 3  # components
 LEAST_SAMPLES = 8
-OPEN_TO_CHANGE = 0.6  # of the window
-DWELL = 0.1  # for beginning where the movement rests
+OPEN_TO_CHANGE = 0.5  # of the window
+DWELL = 0.1  # for beginning where the movement rests,
+HOMEWARD = 0.4  # and nearer to how the take began
+HALVES = 0.3  # how much better every second cycle agrees if cycles are halves
 BONUS = 0.3  # for beginning where cycles were counted before
 NEAR = 0.15  # of a cycle
 OVERLAP = 0.35  # of a cycle, that may overlap the one before
-LEAST_GAP, LONGEST_GAP = 0.65, 1.5  # cycles, that were missed if the movement went on
-GOES_ON = 0.5  # of a swing
+LEAST_GAP, LONGEST_GAP = 0.65, 2.2  # cycles, that were missed if the movement went on
+GOES_ON = 0.4  # of a swing
 DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
 LONGEST_PAUSE = 0.5  # cycles, within a bout
 
@@ -116,8 +128,10 @@ def _forget_doubtful(header):
 def _best_proposal(header, samples, n, cycles, best):
     """Write the cycles of the proposal that wins; return their number, its component and whether it is clear."""
     turns = np.empty((2, SAMPLES), np.int64)
+    kept = np.empty((3, SAMPLES), np.int64)
+    shapes = np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32)
     spread = np.float64(1e-12)
-    for k in range(len(samples.scores)):
+    for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
     winner, most, component, sure = 0, 0.0, 0, False
     for k in range(PROPOSING):
@@ -128,13 +142,29 @@ def _best_proposal(header, samples, n, cycles, best):
         share = np.sqrt(np.sqrt(_square(samples.scores[k], n) / spread))
         for direction in (1, -1):
             count = cycles_between(turns, found, direction, n == header.open, cycles)
-            count, covered, clear = keep_alike(samples, k, cycles, count)
-            covered *= share * (1.0 + BONUS * _agreeing(header, n, cycles, count))
-            covered *= 1.0 + DWELL * dwelling(samples.scores[k], n, cycles, count)
-            if covered > most:
-                winner, most, component, sure = count, covered, k, clear
-                best[:, :count] = cycles[:, :count]
+            describe_all(samples, k, cycles, count, shapes)
+            halves = alternation(cycles, count, shapes) > HALVES
+            for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
+                if way == 0:
+                    left = count
+                    kept[:, :count] = cycles[:, :count]
+                else:
+                    left = join_pairs(samples.scores[k], cycles, count, way - 1, kept)
+                    describe_all(samples, k, kept, left, shapes)
+                left, covered, clear = keep_alike(samples.scores[k], kept, left, shapes)
+                covered *= share * _preference(header, samples, n, k, kept, left)
+                if covered > most:
+                    winner, most, component, sure = left, covered, k, clear
+                    best[:, :left] = kept[:, :left]
     return winner, component, sure
+
+
+@kernel
+def _preference(header, samples, n, component, cycles, count):
+    """Return the weight of a proposal: it should begin where cycles began before, where it rests, and at home."""
+    weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
+    weight *= 1.0 + DWELL * dwelling(samples.scores[component], cycles, count)
+    return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
 
 
 @kernel
@@ -154,9 +184,11 @@ def _agreeing(header, n, cycles, count):
     oldest = header.open - n
     for i in range(count):
         slack = max(2.0, NEAR * (cycles[2, i] - cycles[0, i]))
-        for q in range(header.cycles):
-            if abs(header.cycle[q].start - oldest - cycles[0, i]) <= slack:
+        for q in range(header.cycles - 1, -1, -1):
+            apart = cycles[0, i] + oldest - header.cycle[q].start
+            if abs(apart) <= slack:
                 hits += 1
+            if apart >= -slack:
                 break
     return hits / count
 
@@ -185,10 +217,12 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
-                before = _write(header, samples, component, proposed, oldest, before)
-        before = _write(header, samples, component, cycles[:, i], oldest, before)
+                before = _write(header, samples, component, proposed, oldest, before, True)
+        before = _write(header, samples, component, cycles[:, i], oldest, before, False)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
+    if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
+        header.changed -= 1  # its end is where this one begins
     return header.changed >= 0
 
 
@@ -207,7 +241,7 @@ def _missed(scores, cycle, begin):
 
 
 @kernel
-def _write(header, samples, component, cycle, oldest, before):
+def _write(header, samples, component, cycle, oldest, before, missed):
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
@@ -225,6 +259,8 @@ def _write(header, samples, component, cycle, oldest, before):
         header.changed = place
     row.start, row.far, row.end = start, far, end
     _measure(header, samples, component, cycle, oldest, row)
+    if missed:  # what was not alike does not say when it passes half way
+        row.out, row.back = start + 0.25 * (end - start), start + 0.75 * (end - start)
     row.count = 1
     if place > 0:
         last = header.cycle[place - 1]

@@ -7,7 +7,7 @@ frames the mean without the least and the most is their median, so a joint that 
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import SAMPLES
+from mossar_stream.repetitions.state import HOME, SAMPLES
 
 
 @kernel
@@ -49,6 +49,7 @@ def _appear(header, samples, k, value):
     for i in range(SAMPLES):
         samples.by_sample[i, k] = value
         samples.by_coordinate[k, i] = value
+    samples.home[k] = value
     n = np.float32(header.frames)
     samples.sums[k] = n * value
     samples.least[k] = samples.most[k] = value
@@ -69,5 +70,7 @@ def close_sample(header, samples):
             value = np.float32(0.0)
         samples.by_sample[place, k] = value
         samples.by_coordinate[k, place] = value
+        if header.open < HOME:
+            samples.home[k] += (value - samples.home[k]) / np.float32(header.open + 1)
     header.frames = 0
     header.open += 1

@@ -14,6 +14,7 @@ RATE = 10.0  # Hz, of the samples
 SAMPLES = 120  # kept, which is 12 s
 STRIDE = 5  # samples between two looks at the window
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
+HOME = 5  # samples from which on it is known where movements begin
 CYCLES = 64  # remembered; more than fit into the window
 
 CYCLE = np.dtype(
@@ -59,12 +60,14 @@ class Samples(NamedTuple):
     sums: np.ndarray  # (D,) of the open sample's frames
     least: np.ndarray  # (D,) of them
     most: np.ndarray  # (D,) of them
+    home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` samples
+    home_scores: np.ndarray  # (COMPONENTS,) of that pose, as `scores`
     pose: np.ndarray  # (D,) latest known, NaN before a joint was seen
 
 
 def length(joints: int) -> int:
     """Return how many float32 a performer's samples need."""
-    return 3 * joints * (2 * SAMPLES + COMPONENTS + 4) + COMPONENTS * SAMPLES
+    return 3 * joints * (2 * SAMPLES + COMPONENTS + 5) + COMPONENTS * (SAMPLES + 1)
 
 
 @inline_kernel(returns_views=True)
@@ -84,6 +87,8 @@ def views(memory, joints):
         memory[e + d : e + 2 * d],
         memory[e + 2 * d : e + 3 * d],
         memory[e + 3 * d : e + 4 * d],
+        memory[e + 4 * d : e + 4 * d + COMPONENTS],
+        memory[e + 4 * d + COMPONENTS :],
     )
 
 

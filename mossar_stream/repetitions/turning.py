@@ -5,7 +5,7 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import SAMPLES
 
-HYSTERESIS = 0.4  # of the range from the 10th to the 90th percentile
+HYSTERESIS = 0.32  # of the range from the 10th to the 90th percentile
 RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
 BINS = 64
 
@@ -23,11 +23,14 @@ def swing_range(scores, n):
     width = (high - low) / np.float32(BINS)
     for i in range(n):
         counts[min(int((scores[i] - low) / width), BINS - 1)] += 1
-    below, above = 0, 0
-    while counts[: below + 1].sum() <= 0.1 * n:
+    below, passed = 0, counts[0]
+    while passed <= 0.1 * n:
         below += 1
-    while counts[BINS - 1 - above :].sum() <= 0.1 * n:
+        passed += counts[below]
+    above, passed = 0, counts[BINS - 1]
+    while passed <= 0.1 * n:
         above += 1
+        passed += counts[BINS - 1 - above]
     return width * np.float32(BINS - above - below - 1)
 
 

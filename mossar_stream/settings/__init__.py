@@ -80,6 +80,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_speed: A joint faster than this is an outlier, m/s.
         max_pause: A gap or a step back in time longer than this starts a new take, s.
         repetitions: Whether to count how often movements are repeated.
+        phase: Whether to tell of each frame where in the cycle of a repeated movement it is; needs `repetitions`.
         limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
             else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
 
@@ -124,6 +125,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_speed: float = 15.0
     max_pause: float = 1.0
     repetitions: bool = False
+    phase: bool = False
     limbs: bool | str = False
 
     def __post_init__(self) -> None:
@@ -138,6 +140,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         _check_groups(self)
         if isinstance(self.limbs, str):
             parse_groups(self.limbs)
+        if self.phase and not self.repetitions:
+            raise SettingsError("setting phase needs repetitions")
         if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
             raise SettingsError("setting range=fixed needs range_max above range_min (m over the window)")
 

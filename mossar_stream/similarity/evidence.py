@@ -30,8 +30,8 @@ TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
 JOINTS = 7  # that count and can move relative to the centre
 
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.3, 8.7, 3.7, 0.7, 2.0
-EVEN = 3.7  # what evidence must outweigh
+CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.6, 11.0, 3.5, 1.0, 2.0
+EVEN = 3.0  # what evidence must outweigh
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
@@ -40,7 +40,7 @@ LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
 AT_ONCE = 8  # variances multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
-ABOVE_NOISE = 1.5  # times what the noise adds to u, which a peak must reach
+ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
 

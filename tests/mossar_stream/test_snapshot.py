@@ -27,7 +27,8 @@ from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
 
 KINDS = {
-    "likelihood": {},
+    "evidence": {},
+    "likelihood": {"similarity": "likelihood"},
     "path kernel": {"similarity": "path_kernel", "layers": 2, "edges": 4, "level": "cluster"},
 }
 
@@ -105,7 +106,7 @@ def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (VERSION, digest) == (6, "0fa41ceb07cb2304")
+    assert (VERSION, digest) == (6, "60cbfa18efd7efd0")
 
 
 @pytest.mark.parametrize(
@@ -153,6 +154,8 @@ INDICES = {
     "history.head": [-1, 10**6],
     "history.filled": [-1, 10**6],
     "window.undecided": [-1, 9, 2**40],
+    "cycles.candidates": [-1, 2**40],
+    "cycles.judged": [-1, 10**9],
     "window.ordinal": [-1, 0],
     "open_segment.settled": [-1, 10**9],
     "open_segment.since": [-1, 99],

@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from mossar_stream import Segmenter, Settings, to_json
+from mossar_adapters.maps.codec import to_json as to_json_line
+from mossar_adapters.maps.frame_maps import map_of_meta
+from mossar_adapters.source import Meta
+from mossar_stream import Segmenter, Settings, Skeleton, to_json
 from mossar_tools.evaluation.takes import load_folder
 from mossar_tools.event_schema import event_schema
 
@@ -46,6 +49,16 @@ def test_every_event_of_a_run_fits(events, valid):
     assert all(valid(event) for event in found)
 
 
+def test_every_meta_fits(valid):
+    skeleton = Skeleton(("hip", "hand"), (-1, 0))
+    for meta in (Meta("p1", skeleton), Meta("p2", skeleton, fps=30.0)):
+        for settings in (None, {"level": "motion"}):
+            sent = json.loads(to_json_line(map_of_meta(meta, settings)))
+            assert valid(sent)
+            assert not valid({**sent, "type": "mata"})
+            assert not valid({name: value for name, value in sent.items() if name != "parents"})
+
+
 @pytest.mark.parametrize(
     "change", [{"status": "perhaps"}, {"rev": "1"}, {"more": 1}, {"strength": "x"}, {"type": "segment"}]
 )
@@ -68,9 +81,10 @@ def test_every_event_of_the_labelled_recordings_fits(valid):
 
 
 def test_the_events_in_the_documentation_fit(valid):
-    shown = re.findall(r'\{"type".*?\n?.*?\}\n', (ROOT / "docs" / "events.md").read_text())
+    shown = re.findall(r'^\{".*\}$', (ROOT / "docs" / "events.md").read_text(), re.MULTILINE)
     found = [json.loads(line) for line in shown if '"type":"frame"' not in line]
     assert {event["type"] for event in found} == {
+        "meta",
         "key_frame",
         "segment",
         "move",
@@ -82,6 +96,16 @@ def test_the_events_in_the_documentation_fit(valid):
     text = (ROOT / "README.md").read_text()
     example = re.search(r'\{"type":"key_frame".*?\}', text, re.DOTALL).group()
     assert valid(json.loads(example))
+
+
+def test_the_event_in_the_readme_comes_out_of_the_demo(events):
+    text = (ROOT / "README.md").read_text()
+    shown = json.loads(re.search(r'\{"type":"key_frame".*?\}', text, re.DOTALL).group())
+    found = [e for e in events("demo", "--speed", "max", "--seconds", "4") if e["type"] == "key_frame"]
+    first = found[0]
+    assert first["time"] == pytest.approx(shown["time"], abs=0.05)
+    assert [first[name] for name in ("kind", "status")] == [shown[name] for name in ("kind", "status")]
+    assert f"started to move at {shown['time']:g} s" in text
 
 
 def test_every_field_is_explained():

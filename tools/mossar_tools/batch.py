@@ -95,11 +95,13 @@ def rows_of(
 ) -> list[dict[str, Any]]:
     """Return what `--csv` has of a recording: a row for each segment, those of the body first."""
     channels = {BODY: chosen} | {name: chosen_of(own, options.keep) for name, own in result.limbs.items()}
-    return [row for channel, found in channels.items() for row in channel_rows(loaded, found, channel)]
+    return [row for channel, found in channels.items() for row in rows_of_segments(loaded, found, channel)]
 
 
-def channel_rows(loaded: LoadedRecording, found: Segmentation, channel: str = BODY) -> list[dict[str, Any]]:
-    """Return a row for each segment of the body, or of a limb."""
+def rows_of_segments(
+    loaded: LoadedRecording, found: Segmentation, channel: str = BODY
+) -> list[dict[str, Any]]:
+    """Return a row for each segment of the body or of a limb."""
     endings = {key.frame: Ending(key.kind, key.strength) for key in found.key_frames}
     rows = [
         segment_row(loaded.name, loaded.performer, 0, part, endings.get(part.end_frame, Ending()), channel)

@@ -27,8 +27,8 @@ class Excerpt(msgspec.Struct, frozen=True):
         whole: Where the recording begins and ends, s.
         level: Strength from which key frames stand.
         level_name: What to call it.
-        about: What the title says of it; None counts frames and key frames.
         limbs: Segments of each limb that lie in it.
+        about: What the title says of it; None counts frames and key frames.
     """
 
     start: float
@@ -43,8 +43,8 @@ class Excerpt(msgspec.Struct, frozen=True):
     whole: tuple[float, float]
     level: float
     level_name: str
-    about: str | None = None
     limbs: dict[str, list[Segment]] = {}  # msgspec copies it
+    about: str | None = None
 
 
 def excerpt(

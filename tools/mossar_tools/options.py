@@ -146,7 +146,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
 
 def _separated(arguments: Sequence[str]) -> Iterator[str]:
     """Yield the arguments, `--limbs` as `--limbs=` where what comes after it is not its value but a source."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
         yield "--limbs=" if argument == "--limbs" and not _GROUPS.match(following) else argument
 
 
@@ -255,7 +255,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move repetition stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")

@@ -47,7 +47,7 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
         "", "root: moves are seen relative to the root joint; centroid: to the mean of the joints"
     ),
     "similarity": Guide(
-        "", "likelihood: merged where one pose distribution explains both sides; path_kernel: the paper's"
+        "", "evidence: odds of a change, a stop, a rest; likelihood: whether one pose distribution explains both sides; path_kernel: the paper's"
     ),
     "features": Guide(
         "weights", "what likelihood looks at: positions, distances between joints, log_speed of joints"
@@ -75,6 +75,7 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "max_speed": Guide("m/s", "smaller: more of a quick move is taken for an outlier"),
     "max_pause": Guide("s", "longer: a take survives longer pauses of its sender"),
     "repetitions": Guide("true, false", "true: counts how often movements are repeated, and how fast"),
+    "phase": Guide("true, false", "true: with repetitions, tells of each frame where in the cycle it is"),
     "limbs": Guide(
         "true, false, groups",
         "true: arms, legs and trunk have key frames of their own; or NAME=JOINT,...;...",

@@ -17,7 +17,7 @@ from mossar_adapters.annotations.tiers import (
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.source import Meta
-from mossar_stream import Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent
+from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent
 
 KEPT = 500_000  # events; of a stream that never ends the first are written
 
@@ -103,8 +103,9 @@ class AnnotationSink:
 
     def _tiers(self, performer: str, kept: Mapping[str, Event]) -> list[Tier]:
         events = list(kept.values())
-        parts = [event for event in events if isinstance(event, SegmentEvent)]
-        keys = [event for event in events if isinstance(event, KeyFrameEvent)]
+        every = [event for event in events if isinstance(event, SegmentEvent)]
+        parts = [event for event in every if event.channel == BODY]
+        keys = [event for event in events if isinstance(event, KeyFrameEvent) and event.channel == BODY]
         moves = [event for event in events if isinstance(event, MoveEvent)]
         counted = [event for event in events if isinstance(event, RepetitionEvent)]
         origin = (
@@ -115,5 +116,8 @@ class AnnotationSink:
         tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
         tiers += [move_tier(moves, origin)] if moves else []
         tiers += [repetition_tier(counted, origin)] if counted else []
+        for limb in sorted({event.channel for event in every} - {BODY}):
+            tier = segment_tier([event for event in every if event.channel == limb], None, origin)
+            tiers.append(Tier(f"{limb} {tier.name}", tier.marks, tier.moments))
         prefix = f"{performer} " if len(self._events) > 1 else ""
         return [Tier(prefix + tier.name, tier.marks, tier.moments) for tier in tiers]

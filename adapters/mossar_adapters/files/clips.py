@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mossar_adapters.files.bvh_text import BvhText, bvh_text
+from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError
@@ -25,14 +26,14 @@ def check_clips(folder: Path, *, replace: bool) -> None:
     """Check that clips can be written to a folder, which is made if it is not there.
 
     Raises:
-        OutputError: If they cannot, or there is something in it and `replace` is not given.
+        FileError: If they cannot, or there is something in it and `replace` is not given.
     """
     if folder.exists() and not folder.is_dir():
-        raise OutputError(f"{folder}: this is a file; clips go to a folder")
+        raise FileError(folder, "this is a file; clips go to a folder")
     if not folder.parent.is_dir():
-        raise OutputError(f"{folder}: there is no folder {folder.parent}")
+        raise FileError(folder, f"there is no folder {folder.parent}")
     if folder.exists() and any(folder.iterdir()) and not replace:
-        raise OutputError(f"{folder}: there are files in it already; --force writes among them")
+        raise FileError(folder, "there are files in it already; --force writes among them")
 
 
 def write_clips(

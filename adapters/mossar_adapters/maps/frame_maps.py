@@ -35,7 +35,20 @@ class FrameMap(msgspec.Struct):
 
 
 class MetaMap(msgspec.Struct):
-    """What is known of a performer; fields as the interface names them."""
+    """What is known of a performer; fields as the interface names them.
+
+    Args:
+        names: Of the joints.
+        performer: Name of the performer.
+        parents: For each joint the index of its parent, -1 for the root.
+        root: Index of the joint that is the centre of the body; -1 takes the centroid.
+        fps: Nominal rate, Hz; left out where nobody knows it.
+        unit: Of positions in frames: metres.
+        settings: Of the segmenter; left out where frames are sent.
+        version: Of the program that sends this.
+        v: Version of this layout.
+        type: Always `meta`.
+    """
 
     names: tuple[str, ...]
     performer: str = "p1"

@@ -4,6 +4,7 @@
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
 time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
 channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+`/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/stream ,sssi` performer, event, reason, take.
 """
 
@@ -13,7 +14,16 @@ from mossar_adapters.address import Address
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent, StreamEvent
+from mossar_stream import (
+    BODY,
+    Event,
+    KeyFrameEvent,
+    MoveEvent,
+    PhaseEvent,
+    RepetitionEvent,
+    SegmentEvent,
+    StreamEvent,
+)
 
 _MAX_PERFORMERS = 1024
 
@@ -80,6 +90,9 @@ class OscSink:
                 numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
                 who = (event.performer, event.status, event.channel)
                 return encode("/mossar/repetition", "sssiiiff", *who, *numbers)
+            case PhaseEvent():
+                where = (event.take, -1.0 if event.phase is None else event.phase)
+                return encode("/mossar/phase", "ssif", event.performer, event.channel, *where)
             case StreamEvent():
                 words = (event.performer, event.event, event.reason)
                 return encode("/mossar/stream", "sssi", *words, event.take)
@@ -125,11 +138,11 @@ class OscSink:
         return self._starts[event.performer][1]
 
 
-def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, tuple[str, ...]]:
+def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, list[str]]:
     """Return where a message goes, and of whom it tells: patches for the body's must not hear of limbs."""
     if event.channel == BODY:
-        return f"/mossar/{what}", (event.performer,)
-    return f"/mossar/limb/{what}", (event.performer, event.channel)
+        return f"/mossar/{what}", [event.performer]
+    return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
 def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:

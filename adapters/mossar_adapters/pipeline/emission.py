@@ -10,6 +10,7 @@ from mossar_stream import (
     Event,
     KeyFrameEvent,
     MoveEvent,
+    PhaseEvent,
     RepetitionEvent,
     SegmentEvent,
     SettingsError,
@@ -21,6 +22,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "segment": SEGMENT_STATUSES,
     "move": MOVE_STATUSES,
     "repetition": REPETITION_STATUSES,
+    "phase": ("",),
     "stream": ("",),
     "stats": ("",),
 }
@@ -74,4 +76,6 @@ def _pair(event: Event) -> tuple[str, str]:
         return "move", event.status
     if isinstance(event, RepetitionEvent):
         return "repetition", event.status
+    if isinstance(event, PhaseEvent):
+        return "phase", ""
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

@@ -5,11 +5,10 @@ import csv
 import numpy as np
 import pytest
 
-from mossar_adapters.files import ReadOptions, open_motion, open_recording, read
+from mossar_adapters.files import FileError, ReadOptions, open_motion, open_recording, read
 from mossar_adapters.files.bvh_text import zyx_angles
 from mossar_adapters.files.clips import TABLE, check_clips, write_clips
 from mossar_adapters.files.kinematics import euler_rotations, joint_positions
-from mossar_adapters.files.output import OutputError
 from mossar_stream import Segment
 
 CM = {"unit": "cm"}
@@ -100,10 +99,10 @@ def test_angles_make_up_the_rotation_again(y):
 def test_a_folder_with_files_in_it_is_left_alone_unless_that_is_wished(tmp_path):
     check_clips(tmp_path / "new", replace=False)
     (tmp_path / "a.txt").write_text("mine")
-    with pytest.raises(OutputError, match="--force"):
+    with pytest.raises(FileError, match="--force"):
         check_clips(tmp_path, replace=False)
     check_clips(tmp_path, replace=True)
-    with pytest.raises(OutputError, match="file"):
+    with pytest.raises(FileError, match="file"):
         check_clips(tmp_path / "a.txt", replace=True)
-    with pytest.raises(OutputError, match="no folder"):
+    with pytest.raises(FileError, match="no folder"):
         check_clips(tmp_path / "b" / "c", replace=False)

@@ -1,5 +1,8 @@
+import socket
+
 import numpy as np
 import pytest
+from pythonosc.osc_message import OscMessage
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
@@ -8,7 +11,8 @@ from mossar_adapters.joint_sets import COCO_17
 from mossar_adapters.osc.frame_sink import OscFrameSink
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
-from mossar_stream import Frames, MossarError, Skeleton
+from mossar_adapters.urls import open_sink
+from mossar_stream import Frames, MossarError, PhaseEvent, Skeleton
 
 
 def replay(hear, profile, source_query, items, **options):
@@ -27,6 +31,19 @@ def replay(hear, profile, source_query, items, **options):
     sink.close()
     assert source.counters.malformed == source.counters.ignored == 0
     return heard
+
+
+def test_the_phase_of_a_movement_goes_out_frame_by_frame():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5)
+        sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
+        said = {"performer": "p1", "take": 2, "channel": "body", "time": 1.0}
+        sink.send([PhaseEvent(**said, phase=0.25), PhaseEvent(**said, phase=None)])
+        messages = [OscMessage(receiver.recv(1000)) for _ in range(2)]
+        sink.close()
+    assert [m.address for m in messages] == ["/mossar/phase"] * 2
+    assert [m.params for m in messages] == [["p1", "body", 2, 0.25], ["p1", "body", 2, -1.0]]
 
 
 @pytest.fixture(scope="module")

@@ -128,7 +128,8 @@ def test_repetitions_are_found_at_their_period():
     found = final((positions + rng.normal(0, 0.005, positions.shape)).astype(np.float32), fps, skeleton)
     steady = np.diff([time for time in found if time > 8.0])
     assert len(steady) >= 8
-    assert np.median(steady) == pytest.approx(2.0, abs=0.1)
+    # Between two lifts the arm hangs for a second: where in it a key frame lies, noise decides.
+    assert np.mean(steady) == pytest.approx(2.0, abs=0.1)
     assert (np.abs(steady - 2.0) <= 0.5).mean() >= 0.8
 
 

@@ -25,6 +25,7 @@ MEASURES: Final[Measures] = {
     "push": Measure(
         "one frame: how long Segmenter.push takes, remerge on", "mossar_tools.bench.push:measure"
     ),
+    "moves": Measure("moves: what recognising them adds to a push", "mossar_tools.bench.moves:measure"),
     "performers": Measure(
         "many performers in one process, default remerge, events delivered",
         "mossar_tools.bench.crowd:measure",

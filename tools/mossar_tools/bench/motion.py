@@ -82,9 +82,9 @@ def joined(name: str, motions: Sequence[Motion]) -> Motion:
     return Motion(name, motions[0].skeleton, motions[0].fps, positions, np.concatenate(times))
 
 
-def performer(seconds: float, joints: int = JOINTS) -> Motion:
+def performer(seconds: float, joints: int = JOINTS, seed: int = 1) -> Motion:
     """Return the motion of the built-in performer, brought to a number of joints."""
-    take = performance(1, fps=FPS, seconds=seconds)
+    take = performance(seed, fps=FPS, seconds=seconds)
     skeleton, positions = with_joints(take.skeleton, take.frames.positions, joints)
     return to_and_fro("built-in performer", skeleton, FPS, positions)
 

@@ -93,15 +93,15 @@ def waits(
         (frames,) s, how long each push took, and whether it was in a block without an interruption.
     """
     segmenter = Segmenter(motion.skeleton, Settings(), fps=motion.fps)
-    singles = _singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
     took = np.zeros(frames)
     undisturbed = np.ones(frames, np.bool_)
-    interruptions = _interruptions()
-    for positions, moment in (next(singles) for _ in range(WARM_UP)):
+    interruptions = interruptions_of_thread()
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
         segmenter.push(positions, moment)
     push, clock = segmenter.push, time.perf_counter
     for start in range(0, frames, BLOCK):
-        block: list[tuple[Any, Any]] = list(itertools.islice(singles, min(BLOCK, frames - start)))
+        block: list[tuple[Any, Any]] = list(itertools.islice(stream, min(BLOCK, frames - start)))
         if form is not None:
             block = [form(positions, moment) for positions, moment in block]
         before = interruptions()
@@ -113,12 +113,13 @@ def waits(
     return took, undisturbed
 
 
-def _singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
+def singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
+    """Yield the frames of chunks one by one, with their times."""
     for positions, times in chunks:
         yield from zip(positions, times.tolist(), strict=True)
 
 
-def _interruptions() -> Callable[[], int]:
+def interruptions_of_thread() -> Callable[[], int]:
     """Return what tells how often this thread was stopped so that another one could run; 0 where nobody knows."""
     try:
         import resource

@@ -106,7 +106,7 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import channel_rows, report_of, rows_of, segment_whole
+    from mossar_tools.batch import report_of, rows_of, rows_of_segments, segment_whole
     from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
@@ -133,7 +133,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_adapters.files.clips import write_clips
 
         count = write_clips(
-            outputs.clips, loaded, chosen.segments, channel_rows(loaded, chosen), options.reading()
+            outputs.clips, loaded, chosen.segments, rows_of_segments(loaded, chosen), options.reading()
         )
         console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
@@ -177,7 +177,7 @@ def _tiers(
     tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
-            settings = msgspec.structs.replace(options, level=other, repetitions=False).settings(range="file")
+            settings = msgspec.structs.replace(options, level=other).settings(range="file")
             again = segment_recording(
                 loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
             )

@@ -19,6 +19,7 @@ _HEIGHT = STRIP - 36  # px of the drawing
 _AXIS = 16  # px of the time axis
 _STRIP = 20  # px of the segments
 _GAP = 6  # px between curve and segments
+_LANE = 9  # px of a limb's segments, with the gap above
 _BOX = 1000.0  # units across
 
 SYMBOLS = {
@@ -95,7 +96,8 @@ def _legend() -> str:
 
 
 def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: bool) -> str:
-    room = height - _STRIP - _GAP - 8
+    lanes = min(_LANE * len(glimpse.lanes), height / 3)
+    room = height - _STRIP - _GAP - 8 - lanes
     curve, place = glimpse.curve, _placer(glimpse)
     value = np.nan_to_num(curve.value)
     high = max(
@@ -115,7 +117,8 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     baseline = top + 8 + room
     axis = f'<line class="axis" x1="0" x2="100%" y1="{baseline:.1f}" y2="{baseline:.1f}"/>'
     marks = "".join(_symbol(m, place(m.time), top + 8, room, high, seeks=seeks) for m in glimpse.marks)
-    strip = _segments(glimpse, baseline + _GAP)
+    strip = _segments(glimpse, baseline + _GAP) + _lanes(glimpse, baseline + _GAP + _STRIP, lanes)
+    strip += _moves(glimpse, top + 8)
     head = ""
     if glimpse.now < glimpse.end:
         at = place(glimpse.now)
@@ -169,6 +172,37 @@ def _segments(glimpse: Glimpse, top: float) -> str:
             wide = "" if width > 20 else " wide"  # on a phone there is room in the longest only
             bars.append(f'<text class="in{wide}" text-anchor="middle" {middle}>{word}</text>')
     return "".join(bars)
+
+
+def _lanes(glimpse: Glimpse, top: float, room: float) -> str:
+    """Return a thin strip for each limb, coloured by state."""
+    span, parts = glimpse.end - glimpse.start, []
+    each = room / max(1, len(glimpse.lanes))
+    for place, (limb, stretches) in enumerate(glimpse.lanes.items()):
+        y = top + place * each + 2
+        for part in stretches:
+            start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
+            left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
+            parts.append(
+                f'<rect class="lane {part.state}" x="{left:.2f}%" y="{y:.1f}" width="{max(width - 0.12, 0.05):.2f}%" '
+                f'height="{each - 2:.1f}"><title>{escape(limb)}</title></rect>'
+            )
+        name = escape(limb.replace("_", " "))
+        parts.append(f'<text class="lane" x="4" y="{y + each - 3:.1f}">{name}</text>')
+    return "".join(parts)
+
+
+def _moves(glimpse: Glimpse, top: float) -> str:
+    """Return the names of the moves that were recognised, above the curve, from where they begin to where they end."""
+    span, parts = glimpse.end - glimpse.start, []
+    for move in glimpse.moves:
+        start, end = max(move.start, glimpse.start), min(move.end, glimpse.end)
+        left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
+        parts.append(
+            f'<rect class="move" x="{left:.2f}%" y="{top:.1f}" width="{width:.2f}%" height="15" rx="3"/>'
+            f'<text class="move" x="{left:.2f}%" dx="3" y="{top + 11:.1f}">{escape(move.name)}</text>'
+        )
+    return "".join(parts)
 
 
 def _time_axis(glimpse: Glimpse, top: float) -> str:

@@ -43,6 +43,14 @@ class Stretch(msgspec.Struct, frozen=True):
     state: SegmentState
 
 
+class NamedMove(msgspec.Struct, frozen=True):
+    """A move that was recognised."""
+
+    start: float  # s
+    end: float  # s
+    name: str
+
+
 class Curve(msgspec.Struct, frozen=True):
     """The velocity curve over the seconds shown, all (n,) and shares of the range but `times` in s."""
 
@@ -88,6 +96,8 @@ class Glimpse(msgspec.Struct, frozen=True):
         body: The last pose; None before there is one.
         ghosts: Poses of the last standing key frames, oldest first.
         facts: What to say in the statistics, name and value.
+        lanes: Segments of each limb within the chart.
+        moves: Those recognised within the chart.
     """
 
     performer: str
@@ -103,3 +113,5 @@ class Glimpse(msgspec.Struct, frozen=True):
     body: Body | None
     ghosts: list[Ghost]
     facts: list[tuple[str, str]]
+    lanes: dict[str, list[Stretch]] = {}  # msgspec copies it
+    moves: list[NamedMove] = []  # the same

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from mossar_adapters.source import Meta
-from mossar_stream import CurveState, Event, Frames, KeyFrameEvent, LevelName, MossarError, Settings
+from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
@@ -88,7 +88,7 @@ class LiveShow:
         """Take events in."""
         with self._lock:
             for event in events:
-                if isinstance(event, KeyFrameEvent) and event.performer in self._tracks:
+                if event.performer in self._tracks:
                     self._tracks[event.performer].take_event(event)
 
     def send_frames(self, frames: Frames) -> None:

@@ -6,8 +6,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import CurveState, Frames, KeyFrameEvent, Skeleton
+from mossar_stream import BODY, CurveState, Event, Frames, KeyFrameEvent, MoveEvent, SegmentEvent, Skeleton
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
+from mossar_tools.dashboard.lanes import Lanes
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
@@ -54,6 +55,7 @@ class Track:
         self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: OrderedDict[str, _Key] = OrderedDict()
+        self._lanes = Lanes()
 
     def take_frames(self, frames: Frames) -> None:
         """Take frames in; a pose is kept about every 1/30 s."""
@@ -67,8 +69,16 @@ class Track:
         self._stance.learn(pose)
         self._poses.append((time, pose.copy()))
 
-    def take_event(self, event: KeyFrameEvent) -> None:
-        """Take news about a key frame in."""
+    def take_event(self, event: Event) -> None:
+        """Take news in: of the body's key frames, of limbs' segments, of moves."""
+        if isinstance(event, MoveEvent):
+            self._lanes.take_move(event)
+        elif isinstance(event, SegmentEvent) and event.channel != BODY:
+            self._lanes.take_segment(event)
+        elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
+            self._take_key_frame(event)
+
+    def _take_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
             self._keys.pop(event.id, None)
             return
@@ -126,6 +136,8 @@ class Track:
                 Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
             ],
             facts=facts,
+            lanes=self._lanes.stretches(start),
+            moves=self._lanes.moves(start),
         )
 
     def marks(self, level: float) -> list[Mark]:

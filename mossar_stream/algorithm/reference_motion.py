@@ -1,0 +1,349 @@
+"""The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
+
+Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `cycles.py` and
+`noise.py`; constants are theirs, the rest is written anew. All joints must be there in all frames.
+"""
+
+import math
+from collections.abc import Iterator
+from functools import cache
+from operator import mul
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.algorithm import cycles, facts, pose_history, scales
+from mossar_stream.algorithm.reference import localise, remerge
+from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
+from mossar_stream.similarity import evidence
+
+HOLD = 1.4  # s until a key frame is decided
+CAPACITY = 20  # undecided key frames
+Array = NDArray[np.float64]
+
+
+class Weights(NamedTuple):
+    """What the kinds of evidence weigh, and what they must outweigh; see `evidence.py`."""
+
+    change_of_pose: float = evidence.CHANGE_OF_POSE
+    change_of_speed: float = evidence.CHANGE_OF_SPEED
+    stop: float = evidence.STOP
+    rest: float = evidence.REST
+    away: float = evidence.AWAY
+    even: float = evidence.EVEN
+
+
+IN_FORCE = Weights()
+
+
+class Candidate(NamedTuple):
+    """A key frame of Algorithm 2, and what is known of it when it is confirmed."""
+
+    frame: int  # where the segment after it begins
+    confirmed: int  # frame
+    told: int  # frame where it is told to be
+    speed: float  # m/s, lowest since the candidate
+    home: float  # A
+    extent: float  # m, A
+    usual: float  # m/s, V
+    tempo: float
+    noise: float  # m/s
+
+
+class Motion:
+    """What the rule weighs in a recording, whatever the weights.
+
+    Args:
+        positions: (n, J, 3) m.
+        fps: Hz.
+        root: Index of the root, -1 for the centroid.
+    """
+
+    def __init__(self, positions: Array, fps: float, root: int) -> None:
+        poses = localise(np.asarray(positions, dtype=np.float64), root)
+        self.moving_joints = max(1, poses.shape[1] - (1 if root >= 0 else 0))
+        self.times = np.arange(len(poses)) / fps
+        self.dt = np.diff(self.times, prepend=0.0)
+        self.curve, self.range, self.noise = velocity(poses, self.times, self.moving_joints)
+        self.poses = filtered(poses, self.dt)
+        self.kept = kept_frames(self.times)
+        self.speeds = joint_speeds(self.poses, self.times, self.kept)
+        self.speed = np.sqrt((self.speeds**2).sum(axis=1) / self.moving_joints)
+        self.usual = usual_speeds(self.speed, self.dt)
+        self.extent, self.away = surroundings(self)
+        self.sums = _sums(self)
+        self.candidates = list(self._candidates())
+        self.inside, self.period = periods(self)
+        self._known: dict[tuple[int, int, int], list[float] | None] = {}
+
+    def _candidates(self) -> Iterator[Candidate]:
+        """Yield the key frames of Algorithm 2 with what is known of them."""
+        before = 0
+        for frame, found, confirmed, time in algorithm_2(self.curve, SIG_THRESHOLD * self.range, self.times):
+            marks = self.kept[self.kept < found][::-1]
+            told = int(marks[np.argmin(np.abs(self.times[marks] - (time - facts.EARLIER)))])
+            before = told if before < told else frame
+            extent, usual = self.extent[confirmed], self.usual[confirmed]
+            tempo = np.clip(extent / usual / scales.ORDINARY, scales.QUICKEST, scales.SLOWEST)
+            home = self.away[found - 1] / extent
+            speed = self.speed[found - 1 : confirmed].min()
+            noisy = self.noise[confirmed]
+            yield Candidate(frame, confirmed, before, speed, home, extent, usual, float(tempo), noisy)
+
+    def evidence(self, number: int, begin: int, end: int) -> list[float] | None:
+        """Return the five kinds of evidence for a candidate between two frames, in the order of `Weights`.
+
+        None where a segment is empty or its peak does not rise above the sensor's noise.
+        """
+        if (begin, number, end) not in self._known:
+            self._known[begin, number, end] = self._evidence(self.candidates[number], begin, end)
+        return self._known[begin, number, end]
+
+    def _evidence(self, candidate: Candidate, begin: int, end: int) -> list[float] | None:
+        k, usual = candidate.frame, candidate.usual
+        durations = self.sums[0]
+        if min(durations[k] - durations[begin], durations[end] - durations[k]) <= 0.0:
+            return None
+        peak = min(self.speed[begin:k].max(), self.speed[k:end].max())
+        if peak < evidence.ABOVE_NOISE * candidate.noise:
+            return None
+        floor = (evidence.POSE_FLOOR * candidate.extent) ** 2
+        change = self._terms(begin, end, floor) - self._terms(begin, k, floor) - self._terms(k, end, floor)
+        change /= self.moving_joints * candidate.tempo
+        pose, speed = np.minimum(change, evidence.MOST_CHANGE / candidate.tempo)
+        least = evidence.LEAST * usual
+        stop = min(evidence.MOST_PROMINENT, np.log((peak + least) / (candidate.speed + least)))
+        rest = np.log((candidate.speed + least) / (2.0 * usual))
+        return [float(kind) for kind in (pose, speed, stop, rest, -candidate.home)]
+
+    def _terms(self, begin: int, end: int, floor: float) -> Array:
+        """Return T Σ log(σ² + floor) of the frames begin … end - 1, of poses and of log speeds."""
+        time, pose, pose_squares, speed, speed_squares = (total[end] - total[begin] for total in self.sums)
+        variance = np.maximum(pose_squares / time - (pose / time) ** 2, 0.0).mean(axis=1)
+        of_speed = np.maximum(speed_squares / time - (speed / time) ** 2, 0.0)
+        terms = np.log(variance + floor).sum(), np.log(of_speed + evidence.SPEED_FLOOR).sum()
+        return time * np.array(terms)  # type: ignore[no-any-return]
+
+    def final(self, weights: Weights = IN_FORCE) -> list[int]:
+        """Return where the final key frames are told to be, frames."""
+        finals: list[int] = []
+        left, undecided, judged, last = 0, [], 0, -np.inf
+        verdicts: dict[int, int] = {}
+        by_frame: dict[int, list[int]] = {}
+        for number, candidate in enumerate(self.candidates):
+            by_frame.setdefault(candidate.confirmed, []).append(number)
+        noted = 0
+        for t, time in enumerate(self.times):
+            for number in by_frame.get(t, ()):
+                undecided.append(number)
+                noted += 1
+            while judged < noted and time >= self._time(judged) + HOLD:
+                verdicts[judged], last = self._judge(judged, noted, t, last)
+                judged += 1
+            while undecided and (len(undecided) > CAPACITY or time >= self._time(undecided[0]) + HOLD):
+                number = undecided[0]
+                if number in self._kept(undecided, left, t + 1, weights, verdicts):
+                    finals.append(self.candidates[number].told)
+                    left = self.candidates[number].frame
+                undecided.pop(0)
+        while judged < noted:
+            verdicts[judged], last = self._judge(judged, noted, len(self.times) - 1, last)
+            judged += 1
+        kept = self._kept(undecided, left, len(self.times), weights, verdicts)
+        return finals + [self.candidates[number].told for number in undecided if number in kept]
+
+    def _time(self, number: int) -> float:
+        return float(self.times[self.candidates[number].frame])
+
+    def _kept(
+        self, numbers: list[int], left: int, end: int, weights: Weights, verdicts: dict[int, int]
+    ) -> set[int]:
+        """Return which of the undecided key frames stand at the level (Algorithm 3)."""
+        by_frame = {self.candidates[number].frame: number for number in numbers}
+
+        @cache
+        def strength(a: int, k: int, b: int) -> float:
+            number = by_frame[k]
+            verdict = verdicts.get(number, cycles.FREE)
+            found = None if verdict == cycles.WITHIN else self.evidence(number, a, b)
+            odds: float = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
+            cost = max(odds, 0.0) + math.log1p(math.exp(-abs(odds)))
+            cost /= evidence.LOG_2
+            return max(cost, evidence.CERTAIN) if verdict == cycles.ENDS else cost
+
+        removed = remerge(sorted(by_frame), left, end, strength)
+        return {by_frame[frame] for frame, cost in removed if cost >= 1.0}  # odds of 0
+
+    def _judge(self, number: int, noted: int, now: int, last: float) -> tuple[int, float]:
+        """Return the verdict on a candidate, and when the last repetition ended."""
+        if not self.inside[now]:
+            return int(cycles.FREE), last
+        period, time = self.period[now], self._time(number)
+
+        def cost(other: int) -> float:
+            c = self.candidates[other]
+            unlike = c.home + cycles.SLOWNESS * np.log(c.speed / c.usual + cycles.SLOWNESS_OFFSET)
+            steps = (self._time(other) - last) / period if np.isfinite(last) else 0.0
+            return float(unlike + min(1.0, 2.0 * abs(steps - np.rint(steps))))
+
+        near = [i for i in range(noted) if abs(self._time(i) - time) <= 0.5 * period]
+        if min(near, key=cost) != number or time - last < cycles.NEAREST * period:
+            return int(cycles.WITHIN), last
+        return int(cycles.ENDS), time
+
+
+def without_gaps(positions: Array) -> Array:
+    """Return positions with missing joints where they were seen last, or first."""
+    filled = np.array(positions, dtype=np.float64)
+    for frames in (range(1, len(filled)), range(len(filled) - 2, -1, -1)):
+        step = frames.step
+        for t in frames:
+            missing = np.isnan(filled[t])
+            filled[t][missing] = filled[t - step][missing]
+    return np.nan_to_num(filled)
+
+
+def algorithm_2(curve: Array, lines: Array, times: Array) -> list[tuple[int, int, int, float]]:
+    """Return the key frames of Algorithm 2 with a line that moves, as (frame, found at, confirmed at, time).
+
+    Early confirmation; a last key frame whose maximum never came is left out.
+    """
+    ceiling = floor = lines[0]
+    moving, falling, at_floor, awaiting = bool(curve[0] > lines[0]), False, False, False
+    run, candidate, found = 0, -1, 0
+    keys: list[tuple[int, int, int, float]] = []
+    for t in range(1, len(curve)):
+        value, last, line, before = curve[t], curve[t - 1], lines[t], ceiling
+        if value > ceiling:
+            ceiling, floor = value, max(value - line, line)
+        elif value < floor:
+            floor = max(value, line)
+            ceiling = min(value + line, ceiling)
+        if at_floor and falling and value > last and (candidate < 0 or last < curve[candidate]):
+            candidate, found = run, t
+        crossed = bool(value > line) != moving
+        awaiting = awaiting and value >= last and not crossed
+        if crossed:
+            moving, candidate = not moving, -1
+            keys.append((t, t, t, float(times[t])))
+        elif candidate >= 0 and value >= before:
+            keys.append((candidate, found, t, float(times[candidate])))
+            candidate, awaiting = -1, True
+        if value != last:
+            falling, at_floor, run = value < last, moving and value == floor, t
+        at_floor = at_floor and not crossed
+    return keys[:-1] if awaiting else keys
+
+
+def filtered(poses: Array, dt: Array) -> Array:
+    """Return the poses behind a first-order low-pass filter."""
+    result = poses.copy()
+    for t in range(1, len(poses)):
+        share = dt[t] / (dt[t] + facts.SMOOTHING)
+        result[t] = result[t - 1] + share * (poses[t] - result[t - 1])
+    return result
+
+
+def kept_frames(times: Array) -> NDArray[np.int64]:
+    """Return which frames' poses are kept, about 30 Hz."""
+    kept = [0]
+    for t in range(1, len(times)):
+        if times[t] - times[kept[-1]] >= pose_history.SPACING:
+            kept.append(t)
+    return np.array(kept)
+
+
+def joint_speeds(poses: Array, times: Array, kept: NDArray[np.int64]) -> Array:
+    """Return (n, J) m/s, over about a tenth of a second, from a kept pose."""
+    speeds = np.zeros(poses.shape[:2])
+    for t in range(1, len(poses)):
+        old = kept[(kept < t) & (times[kept] <= times[t] - facts.SPEED_WINDOW + pose_history.MARGIN)]
+        past = old[-1] if len(old) else 0
+        speeds[t] = np.linalg.norm(poses[t] - poses[past], axis=1) / (times[t] - times[past])
+    return speeds
+
+
+def usual_speeds(speed: Array, dt: Array) -> Array:
+    """Return V at each frame, m/s."""
+    usual = np.empty(len(speed))
+    squares, weight = scales.PRIOR_SPEED**2, 1.0
+    for t in range(len(speed)):
+        left = np.exp2(-dt[t] / scales.HALF_LIFE)
+        squares, weight = squares * left + speed[t] ** 2 * dt[t], weight * left + dt[t]
+        usual[t] = max(np.sqrt(squares / weight), scales.LEAST_SPEED)
+    return usual
+
+
+def surroundings(motion: Motion) -> tuple[Array, Array]:
+    """Return A at each frame, m, and how far each pose is from that in which the performer dwells, m."""
+    poses, joints = motion.poses, motion.moving_joints
+    extent, away = np.empty(len(poses)), np.zeros(len(poses))
+    mean, home = poses[0].copy(), poses[0].copy()
+    spread, weight, dwelt = scales.PRIOR_EXTENT**2, 1.0, scales.PRIOR_DWELT
+    stood = np.diff(motion.times[motion.kept], prepend=0.0)
+    durations = dict(zip(motion.kept.tolist(), stood.tolist(), strict=True))
+    for t, pose in enumerate(poses):
+        dt = durations.get(t, 0.0)
+        if dt > 0.0:
+            dwelling = dt / (1.0 + (motion.speed[t] / (scales.SLOW * motion.usual[t])) ** 2)
+            dwelt = dwelt * np.exp2(-dt / scales.HOME_HALF_LIFE) + dwelling
+            left = np.exp2(-dt / scales.HALF_LIFE)
+            spread = spread * left + ((pose - mean) ** 2).sum() / joints * dt
+            weight = weight * left + dt
+            mean += min(dt / scales.MEAN_TIME, 1.0) * (pose - mean)
+            home += dwelling / dwelt * (pose - home)
+        extent[t] = max(np.sqrt(spread / weight), scales.LEAST_EXTENT)
+        away[t] = np.sqrt(((pose - home) ** 2).sum() / joints)
+    return extent, away
+
+
+def _sums(motion: Motion) -> list[Array]:
+    """Return sums over the frames before each one: durations, poses, squares, log speeds, squares."""
+    usual = np.concatenate([[evidence.SPEED_OFFSET], evidence.SPEED_OFFSET * motion.usual[:-1]])
+    log_speeds = np.log(motion.speeds + usual[:, None])
+    values = [np.ones(len(motion.dt)), motion.poses, motion.poses**2, log_speeds, log_speeds**2]
+    weighted = [value * motion.dt.reshape(-1, *[1] * (value.ndim - 1)) for value in values]
+    return [np.cumsum(np.concatenate([np.zeros_like(value[:1]), value]), axis=0) for value in weighted]
+
+
+def periods(motion: Motion) -> tuple[NDArray[np.bool_], Array]:
+    """Return at each frame whether the performer repeats a movement, and the period, s."""
+    taken, due = [], 0.0
+    for t, time in enumerate(motion.times):
+        if time >= due - cycles.MARGIN:
+            taken.append(t)
+            due = max(due + cycles.SPACING, time)
+    inside, period = np.zeros(len(motion.times), bool), np.zeros(len(motion.times))
+    poses, totals = motion.poses[taken], np.zeros((len(taken) + 1, cycles.LAGS + 1))
+    within, last = False, 0.0
+    for i, t in enumerate(taken):
+        lags = min(i, cycles.LAGS)
+        apart = ((poses[i] - poses[i - lags : i][::-1]) ** 2).sum(axis=(1, 2)) / motion.moving_joints
+        totals[i + 1] = totals[i]
+        totals[i + 1, 1 : lags + 1] += apart
+        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2)
+        within = found > 0.0 and (within or depth < cycles.CERTAIN)
+        last = found if found > 0.0 else last
+        inside[t:], period[t:] = within, last
+    return inside, period
+
+
+def _period(totals: Array, taken: int, still: float) -> tuple[float, float]:
+    """Return the period, 0 if there is none, and how deep the normalised distance is there."""
+    lags = np.arange(1, cycles.LAGS + 1)
+    windows = np.maximum(3 * lags // 4, cycles.SHORTEST_WINDOW)
+    there = np.clip(taken - lags, 0, windows)
+    means = (totals[taken, lags] - totals[taken - there, lags]) / np.maximum(there, 1)
+    below = np.cumsum(means)
+    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > 0.0)
+    depth = np.concatenate([[1.0], np.where(there == windows, ratio, 2.0)])
+    if not below[-1] / cycles.LAGS > still:
+        return 0.0, 1.0
+    for lag in range(cycles.SHORTEST_LAG, cycles.LAGS):
+        last, value, later = depth[lag - 1 : lag + 2]
+        if value < cycles.DEEP and value <= last and value < later:
+            bend = last - 2.0 * value + later
+            shift = 0.5 * (last - later) / bend if bend > 1e-12 else 0.0
+            return float(lag + shift) * cycles.SPACING, float(value)
+    return 0.0, 1.0

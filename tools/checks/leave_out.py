@@ -1,0 +1,136 @@
+"""What level `motion` reaches on data that its weights never saw.
+
+    python -m checks.leave_out SET1 SET2 SET3 ...
+
+Each SET is a labelled folder as for `mossar evaluate`. The six numbers of the evidence are chosen anew on all sets but
+one, and that one is scored; so for each set. The search knows nothing of the numbers in force: it draws weights from
+wide ranges, and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
+`reference_motion.py`, which gives nearly the key frames that a stream gives; an hour or less for 180 recordings.
+"""
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from mossar_stream.algorithm.reference_motion import IN_FORCE, Motion, Weights, without_gaps
+from mossar_tools.console import Console
+from mossar_tools.evaluation.matching import Cut, match
+from mossar_tools.evaluation.takes import Take, load_folder
+
+RANGES = Weights(6.0, 14.0, 6.0, 2.0, 4.0, 6.0)  # largest values; from 0 on
+DRAWN, REFINED = 150, 40  # vectors of weights that are tried on all sets, and on all but one
+STEP = 0.15  # standard deviation of a refinement, of what it changes
+AVERAGED = 5  # best vectors whose mean is taken
+
+
+class Set(msgspec.Struct, frozen=True):
+    """A labelled set, ready to be scored.
+
+    Args:
+        motions: Of each recording, what the rule weighs.
+        takes: The recordings, with their cuts.
+    """
+
+    motions: list[Motion]
+    takes: list[Take]
+
+    def f1(self, weights: Weights) -> float:
+        """Return the mean F1 of the final key frames."""
+        return float(np.mean([_f1(*pair, weights) for pair in zip(self.motions, self.takes, strict=True)]))
+
+
+class LeftOut(msgspec.Struct, frozen=True):
+    """What was reached on a set that was left out.
+
+    Args:
+        in_force: F1 with the weights in force, which every set had a part in.
+        left_out: F1 with those chosen on the others.
+        weights: The latter.
+    """
+
+    in_force: float
+    left_out: float
+    weights: Weights
+
+
+def _f1(motion: Motion, take: Take, weights: Weights) -> float:
+    times = [float(motion.times[frame]) for frame in motion.final(weights)]
+    cuts: Sequence[Cut] = take.cuts
+    return 2 * len(match(times, cuts, take.tolerance)) / max(1, len(times) + len(cuts))
+
+
+def prepare(takes: Sequence[Take]) -> Set:
+    """Return a set whose evidence is computed, which does not depend on weights."""
+    motions = [
+        Motion(without_gaps(take.positions), take.fps, take.skeleton.root)  # type: ignore[arg-type]
+        for take in takes
+    ]
+    return Set(motions, list(takes))
+
+
+def draw(rng: np.random.Generator) -> Weights:
+    """Return weights from the whole of their ranges."""
+    return Weights(*(rng.random(len(RANGES)) * RANGES).tolist())
+
+
+def around(weights: Weights, rng: np.random.Generator) -> Weights:
+    """Return weights near to others."""
+    steps = rng.normal(0.0, STEP, len(RANGES)) * (rng.random(len(RANGES)) < 0.5)
+    return Weights(*np.clip(np.array(weights) + steps * RANGES, 0.0, None).tolist())
+
+
+def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) -> dict[str, LeftOut]:
+    """Return what is reached on each set with weights chosen on the others.
+
+    Args:
+        sets: At least two.
+        drawn: Vectors that are tried at first, the same for all.
+        refined: Vectors that are tried near to the best, for each set that is left out.
+        seed: Of what is drawn.
+    """
+    rng = np.random.default_rng(seed)
+    first = [draw(rng) for _ in range(drawn)]
+    scores = [{name: one.f1(weights) for name, one in sets.items()} for weights in first]
+    found = {}
+    for name, left in sets.items():
+        others = [one for other, one in sets.items() if other != name]
+        tried = [
+            (float(np.mean([score[other] for other in sets if other != name])), weights)
+            for score, weights in zip(scores, first, strict=True)
+        ]
+        for _ in range(refined):
+            near = around(max(tried)[1], rng)
+            tried.append((float(np.mean([one.f1(near) for one in others])), near))
+        best = sorted(tried, reverse=True)[:AVERAGED]
+        chosen = Weights(*np.mean([weights for _, weights in best], axis=0).tolist())
+        found[name] = LeftOut(left.f1(IN_FORCE), left.f1(chosen), chosen)
+    return found
+
+
+def main() -> None:
+    """Run the program."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folders", metavar="SET", nargs="+", type=Path)
+    parser.add_argument("--drawn", type=int, default=DRAWN)
+    parser.add_argument("--refined", type=int, default=REFINED)
+    given = parser.parse_args()
+    console = Console(sys.stdout, sys.stderr)
+    sets = {folder.name: prepare(load_folder(folder, console.status)) for folder in given.folders}
+    found = leave_out(sets, given.drawn, given.refined)
+    for name, one in found.items():
+        weights = " ".join(f"{weight:.1f}" for weight in one.weights)
+        console.line(
+            f"{name:<20} in force {one.in_force:.3f}   left out {one.left_out:.3f}   weights {weights}"
+        )
+    means = [np.mean([getattr(one, what) for one in found.values()]) for what in ("in_force", "left_out")]
+    console.line(f"{'mean':<20} in force {means[0]:.3f}   left out {means[1]:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""Moves: what recognising moves adds to a frame, and how long a push takes at most, with as many examples as a game has.
+
+Pushes with and without moves take turns, block by block, so that neighbours disturb both of them alike.
+"""
+
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream import Moves, Segmenter, Settings
+from mossar_tools.bench.measurement import Measurement, Target
+from mossar_tools.bench.motion import Motion, performer
+from mossar_tools.bench.push import WARM_UP, interruptions_of_thread, singles
+from mossar_tools.bench.work import Work
+
+JOINTS, EXAMPLES, EACH = 21, 28, 2
+SECONDS = 1.0  # of an example
+MORE = 2.0  # µs that a frame may take longer on average
+LONGEST = 500.0  # µs, p99.9 of a push
+BLOCK = 64  # pushes in turn
+processor_time = getattr(time, "thread_time", time.process_time)
+
+
+class Waits(NamedTuple):
+    """How long pushes took.
+
+    Args:
+        mean: s of processor time a push.
+        wall: (n,) s, each push by the wall clock, in blocks without an interruption; all of them if there is none.
+    """
+
+    mean: float
+    wall: NDArray[np.float64]
+
+
+def measure(work: Work) -> Iterator[Measurement]:
+    """Yield what moves add to a push on average, its 99.9 % quantile, and the memory of a performer."""
+    seconds = work.some(120, 8)
+    motion = performer(seconds, joints=JOINTS)
+    moves = examples_of(performer(seconds, joints=JOINTS, seed=2))
+    runs = [waits(motion, moves, work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
+    means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
+    high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
+    what = f"{motion.name}, {len(moves)} examples, {JOINTS} joints"
+    note = f"without: {float(np.median([off.mean for off, _ in runs])) * 1e6:.2f} us"
+    yield Measurement(
+        "moves", f"{what}: more on average", "us", means, means, Target(MORE), note=note, clock="cpu"
+    )
+    yield Measurement("moves", f"{what}: p99.9", "us", high, target=Target(LONGEST), clock="wall")
+    plain, own = (Segmenter(motion.skeleton, Settings(), moves=found).state_bytes for found in (None, moves))
+    yield Measurement("moves", "memory of a performer, besides the examples", "kB", ((own - plain) / 1000,))
+
+
+def examples_of(motion: Motion) -> Moves:
+    """Return moves whose examples are parts of a motion, of each stretch the liveliest."""
+    length = min(round(SECONDS * motion.fps), len(motion.times) // EXAMPLES)
+    begins = np.arange(EXAMPLES) * (len(motion.times) // EXAMPLES)
+    moves = Moves(motion.skeleton)
+    for k, begin in enumerate(begins):
+        moves.add(f"move {k // EACH + 1}", _liveliest(motion, int(begin), length), motion.fps)
+    return moves
+
+
+def _liveliest(motion: Motion, begin: int, length: int) -> NDArray[np.float32]:
+    """Return the part of a stretch of a motion in which the joints move most."""
+    until = begin + len(motion.times) // EXAMPLES
+    steps = np.linalg.norm(np.diff(motion.positions[begin:until], axis=0), axis=2).sum(axis=1)
+    paths = np.convolve(steps, np.ones(length - 1), "valid")
+    first = begin + int(np.argmax(paths))
+    return motion.positions[first : first + length]
+
+
+def waits(motion: Motion, moves: Moves, frames: int) -> tuple[Waits, Waits]:
+    """Push frames one by one, and return how long that took without moves and with them."""
+    pair = [Segmenter(motion.skeleton, Settings(), fps=motion.fps, moves=own) for own in (None, moves)]
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
+        for segmenter in pair:
+            segmenter.push(positions, moment)
+    spent, took, undisturbed = [0.0, 0.0], np.zeros((2, frames)), np.ones((2, frames), np.bool_)
+    interruptions = interruptions_of_thread()
+    for start in range(0, frames, BLOCK):
+        block = [next(stream) for _ in range(min(BLOCK, frames - start))]
+        here = slice(start, start + len(block))
+        for which, segmenter in enumerate(pair):
+            before, cpu = interruptions(), processor_time()
+            took[which, here] = _timed(segmenter, block)
+            spent[which] += processor_time() - cpu
+            undisturbed[which, here] = interruptions() == before
+    calm = [own[free] if free.any() else own for own, free in zip(took, undisturbed, strict=True)]
+    return Waits(spent[0] / frames, calm[0]), Waits(spent[1] / frames, calm[1])
+
+
+def _timed(segmenter: Segmenter, block: list[tuple[NDArray[np.float32], float]]) -> list[float]:
+    push, clock = segmenter.push, time.perf_counter
+    found = []
+    for positions, moment in block:
+        began = clock()
+        push(positions, moment)
+        found.append(clock() - began)
+    return found

@@ -1,0 +1,49 @@
+"""Lanes: what limbs do, and moves that were recognised, of one live performer, bounded in everything."""
+
+from collections import OrderedDict
+from typing import TypeVar
+
+from mossar_stream import MoveEvent, SegmentEvent
+from mossar_tools.dashboard.glimpse import NamedMove, Stretch
+
+_KEPT = 400  # segments of limbs, and moves
+_Kept = TypeVar("_Kept", SegmentEvent, MoveEvent)
+
+
+class Lanes:
+    """Remembers the last segments of limbs, and the last moves; not safe by itself between threads."""
+
+    def __init__(self) -> None:
+        self._segments: OrderedDict[str, SegmentEvent] = OrderedDict()
+        self._moves: OrderedDict[str, MoveEvent] = OrderedDict()
+
+    def take_segment(self, event: SegmentEvent) -> None:
+        """Take news about a segment of a limb in."""
+        _keep(self._segments, event)
+
+    def take_move(self, event: MoveEvent) -> None:
+        """Take news about a move in."""
+        _keep(self._moves, event)
+
+    def stretches(self, start: float) -> dict[str, list[Stretch]]:
+        """Return the segments of each limb since a time, s; limbs in the order of their names."""
+        found: dict[str, list[Stretch]] = {}
+        for event in sorted(self._segments.values(), key=lambda event: (event.channel, event.start_time)):
+            if event.end_time > start:
+                found.setdefault(event.channel, []).append(
+                    Stretch(event.start_time, event.end_time, event.state)
+                )
+        return found
+
+    def moves(self, start: float) -> list[NamedMove]:
+        """Return the moves since a time, s."""
+        return [NamedMove(e.start, e.end, e.name) for e in self._moves.values() if e.end > start]
+
+
+def _keep(kept: OrderedDict[str, _Kept], event: _Kept) -> None:
+    if event.status == "withdrawn":
+        kept.pop(event.id, None)
+        return
+    kept[event.id] = event
+    if len(kept) > _KEPT:
+        kept.popitem(last=False)
