@@ -47,7 +47,8 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
         "", "root: moves are seen relative to the root joint; centroid: to the mean of the joints"
     ),
     "similarity": Guide(
-        "", "evidence: odds of a change, a stop, a rest; likelihood: whether one pose distribution explains both sides; path_kernel: the paper's"
+        "",
+        "evidence: odds of a change, a stop, a rest; likelihood: whether one pose distribution explains both sides; path_kernel: the paper's",
     ),
     "features": Guide(
         "weights", "what likelihood looks at: positions, distances between joints, log_speed of joints"
