@@ -218,7 +218,7 @@ its_file._load_index = lambda: {}  # it looked before the first one wrote
 other.compile(numbers[1])
 file._save_index(said)  # and wrote its index earlier, but its code later
 again, _ = started()
-assert [again(3), again(2.5)] == [6, 5.0], [again(3), again(2.5)]
+assert repr([again(3), again(2.5)]) == "[6, 5.0]", [again(3), again(2.5)]
 print("right")
 """
 
