@@ -65,6 +65,25 @@ class Remerging(NamedTuple):
     verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see cycles.py
 
 
+@inline_kernel(returns_views=True)
+def prepared(params, summaries, memo, scratch, nodes, both):
+    """Return what a run needs; `places`, `bounds` and `verdicts` of the scratch say between which segments."""
+    return Remerging(
+        params,
+        summaries,
+        memo,
+        scratch.places,
+        scratch.bounds,
+        nodes,
+        both,
+        scratch.links,
+        scratch.costs,
+        scratch.strengths,
+        scratch.removed,
+        scratch.verdicts,
+    )
+
+
 @kernel
 def remerge(run, count, tempo):
     """Run Algorithm 3 until no key frame is left.
