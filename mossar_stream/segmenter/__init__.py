@@ -91,9 +91,8 @@ class Segmenter:
         self._level = level
         self._new_row = new_row
         self._one_shape = (self.joints, 3)
-        self._fast_shape: tuple[int, int] | None = (
-            self._one_shape
-        )  # None while a moved level waits for a push
+        # None while a moved level waits for a push
+        self._fast_shape: tuple[int, int] | None = self._one_shape
         self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
         self._is_measured = False
@@ -104,13 +103,7 @@ class Segmenter:
     def of_row(
         cls, row: Row, recognition: Recognition | None = None, new_row: NewRow | None = None
     ) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool.
-
-        Args:
-            row: The row.
-            recognition: What recognises its moves, if anything does.
-            new_row: Returns a row of a plan, for a limb; None for rows in pools of their own.
-        """
+        """Return a segmenter whose state is a row of a pool; those of limbs come from `new_row`, or have own pools."""
         segmenter = cls.__new__(cls)
         segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
         return segmenter
@@ -227,7 +220,7 @@ class Segmenter:
             self._followers.limbs.set_level(chosen)
 
     def change(self, **changes: object) -> list[Event]:
-        """Change settings while running.
+        """Change settings while running, and return the events of the take that this ends.
 
         A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity,
         features and the like, or a named level that brings others), or the tempo, which is known only to those who
@@ -235,9 +228,6 @@ class Segmenter:
 
         Args:
             **changes: Fields of `Settings`.
-
-        Returns:
-            The events of the take that this ends.
 
         Raises:
             SettingsError: If a value is illegal; nothing is changed then.
@@ -313,6 +303,8 @@ class Segmenter:
                 events = engine.push_frame(row, frame, self._one_time)
                 if events is not None:
                     return events
+            elif abs(float(times) - float(row.clock["time"])) <= row.plan.given.max_pause:  # the take goes on
+                return self._followers.push(row, frame, self._one_time)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
