@@ -13,7 +13,7 @@ from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.limbs.groups import groups_of
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter

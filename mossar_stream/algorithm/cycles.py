@@ -51,7 +51,7 @@ class Cycles(NamedTuple):
     """What is needed to find cycles, as the functions below need it."""
 
     state: np.void  # CYCLES
-    poses: NDArray[np.float32]  # (3, padded_joints, PLACES) m, ring of LAGS + 1 poses
+    poses: NDArray[np.float32]  # (3, joints, PLACES) m, ring of LAGS + 1 poses
     distances: NDArray[np.float32]  # (LONGEST_WINDOW, LAGS + 1) m², of the last poses from those before, ring
     sums: NDArray[np.float64]  # (PLACES,) m², scratch
     notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring

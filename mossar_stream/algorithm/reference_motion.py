@@ -168,8 +168,8 @@ class Motion:
             verdict = verdicts.get(number, cycles.FREE)
             found = None if verdict == cycles.WITHIN else self.evidence(number, a, b)
             odds: float = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
-            cost = max(odds, 0.0) + math.log1p(math.exp(-abs(odds)))
-            cost /= evidence.LOG_2
+            cost: float = max(odds, 0.0) + math.log1p(math.exp(-abs(odds)))
+            cost /= float(evidence.LOG_2)
             return max(cost, evidence.CERTAIN) if verdict == cycles.ENDS else cost
 
         removed = remerge(sorted(by_frame), left, end, strength)

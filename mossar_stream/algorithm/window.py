@@ -33,8 +33,6 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
     MERGED,
-    NO_JOINT,
-    PATH_JOINTS,
     RESTORED,
     SEGMENT,
     SEGMENT_CLOSED,
@@ -42,6 +40,7 @@ from mossar_stream.memory.event_buffer import (
     SEGMENT_WITHDRAWN,
     UNDECIDED,
     Point,
+    find_active,
     next_event,
     put_key_frame,
 )
@@ -122,7 +121,7 @@ class Window(NamedTuple):
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots
     summaries: NDArray[np.float64]  # (slots, slot)
-    counts: NDArray[np.int64]  # (W + 3, W + 2) messages sent about each segment of the window
+    counts: NDArray[np.int32]  # (W + 3, W + 2) messages sent about each segment of the window
     memo: NDArray[np.void]  # (memo,) MEMO
     events: NDArray[np.void]  # EVENT, the event buffer
     scratch: Scratch
@@ -370,23 +369,6 @@ def describe(w, event, has_previous, status, bounds):
             close(w.params, previous)
             remember(w.memo, left, middle, right, merge_cost(w.params, previous, own, both))
         event.strength = similarity(w.params, recall(w.memo, left, middle, right), previous, own)
-    _find_active(own[PATH : PATH + w.plan.joints], active)
+    find_active(own[PATH : PATH + w.plan.joints], active)
     event.joint0, event.joint1, event.joint2 = active[0], active[1], active[2]
     event.joint3, event.joint4 = active[3], active[4]
-
-
-@inline_kernel
-def _find_active(paths, active):
-    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
-    for place in range(PATH_JOINTS):
-        active[place] = NO_JOINT
-    least = 0.0
-    for j in range(len(paths)):
-        if paths[j] > least:
-            place = PATH_JOINTS - 1
-            while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
-                active[place] = active[place - 1]
-                place -= 1
-            active[place] = j
-            last = active[PATH_JOINTS - 1]
-            least = paths[last] if last != NO_JOINT else 0.0

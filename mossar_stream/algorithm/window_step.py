@@ -31,7 +31,7 @@ from mossar_stream.algorithm.open_segment import (
 )
 from mossar_stream.algorithm.pose_history import MARK, SPEED_OFFSET, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN
-from mossar_stream.algorithm.row import ROW, Shape
+from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, forget_candidate
 from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
@@ -83,13 +83,6 @@ TOLD, UNTOLD = np.int64(1), np.int64(0)
 LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all verdicts are due
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
 REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
-
-
-def new_scratch(shape: Shape) -> NDArray[np.uint8]:
-    """Return a `Scratch` for all rows of a shape; bytes as these are, or numba would compile everything twice."""
-    window, slot, joints = shape.window, shape.slot, shape.padded_joints
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
-    return np.zeros(8 * numbers, np.uint8)
 
 
 @entry_point(makes_arrays=False)
@@ -158,7 +151,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
             part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
@@ -167,7 +160,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),
         part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
-        part(row, at.counts, np.int64, (counted + 1, counted)),
+        part(row, at.counts, np.int32, (counted + 1, counted)),
         part(row, at.memo, MEMO, (plan.memo_size,)),
         part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,)),
         _scratch_of(plan, scratch),

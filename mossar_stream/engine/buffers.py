@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from mossar_stream.algorithm.window_step import new_scratch
-from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.warm_up import warm_up
 from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import new_event_buffer, take_events

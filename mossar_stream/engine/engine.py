@@ -25,6 +25,7 @@ from mossar_stream.engine.run import BUFFER_FULL, run
 from mossar_stream.events import Event, StreamChange, StreamEvent
 
 ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
+NOBODY = "nobody seen"  # in the reason for which a take ended
 _BEGIN = np.zeros(1, np.int64)
 
 
@@ -104,6 +105,17 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
         return row.take_pending() if code == ONE_DONE else _push(row, position, time)
     finally:
         guard.is_busy = False
+
+
+def push_short(
+    row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None = None
+) -> list[Event]:
+    """Take frames in as `push` does, by `push_frame` where it is one of a take that goes on."""
+    if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
+        events = push_frame(row, positions, times)
+        if events is not None:
+            return events
+    return push(row, positions, times, first_frame)
 
 
 def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
@@ -203,9 +215,13 @@ def _take_pending(row: Row) -> list[Event]:
 
 
 def end_take(row: Row, reason: str = "") -> list[Event]:
-    """End a performer's take: decide everything, and return the events, after those that were pending."""
+    """End a performer's take: decide everything, and return the events, after those that were pending.
+
+    The last one says so if nobody was seen: every joint was missing, or at the origin, in all frames.
+    """
     with row.guard:
-        return _end_take(row, reason)
+        said = reason if row.is_placed else ", ".join(filter(None, (reason, NOBODY)))
+        return _end_take(row, said)
 
 
 def _end_take(row: Row, reason: str) -> list[Event]:

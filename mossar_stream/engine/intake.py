@@ -19,6 +19,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.frames import constant_times, plain_array
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 
@@ -120,7 +121,7 @@ def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64],
     """
     for frame in positions:
         seen = (np.abs(frame) <= FARTHEST).all(axis=1)
-        if seen.any():
+        if frame[seen].any():  # senders without anybody before them put all joints at the origin
             joint = center if center >= 0 and seen[center] else int(seen.argmax())
             return CELL * np.rint(np.asarray(frame[joint], np.float64) / CELL), True
     return np.zeros(3), False

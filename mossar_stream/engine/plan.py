@@ -10,6 +10,7 @@ from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.pose_history import history_size
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
+from mossar_stream.algorithm.window import SCRATCH_ROWS
 from mossar_stream.memory.joint_pages import pad
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
@@ -210,3 +211,13 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
     added = np.arange(before.shape.slots, after.shape.slots)
     region(new, after.shape, "unused")[int(slots["unused_count"]) :][: len(added)] = added
     slots["unused_count"] += len(added)
+
+
+def new_scratch(shape: Shape) -> NDArray[np.uint8]:
+    """Return the bytes of a `Scratch` of window.py, shared by all rows of a shape.
+
+    Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
+    """
+    window, slot, joints = shape.window, shape.slot, shape.padded_joints
+    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
+    return np.zeros(8 * numbers, np.uint8)

@@ -17,7 +17,7 @@ from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import constant_times, performer_name
-from mossar_stream.limbs.groups import groups_of
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.settings import LevelName, Settings

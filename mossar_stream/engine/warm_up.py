@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.window_step import new_scratch
-from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
 from mossar_stream.jit.acceleration import is_accelerated
 from mossar_stream.jit.cache import open_cache

@@ -20,7 +20,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     SegmentEvent,
 )
-from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.decorators import inline_kernel, kernel
 
 PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
@@ -107,21 +107,19 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
     Args:
         buffer: Its bytes.
         performers: Names by row.
-        joints: Their names.
+        joints: Names.
     """
     (count,) = _COUNT.unpack_from(buffer)
     if not count:
         return []
     _COUNT.pack_into(buffer, 0, 0)
     events: list[Event] = []
-    last = of = -1
-    performer = prefix = ""
+    last, of, performer, prefix = -1, -1, "", ""
+    records = _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
-    for (
-        row, code, status, nature, take, rev, begin, end, frame, until, decided,
-        time, until_time, velocity, strength, a, b, c, d, e,
-    ) in _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size]):
+    for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
+         time, until_time, velocity, strength, a, b, c, d, e) in records:
         # fmt: on
         if row != last or take != of:
             last, of, performer = row, take, performers[row]
@@ -145,7 +143,7 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
                 strength=value,
             )
         else:
-            joint = joints[a], joints[b], joints[c], joints[d], joints[e]
+            five = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
                 v=SCHEMA_VERSION,
                 performer=performer,
@@ -158,8 +156,25 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
                 end_frame=until,
                 start_time=time,
                 end_time=until_time,
-                active_joints=joint if e >= 0 else joint[: (a, b, c, d, e).index(NO_JOINT)],
+                active_joints=five if e >= 0 else five[: (a, b, c, d, e).index(NO_JOINT)],
                 similarity=value,
             )
         events.append(event)
     return events
+
+
+@inline_kernel
+def find_active(paths, active):
+    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
+    for place in range(PATH_JOINTS):
+        active[place] = NO_JOINT
+    least = 0.0
+    for j in range(len(paths)):
+        if paths[j] > least:
+            place = PATH_JOINTS - 1
+            while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
+                active[place] = active[place - 1]
+                place -= 1
+            active[place] = j
+            last = active[PATH_JOINTS - 1]
+            least = paths[last] if last != NO_JOINT else 0.0

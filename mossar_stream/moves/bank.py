@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
-from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, describe
+from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton
@@ -40,7 +40,7 @@ def make_store(
     write_joints(store, _joint_records(theirs, streamed))
     for t, example in enumerate(examples):
         poses = example_poses(example, len(shown), ours, numbers)
-        write_example(store, t, names.index(example.name), poses, _path(poses))
+        write_example(store, t, names.index(example.name), poses, path_of(poses))
     return store
 
 
@@ -78,7 +78,8 @@ def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers:
     return poses
 
 
-def _path(poses: NDArray[np.float32]) -> NDArray[np.float64]:
+def path_of(poses: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the length of the path up to each pose, (n,) m."""
     steps = np.linalg.norm(np.diff(poses.astype(np.float64), axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 

@@ -108,6 +108,15 @@ class Moves:
 
         return make_store(self.skeleton, self._examples, self.names, streamed)
 
+    def kinds(self) -> list[list[int]]:
+        """Return which examples show the same move, whatever they are called: places in `examples`.
+
+        The largest kind comes first, in each kind the most typical example.
+        """
+        from mossar_stream.moves.kinds import kinds_of  # noqa: PLC0415 - not before it is wanted
+
+        return kinds_of(self.skeleton, self._examples)
+
     def to_json(self) -> bytes:
         """Return the moves as JSON text."""
         return write_moves(self.skeleton, self._examples)

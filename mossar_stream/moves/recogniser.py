@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
-from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.measure import (
     DIRECTIONS,
     LEAST,
@@ -29,6 +28,7 @@ from mossar_stream.moves.measure import (
     first_half,
     warped,
 )
+from mossar_stream.moves.padding import padded
 from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s
@@ -382,3 +382,15 @@ def _leading_limb(bank):
             if best < 0 or extent[limb] > extent[best]:
                 best = limb
     return best
+
+
+@entry_point
+def compare_with_all(store, poses, path, costs):
+    """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
+    bank = open_store(store)
+    room, rows = bank.room, bank.rows
+    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
+    for t in range(bank.examples.size):
+        at = t * ROWS
+        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
+        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)

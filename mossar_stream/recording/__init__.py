@@ -29,12 +29,12 @@ from mossar_stream.events import (
     SegmentState,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.limbs.groups import groups_of, leading_limb, limbs_by_joint, positions_of
-from mossar_stream.limbs.limbs import settings_of_limbs
+from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
+from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -240,12 +240,7 @@ def segment_recording(
         >>> len(result.key_frames), len(result.at(count=1).segments)
         (2, 2)
     """
-    frames, skeleton = _checked(positions, skeleton)
-    if times is None and fps is None:
-        raise ValueError("segment_recording needs fps or times")
-    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
-    if moments.shape != frames.shape[:1]:
-        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    frames, moments, skeleton = _checked(positions, fps, skeleton, times)
     chosen = settings or Settings()
     frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
@@ -255,27 +250,32 @@ def segment_recording(
     engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings or Settings())
-    limbs = {
-        limb.name: segment_recording(
-            positions_of(limb, frames), fps, limb.skeleton, own, times=moments, curves=curves
-        )
-        for limb in groups_of(skeleton, chosen.limbs)
-    }
+    limbs = {}
+    for limb in groups_of(skeleton, chosen.limbs):
+        seen = positions_of(limb, frames)
+        limbs[limb.name] = segment_recording(seen, fps, limb.skeleton, own, times=moments, curves=curves)
     result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
     return result
 
 
-def _checked(positions: ArrayLike, skeleton: Skeleton | None) -> tuple[NDArray[Any], Skeleton]:
-    """Return the positions as an array, and the skeleton that they have."""
+def _checked(
+    positions: ArrayLike, fps: float | None, skeleton: Skeleton | None, times: ArrayLike | None
+) -> tuple[NDArray[Any], NDArray[np.float64], Skeleton]:
+    """Return positions, times and the skeleton of a recording, as arrays that fit each other."""
     frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
     if len(skeleton) != frames.shape[1]:
         raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")
-    return frames, skeleton
+    if times is None and fps is None:
+        raise ValueError("segment_recording needs fps or times")
+    moments = constant_times(len(frames), fps or 0.0) if times is None else plain_array(times, np.float64)
+    if moments.shape != frames.shape[:1]:
+        raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
+    return frames, moments, skeleton
 
 
 def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:

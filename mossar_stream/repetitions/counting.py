@@ -20,7 +20,7 @@ from mossar_stream.repetitions.alike import (
     keep_alike,
 )
 from mossar_stream.repetitions.components import find_components
-from mossar_stream.repetitions.sampling import close_sample, take_pose
+from mossar_stream.repetitions.sampling import close_sample, is_frame_wanted, take_pose
 from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
@@ -73,7 +73,8 @@ def count_frames(headers, memory, positions, times, begin):
             if header.open - header.looked >= STRIDE:
                 changed |= look(header, samples)
         header.latest = times[i]
-        take_pose(header, samples, positions[i])
+        if is_frame_wanted(header.origin, header.open, header.frames, times[i]):
+            take_pose(header, samples, positions[i])
         if changed:
             return i + 1, CHANGED
     return len(times), NOTHING
@@ -130,6 +131,8 @@ def _best_proposal(header, samples, n, cycles, best):
     turns = np.empty((2, SAMPLES), np.int64)
     kept = np.empty((3, SAMPLES), np.int64)
     shapes = np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32)
+    totals = np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32)
+    alike = np.empty(SAMPLES // 2)
     spread = np.float64(1e-12)
     for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
@@ -142,16 +145,20 @@ def _best_proposal(header, samples, n, cycles, best):
         share = np.sqrt(np.sqrt(_square(samples.scores[k], n) / spread))
         for direction in (1, -1):
             count = cycles_between(turns, found, direction, n == header.open, cycles)
-            describe_all(samples, k, cycles, count, shapes)
-            halves = alternation(cycles, count, shapes) > HALVES
+            if count < 2:
+                continue
+            describe_all(samples, k, cycles, count, shapes, totals, alike)
+            halves = alternation(cycles, count, shapes, totals, alike) > HALVES
             for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
                 if way == 0:
                     left = count
                     kept[:, :count] = cycles[:, :count]
                 else:
                     left = join_pairs(samples.scores[k], cycles, count, way - 1, kept)
-                    describe_all(samples, k, kept, left, shapes)
-                left, covered, clear = keep_alike(samples.scores[k], kept, left, shapes)
+                    describe_all(samples, k, kept, left, shapes, totals, alike)
+                left, covered, clear = keep_alike(samples.scores[k], kept, left, alike)
+                if left == 0:
+                    continue
                 covered *= share * _preference(header, samples, n, k, kept, left)
                 if covered > most:
                     winner, most, component, sure = left, covered, k, clear
@@ -217,8 +224,12 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
-                before = _write(header, samples, component, proposed, oldest, before, True)
-        before = _write(header, samples, component, cycles[:, i], oldest, before, False)
+                before = _write(header, samples, component, proposed, oldest, before)
+                row = header.cycle[
+                    header.cycles - 1
+                ]  # what was not alike does not say when it passes half way
+                row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
+        before = _write(header, samples, component, cycles[:, i], oldest, before)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
     if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
@@ -241,7 +252,7 @@ def _missed(scores, cycle, begin):
 
 
 @kernel
-def _write(header, samples, component, cycle, oldest, before, missed):
+def _write(header, samples, component, cycle, oldest, before):
     """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
@@ -259,8 +270,6 @@ def _write(header, samples, component, cycle, oldest, before, missed):
         header.changed = place
     row.start, row.far, row.end = start, far, end
     _measure(header, samples, component, cycle, oldest, row)
-    if missed:  # what was not alike does not say when it passes half way
-        row.out, row.back = start + 0.25 * (end - start), start + 0.75 * (end - start)
     row.count = 1
     if place > 0:
         last = header.cycle[place - 1]

@@ -1,6 +1,11 @@
 """`mossar teach`: moves are shown live or from recordings, and `mossar run --moves` recognises them."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -144,3 +149,49 @@ def test_annotations_name_moves(mossar, recording, tmp_path, suffix):
     status, _, err = mossar("teach", moves, take, *labels, "--tier", "x")
     assert status == 2
     assert "no tier called x; there are:" in err
+
+
+def test_moves_that_nobody_named_are_grouped_drawn_and_named(mossar, recording, tmp_path):
+    moves, picture = tmp_path / "moves.json", tmp_path / "kinds.svg"
+    take = recording("take.npz", shown(PUNCH, RAISE, PUNCH, PUNCH, RAISE))
+    discover = ("teach", moves, take, "--discover", "--unit", "m", "--level", "cluster")
+    status, out, err = mossar(*discover, "--plot", picture)
+    assert status == 0, err
+    kinds = [line.split() for line in out.splitlines()]
+    assert [kind[:4] for kind in kinds[:2]] == [["kind", "1", "3", "times,"], ["kind", "2", "2", "times,"]]
+    assert "3 times" in picture.read_text()
+    assert not moves.exists()
+    assert mossar(*discover, "--names=-,raise", "--times", "1")[0] == 0
+    assert [Moves.load(moves).names, len(Moves.load(moves))] == [("raise",), 1]
+    status, _, err = mossar(*discover, "--names", ",".join("abcdefghij"))
+    assert status == 2
+    assert "kinds of moves" in err
+    assert mossar("teach", moves, take, "--names", "a")[0] == 2
+
+
+def test_ten_thousand_examples_get_one_clear_error(mossar, recording, tmp_path):
+    moves, take, table = tmp_path / "moves.json", recording("take.npz", shown(PUNCH)), tmp_path / "labels.csv"
+    table.write_text("start,end,name\n" + "1.2,3,punch\n" * 10_000)
+    status, _, err = mossar("teach", moves, take, "--labels", table, "--unit", "m")
+    assert status == 2
+    assert "500 examples already" in err
+    assert not moves.exists()
+
+
+def test_an_example_that_was_said_to_be_taken_survives_kill_9(recording, tmp_path):
+    moves, take = tmp_path / "moves.json", recording("take.npz", shown(*[PUNCH] * 12))
+    command = [sys.executable, "-m", "mossar_tools", "teach", moves, take, "--name", "punch", "--times", "12"]
+    for wanted in (1, 3):
+        moves.unlink(missing_ok=True)
+        with subprocess.Popen(
+            [*map(str, command), "--unit", "m", "--speed", "4"], stderr=subprocess.PIPE, text=True
+        ) as process:
+            said = 0
+            for line in process.stderr:
+                said += "taken" in line
+                if said == wanted:
+                    break
+            os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+        assert said == wanted
+        assert len(Moves.load(moves)) >= wanted
+        assert {path.suffix for path in Path(tmp_path).iterdir() if "moves" in path.name} == {".json"}

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame
+from mossar_stream import KeyFrame, Skeleton
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.palette import Palette
 from mossar_tools.stick_figures import Floats, head_of, project, sides, view_of
@@ -50,7 +50,7 @@ def draw_poses(
     span = shown.end - shown.start
     most = max(1, int(width / NARROWEST))
     view = view_of(whole.skeleton, whole.positions[:: max(1, len(whole.positions) // 200)].astype(np.float64))
-    candidates = _figures(whole, _chosen(shown.standing, most, span), view)
+    candidates = _figures(whole, _chosen(shown.kept, most, span), view)
     if not candidates:
         return []
     # As tall as the tallest, so that a raised arm or club stays within the panel; a metre is as long across.
@@ -59,16 +59,16 @@ def draw_poses(
     reach = float(np.quantile([figure.reach for figure in candidates], 0.8))
     gap = max(NARROWEST, 2 * reach * inches + MARGIN)
     most = min(most, max(1, int(width / gap)))
-    figures = _figures(whole, _chosen(shown.standing, most, span), view)
+    figures = _figures(whole, _chosen(shown.kept, most, span), view)
     times = [figure.key.time for figure in figures]
     places = spread(times, shown.start, shown.end, min(gap, width / len(figures)) * span / width)
     for figure, place in zip(figures, places, strict=True):
         x = place + figure.joints[:, 0] * inches * span / width
-        _draw_body(axes, whole, x, figure.joints[:, 1] / tallest, palette)
+        draw_body(axes, whole.skeleton, x, figure.joints[:, 1] / tallest, palette)
         tie = [place, place, figure.key.time, figure.key.time]
         axes.plot(tie, [-0.06, -0.11, -0.25, -0.37], color=palette.muted, lw=0.6, clip_on=False)
-    missing = len(shown.standing) - len(figures)
-    return [f"{missing} of {len(shown.standing)} poses"] if missing else []
+    missing = len(shown.kept) - len(figures)
+    return [f"{missing} of {len(shown.kept)} poses"] if missing else []
 
 
 def _chosen(keys: Sequence[KeyFrame], most: int, span: float) -> Sequence[KeyFrame]:
@@ -91,17 +91,18 @@ def _figures(whole: LoadedRecording, keys: Sequence[KeyFrame], view: Any) -> lis
     return found
 
 
-def _draw_body(axes: Any, whole: LoadedRecording, x: Any, y: Any, palette: Palette) -> None:
-    side = sides(whole.skeleton)
+def draw_body(axes: Any, skeleton: Skeleton, x: Any, y: Any, palette: Palette) -> None:
+    """Draw a pose whose joints lie at x, y."""
+    side = sides(skeleton)
     colours = {1: palette.left, -1: palette.right, 0: palette.ink}
-    for parent, child in whole.skeleton.bones():
+    for parent, child in skeleton.bones():
         where = side[child] if side[child] == side[parent] or side[parent] == 0 else 0
         bone = [parent, child]
         axes.plot(x[bone], y[bone], color=colours[where], lw=1.8, solid_capstyle="round", clip_on=False)
-    head = head_of(whole.skeleton)
+    head = head_of(skeleton)
     if head >= 0:
         axes.plot(x[head], y[head], "o", ms=5.5, color=palette.ink, clip_on=False)
-    if not whole.skeleton.bones():
+    if not skeleton.bones():
         axes.plot(x, y, "o", ms=2.0, color=palette.ink, clip_on=False)
 
 

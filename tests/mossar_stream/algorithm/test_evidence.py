@@ -79,6 +79,22 @@ def test_the_size_of_the_body_changes_little(recordings):
     assert mean_agreement(recordings, lambda positions, _: positions * 1.5) >= 0.9
 
 
+@pytest.mark.parametrize("rate", [60.0, 120.0])
+def test_the_frame_rate_changes_little(rate):
+    """The same motion, sampled more often."""
+
+    def sampled(positions, fps):
+        times = np.arange(0.0, (len(positions) - 1) / fps, 1.0 / rate)
+        grid = np.arange(len(positions)) / fps
+        flat = positions.reshape(len(positions), -1)
+        return np.stack([np.interp(times, grid, column) for column in flat.T], 1).reshape(
+            -1, *positions.shape[1:]
+        )
+
+    recordings = takes("gesture_phase/*.json") + takes("ui_prmd/m0*_s01.json")
+    assert mean_agreement(recordings, sampled, lambda _: rate) >= 0.95
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_chunks_change_nothing(core, seed, size):

@@ -5,9 +5,8 @@ import pytest
 
 from mossar_stream import Segmenter, Settings
 from mossar_stream.algorithm.row import CACHE_LINE, new_memory
-from mossar_stream.algorithm.window_step import new_scratch
 from mossar_stream.engine.buffers import Buffers
-from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.pool import Pool
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.views import part

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.options import Options, add_body, add_messages, add_settings, add_speed
-from mossar_tools.values import positive
+from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings, add_speed
+from mossar_tools.values import names, positive
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
   mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat, Audacity, Label Studio write
+  mossar teach moves.json take.bvh --discover --plot kinds.png      which moves are in it? Then
+  mossar teach moves.json take.bvh --discover --names punch,-,kick  call kinds 1 and 3 so
   mossar teach moves.json --list
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
@@ -46,6 +48,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of a recording: many moves; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .json",
     )
     group.add_argument("--tier", metavar="NAME", help="of --labels: where the moves are (default: moves)")
+    group = parser.add_argument_group("what is in a recording that nobody has labelled")
+    group.add_argument("--discover", action="store_true", help="group its movements into kinds")
+    group.add_argument(
+        "--names",
+        metavar="A,B,-,...",
+        type=names,
+        help="call the kinds so, in their order, - for none, and take the --times most typical examples of each",
+    )
+    add_plot(group)
     group = parser.add_argument_group("what there is")
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
@@ -66,6 +77,10 @@ def run(options: Options, console: Console) -> int:
         return _look_after(options, console)
     if len(options.sources) != 1:
         raise UsageError("what to learn from? One stream or recording (see mossar teach --help)")
+    if options.discover:
+        return _discover(options, console)
+    if options.names or options.plot is not None:
+        raise UsageError("--names and --plot belong to --discover")
     if options.labels is not None:
         return _teach_labels(options, console)
     if options.name is None:
@@ -136,6 +151,39 @@ def _teach_parts(options: Options, console: Console, parts: list[tuple[float, fl
         moves.add(name, positions, fps)
     _save(moves, options.file)
     console.say(f"{options.file}: {len(parts)} taken; {len(moves)} examples of {len(moves.names)} moves")
+    return DONE
+
+
+def _discover(options: Options, console: Console) -> int:
+    """Show the kinds of moves in a recording, and take those that are named."""
+    from mossar_tools.discovering import discover, draw_kinds, lines_of
+    from mossar_tools.loaded_recording import load_recording
+    from mossar_tools.outputs import Outputs
+    from mossar_tools.palette import palette
+    from mossar_tools.streaming import saying_if_cold
+
+    picture = Outputs.of(options).picture
+    whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
+    moves = _moves_for(options.file, whole.skeleton) if options.names else None
+    settings = options.settings(range="file")
+    with saying_if_cold(settings):
+        kinds, left_out = discover(whole, settings)
+    for line in lines_of(kinds):
+        console.line(line)
+    if left_out:
+        console.say(f"{left_out} movements were too short, too small, incomplete or too many to compare")
+    if picture is not None:
+        draw_kinds(picture, whole, kinds, palette(dark=options.dark))
+        console.say(f"drawn: {picture}")
+    if moves is None:
+        return DONE
+    if len(options.names) > len(kinds):
+        raise UsageError(f"--names has {len(options.names)} names; there are {len(kinds)} kinds of moves")
+    for name, kind in zip(options.names, kinds, strict=False):
+        for part in kind[: options.times] if name != "-" else ():
+            moves.add(name, part.positions, part.fps)
+    _save(moves, options.file)
+    console.say(f"{options.file}: {len(moves)} examples of {len(moves.names)} moves")
     return DONE
 
 

@@ -19,7 +19,7 @@ from mossar_stream import (
     to_json,
 )
 from mossar_stream.frames import Frames
-from mossar_stream.limbs.groups import MEAN, groups_of, leading_limb
+from mossar_stream.moves.groups import MEAN, groups_of, leading_limb
 
 FPS = 30.0
 FIVE = ["trunk", "left_arm", "right_arm", "left_leg", "right_leg"]

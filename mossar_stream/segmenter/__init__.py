@@ -8,23 +8,22 @@ from numpy.typing import ArrayLike
 from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, checked, has_said_size, less
+from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event
-from mossar_stream.followers import Followers
 from mossar_stream.frames import Frames, constant_times, performer_name
-from mossar_stream.limbs.groups import groups_of
-from mossar_stream.limbs.limbs import Limbs, together
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.segmenter.followers import Followers
+from mossar_stream.segmenter.limbs import Limbs, together
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
-NUMBERS = (float, int, np.floating, np.integer)  # what a time may be
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
 
 
@@ -92,9 +91,8 @@ class Segmenter:
         self._level = level
         self._new_row = new_row
         self._one_shape = (self.joints, 3)
-        self._fast_shape: tuple[int, int] | None = (
-            self._one_shape
-        )  # None while a moved level waits for a push
+        # None while a moved level waits for a push
+        self._fast_shape: tuple[int, int] | None = self._one_shape
         self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
         self._is_measured = False
@@ -105,13 +103,7 @@ class Segmenter:
     def of_row(
         cls, row: Row, recognition: Recognition | None = None, new_row: NewRow | None = None
     ) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool.
-
-        Args:
-            row: The row.
-            recognition: What recognises its moves, if anything does.
-            new_row: Returns a row of a plan, for a limb; None for rows in pools of their own.
-        """
+        """Return a segmenter whose state is a row of a pool; those of limbs come from `new_row`, or have own pools."""
         segmenter = cls.__new__(cls)
         segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
         return segmenter
@@ -311,6 +303,8 @@ class Segmenter:
                 events = engine.push_frame(row, frame, self._one_time)
                 if events is not None:
                     return events
+            elif abs(float(times) - float(row.clock["time"])) <= row.plan.given.max_pause:  # the take goes on
+                return self._followers.push(row, frame, self._one_time)
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -371,11 +365,9 @@ class Segmenter:
 
     def snapshot(self) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        row = self._row
+        row, following = self._row, self._followers.snapshot()
         row.pending = engine.take_pending(row)
-        return pack_snapshot(
-            row.plan, row.name, self._level, row.pending, row.memory[0], self._followers.snapshot()
-        )
+        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
 
     @classmethod
     def restore(cls, blob: bytes) -> "Segmenter":

@@ -1,23 +1,45 @@
 """Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.curve_state import CurveState
+from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
-from mossar_stream.limbs.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
+from mossar_stream.moves.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
-if TYPE_CHECKING:
-    from mossar_stream.segmenter import Segmenter
 
-NewSegmenter = Callable[[Skeleton, Settings], "Segmenter"]
+class LimbSegmenter(Protocol):
+    """What is needed of the segmenter of a limb; `Segmenter` is one."""
+
+    performer: str
+    level: LevelName | float
+
+    @property
+    def row(self) -> Row: ...  # noqa: D102
+    @property
+    def skeleton(self) -> Skeleton: ...  # noqa: D102
+    @property
+    def state(self) -> CurveState | None: ...  # noqa: D102
+    @property
+    def state_bytes(self) -> int: ...  # noqa: D102
+    def change(self, **changes: object) -> list[Event]: ...  # noqa: D102
+    def carry_on(self, counts: Mapping[str, int]) -> None: ...  # noqa: D102
+    def end_take(self) -> list[Event]: ...  # noqa: D102
+    def reset(self) -> list[Event]: ...  # noqa: D102
+    def release(self) -> None: ...  # noqa: D102
+    def snapshot(self) -> bytes: ...  # noqa: D102
+
+
+NewSegmenter = Callable[[Skeleton, Settings], LimbSegmenter]
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
@@ -59,7 +81,7 @@ class Limbs:
         return tuple(limb.name for limb in self._groups)
 
     @property
-    def segmenters(self) -> dict[str, "Segmenter"]:
+    def segmenters(self) -> dict[str, LimbSegmenter]:
         """The segmenter of each; its events say nothing of the limb."""
         return dict(zip(self.names, self._segmenters, strict=True))
 
@@ -78,11 +100,7 @@ class Limbs:
             self._frame[0, self._means] = mean_of(positions)
         events: list[Event] = []
         for limb, segmenter, view in zip(self._groups, self._segmenters, self._views, strict=True):
-            row = segmenter.row
-            if first_frame is None and row.is_live and not row.is_level_new:
-                found = engine.push_frame(row, view, time)
-            else:
-                found = engine.push(row, view, time, first_frame)
+            found = engine.push_short(segmenter.row, view, time, first_frame)
             if found:
                 events += self._told(limb, found)
         return events
@@ -153,7 +171,7 @@ class Limbs:
         """Return what all limbs know."""
         return tuple(segmenter.snapshot() for segmenter in self._segmenters)
 
-    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], "Segmenter"]) -> None:
+    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], LimbSegmenter]) -> None:
         """Go on where the limbs of a snapshot were.
 
         Args:

@@ -1,7 +1,6 @@
 """What else follows a performer's frames: moves, repetitions, limbs. All are off by default, and cost nothing then."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +9,10 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import Event
-from mossar_stream.limbs.limbs import Limbs, together
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
+from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
 from mossar_stream.settings import Settings
-
-if TYPE_CHECKING:
-    from mossar_stream.segmenter import Segmenter
 
 
 class Followers:
@@ -179,9 +175,7 @@ class Followers:
         """Take frames in; what is said of repetitions comes with the events of the body."""
         if self.counter is not None:
             return self._push_counted(self.counter, row, positions, times, first_frame)
-        if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
-            return _push_one(row, positions, times)
-        return engine.push(row, positions, times, first_frame)
+        return engine.push_short(row, positions, times, first_frame)
 
     def _push_counted(
         self,
@@ -194,11 +188,11 @@ class Followers:
         """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
         can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
         if can_be_quick and counter.hold(positions[0], float(times[0])):
-            return _push_one(row, positions, times)
+            return engine.push_short(row, positions, times)
         begin = 0
         end, stop = counter.follow(positions, times)
         if can_be_quick and stop == NOTHING:
-            return _push_one(row, positions, times)
+            return engine.push_short(row, positions, times)
         events: list[Event] = []
         while True:
             first = None if first_frame is None else first_frame + begin
@@ -230,7 +224,7 @@ class Followers:
             limbs=() if self.limbs is None else self.limbs.snapshot(),
         )
 
-    def restore(self, known: Following, restored: Callable[[bytes], "Segmenter"]) -> None:
+    def restore(self, known: Following, restored: Callable[[bytes], LimbSegmenter]) -> None:
         """Go on where a snapshot was made; the recognition is there already.
 
         Args:
@@ -244,9 +238,3 @@ class Followers:
             self.counter.restore(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
-
-
-def _push_one(row: Row, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:
-    """Take one frame in, the quick way unless the take ends before it."""
-    events = engine.push_frame(row, positions, times)
-    return engine.push(row, positions, times) if events is None else events

@@ -1,0 +1,63 @@
+"""Kinds: which examples show the same move, where nobody has named them.
+
+The cost by which the recogniser compares a movement with an example is taken between all pairs, and examples are joined
+by average linkage until the mean logarithm of the cost between two groups is above `APART`.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.moves.bank import example_poses, make_store, path_of
+from mossar_stream.moves.example import Example
+from mossar_stream.moves.joints import shared_joints
+from mossar_stream.moves.padding import padded
+from mossar_stream.moves.recogniser import compare_with_all
+from mossar_stream.skeleton import Skeleton
+
+APART = -0.5  # natural logarithm of the mean cost between two kinds
+
+
+def kinds_of(skeleton: Skeleton, examples: Sequence[Example]) -> list[list[int]]:
+    """Return groups of examples that show the same move, the largest first, in each the most typical first.
+
+    Args:
+        skeleton: Of the examples.
+        examples: Their names do not matter.
+    """
+    if not examples:
+        return []
+    costs = _costs(skeleton, examples)
+    groups = _joined(costs)
+    ordered = [sorted(group, key=lambda i: float(costs[i, group].sum())) for group in groups]
+    return sorted(ordered, key=lambda group: (-len(group), min(group)))
+
+
+def _costs(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.float64]:
+    """Return (n, n) natural logarithms of the costs between examples, the mean of both directions."""
+    store = make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton)
+    _, ours, _ = shared_joints(skeleton, skeleton)
+    costs = np.zeros((len(examples), len(examples)))
+    for row, example in zip(costs, examples, strict=True):
+        poses = example_poses(example, len(skeleton), ours, padded(3 * len(ours)))
+        compare_with_all(store, poses, path_of(poses), row)
+    logs = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
+    return (logs + logs.T) / 2
+
+
+def _joined(costs: NDArray[np.float64]) -> list[list[int]]:
+    """Return groups by average linkage."""
+    groups = [[i] for i in range(len(costs))]
+    between = costs.copy()
+    np.fill_diagonal(between, np.inf)
+    while len(groups) > 1:
+        a, b = sorted(divmod(int(np.argmin(between)), len(groups)))
+        if between[a, b] > APART:
+            break
+        p, q = len(groups[a]), len(groups[b])
+        between[a] = between[:, a] = (p * between[a] + q * between[b]) / (p + q)
+        between[a, a] = np.inf
+        between = np.delete(np.delete(between, b, axis=0), b, axis=1)
+        groups[a] += groups.pop(b)
+    return groups

@@ -1,0 +1,126 @@
+"""Discovering: the moves of a recording that nobody has named, grouped into a few kinds.
+
+The moving segments of the recording are taken as examples; those that show the same move make a kind.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.files.loaded import LoadedRecording
+from mossar_stream import Moves, MovesError, Settings, segment_recording
+from mossar_tools.figures import save, style
+from mossar_tools.palette import Palette
+from mossar_tools.poses import draw_body
+from mossar_tools.stick_figures import project, view_of
+
+POSES = 6  # of a kind in the picture
+MOST_DRAWN = 20  # kinds
+_WIDE, _TALL = 1.1, 1.5  # inches of a pose
+
+
+class Part(msgspec.Struct, frozen=True):
+    """A movement of a recording.
+
+    Args:
+        start: s since its first frame.
+        end: s.
+        positions: (n, J, 3) m.
+        fps: Hz.
+    """
+
+    start: float
+    end: float
+    positions: NDArray[np.float32]
+    fps: float
+
+
+Kind = list[Part]
+
+
+def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], int]:
+    """Return the kinds of moves in a recording, the most frequent first, and how many movements were left out.
+
+    In each kind the most typical movement comes first. Left out are movements too short or too small for an example,
+    those in which a joint is missing, and those beyond the most that can be compared.
+
+    Args:
+        whole: The recording.
+        settings: Of the segmentation; its level says how long moves are.
+    """
+    result = segment_recording(whole.positions, whole.fps, whole.skeleton, settings, times=whole.times)
+    candidates, parts, left_out = Moves(whole.skeleton), [], 0
+    for segment in result.segments:
+        if segment.state != "moving":
+            continue
+        part = _part(whole, segment.start_time, segment.end_time)
+        try:
+            candidates.add("movement", part.positions, part.fps)
+        except MovesError:
+            left_out += 1
+            continue
+        parts.append(part)
+    return [[parts[place] for place in kind] for kind in candidates.kinds()], left_out
+
+
+def _part(whole: LoadedRecording, start: float, end: float) -> Part:
+    inside = (whole.times >= start) & (whole.times <= end)
+    times, origin = whole.times[inside], float(whole.times[0])
+    span = float(times[-1] - times[0]) if len(times) else 0.0
+    fps = (len(times) - 1) / span if span > 0 else whole.fps or 1.0
+    return Part(start - origin, end - origin, whole.positions[inside], fps)
+
+
+def lines_of(kinds: list[Kind]) -> list[str]:
+    """Return a line for each kind: how often it was made, and when."""
+    found = []
+    for number, kind in enumerate(kinds, 1):
+        moments = ", ".join(f"{part.start:.1f}" for part in sorted(kind, key=lambda part: part.start)[:8])
+        more = ", ..." if len(kind) > 8 else ""
+        found.append(f"kind {number:<4}{len(kind):>4} times, at {moments}{more} s")
+    return found
+
+
+def draw_kinds(path: Path, whole: LoadedRecording, kinds: list[Kind], palette: Palette) -> None:
+    """Draw the most typical movement of each kind as a row of poses.
+
+    Args:
+        path: `.png`, `.svg` or `.pdf`.
+        whole: The recording.
+        kinds: See `discover`.
+        palette: Colours.
+
+    Raises:
+        MossarError: If the file cannot be written.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    shown = kinds[:MOST_DRAWN]
+    view = view_of(whole.skeleton, whole.positions[:: max(1, len(whole.positions) // 200)].astype(np.float64))
+    with mpl.rc_context(style(palette)):
+        rows = max(1, len(shown))
+        figure = Figure(figsize=(_WIDE * (POSES + 1), _TALL * rows))
+        for number, kind in enumerate(shown):
+            bottom = 1 - (number + 1) / rows
+            figure.text(0.01, bottom + 0.5 / rows, f"kind {number + 1}\n{len(kind)} times", va="center")
+            for place in range(POSES):
+                box = ((place + 1) / (POSES + 1), bottom + 0.06 / rows, 1 / (POSES + 1), 0.88 / rows)
+                frame = round(place * (len(kind[0].positions) - 1) / (POSES - 1))
+                _draw_pose(figure.add_axes(box), whole, kind[0].positions[frame], view, palette)
+        save(figure, path)
+
+
+def _draw_pose(
+    axes: Any, whole: LoadedRecording, pose: NDArray[np.float32], view: Any, palette: Palette
+) -> None:
+    flat = project(pose.astype(np.float64), view)
+    flat[:, 1] -= np.nanmin(flat[:, 1])
+    axes.set_axis_off()
+    axes.set_xlim(-0.6 * view.height, 0.6 * view.height)
+    axes.set_ylim(-0.1 * view.height, 1.3 * view.height)
+    axes.set_aspect("equal")
+    draw_body(axes, whole.skeleton, flat[:, 0], flat[:, 1], palette)
