@@ -202,8 +202,8 @@ def test_the_origin_of_time_does_not_matter(settings, fps):
 
 
 def test_a_source_of_three_frames_a_second_has_no_gaps():
-    positions = person(0, 100)
+    positions = person(0, 2000)[::20]
     segmenter = Segmenter(skeleton(JOINTS), Settings(level="posture"), fps=3.0)
     events = segmenter.push(positions) + segmenter.end_take()
-    assert final(events)
+    assert any(isinstance(event, KeyFrameEvent) for event in events)
     assert segmenter.stats["gaps"] == 0
