@@ -89,6 +89,7 @@ def test_the_events_in_the_documentation_fit(valid):
         "segment",
         "move",
         "repetition",
+        "phase",
         "stream",
         "stats",
     }
