@@ -5,7 +5,10 @@ passes a quarter, half and three quarters of the way, out and back: pauses and p
 of neighbours whose descriptions agree; the agreement of all pairs of a run must add up to enough.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS
@@ -18,6 +21,14 @@ LEAST_AGREEMENT = 0.23  # of two neighbours
 ENOUGH = 0.8  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
 MUCH = 1.8  # or as much of a run's pairs together
+
+
+class Described(NamedTuple):
+    """Descriptions of cycles, as the functions below write and compare them."""
+
+    shapes: NDArray[np.float32]  # (SAMPLES // 2, POSTURES, COMPONENTS)
+    totals: NDArray[np.float32]  # (SAMPLES // 2, COMPONENTS + 1) sums of each component, and of all squares
+    alike: NDArray[np.float64]  # (SAMPLES // 2,) agreement of each with the next
 
 
 @kernel
@@ -94,11 +105,12 @@ def _between(row, place):
 
 
 @kernel
-def agreement(shapes, totals, i, j):
+def agreement(described, i, j):
     """Return how alike two descriptions are: 1 the same, 0 no more than by chance.
 
     With a and b the descriptions and m their mean, this is 1 - |a - b|² / (|a - m|² + |b - m|²).
     """
+    shapes, totals = described.shapes, described.totals
     product, means = np.float32(0.0), np.float32(0.0)
     for q in range(POSTURES):
         for k in range(COMPONENTS):
@@ -125,7 +137,7 @@ def _pair(scores, cycles, i):
 
 
 @kernel
-def describe_all(samples, component, cycles, count, shapes, totals, alike):
+def describe_all(samples, component, cycles, count, described):
     """Describe cycles.
 
     Args:
@@ -133,10 +145,9 @@ def describe_all(samples, component, cycles, count, shapes, totals, alike):
         component: The one whose turning points these are.
         cycles: (3, SAMPLES).
         count: How many there are.
-        shapes: (SAMPLES // 2, POSTURES, COMPONENTS) float32, out: descriptions.
-        totals: (SAMPLES // 2, COMPONENTS + 1) float32, out: sums of each component, and of all squares.
-        alike: (SAMPLES // 2,) out: agreement of each with the next.
+        described: `Described`, out.
     """
+    shapes, totals = described.shapes, described.totals
     for i in range(count):
         describe(samples, component, cycles[:, i], shapes[i])
         totals[i] = np.float32(0.0)
@@ -146,16 +157,17 @@ def describe_all(samples, component, cycles, count, shapes, totals, alike):
                 totals[i, k] += value
                 totals[i, COMPONENTS] += value * value
         if i > 0:
-            alike[i - 1] = agreement(shapes, totals, i - 1, i)
+            described.alike[i - 1] = agreement(described, i - 1, i)
 
 
 @kernel
-def alternation(cycles, count, shapes, totals, alike):
+def alternation(cycles, count, described):
     """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
+    alike = described.alike
     better, triples = 0.0, 0
     for i in range(count - 2):
         if cycles[2, i] == cycles[0, i + 1] and cycles[2, i + 1] == cycles[0, i + 2]:
-            better += agreement(shapes, totals, i, i + 2) - 0.5 * (alike[i] + alike[i + 1])
+            better += agreement(described, i, i + 2) - 0.5 * (alike[i] + alike[i + 1])
             triples += 1
     return better / triples if triples > 1 else 0.0
 

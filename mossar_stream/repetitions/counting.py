@@ -10,6 +10,7 @@ import numpy as np
 from mossar_stream.jit.decorators import entry_point, kernel
 from mossar_stream.repetitions.alike import (
     POSTURES,
+    Described,
     alternation,
     crossing,
     cycles_between,
@@ -130,9 +131,11 @@ def _best_proposal(header, samples, n, cycles, best):
     """Write the cycles of the proposal that wins; return their number, its component and whether it is clear."""
     turns = np.empty((2, SAMPLES), np.int64)
     kept = np.empty((3, SAMPLES), np.int64)
-    shapes = np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32)
-    totals = np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32)
-    alike = np.empty(SAMPLES // 2)
+    described = Described(
+        np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32),
+        np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32),
+        np.empty(SAMPLES // 2),
+    )
     spread = np.float64(1e-12)
     for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
@@ -147,16 +150,16 @@ def _best_proposal(header, samples, n, cycles, best):
             count = cycles_between(turns, found, direction, n == header.open, cycles)
             if count < 2:
                 continue
-            describe_all(samples, k, cycles, count, shapes, totals, alike)
-            halves = alternation(cycles, count, shapes, totals, alike) > HALVES
+            describe_all(samples, k, cycles, count, described)
+            halves = alternation(cycles, count, described) > HALVES
             for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
                 if way == 0:
                     left = count
                     kept[:, :count] = cycles[:, :count]
                 else:
                     left = join_pairs(samples.scores[k], cycles, count, way - 1, kept)
-                    describe_all(samples, k, kept, left, shapes, totals, alike)
-                left, covered, clear = keep_alike(samples.scores[k], kept, left, alike)
+                    describe_all(samples, k, kept, left, described)
+                left, covered, clear = keep_alike(samples.scores[k], kept, left, described.alike)
                 if left == 0:
                     continue
                 covered *= share * _preference(header, samples, n, k, kept, left)
