@@ -28,7 +28,7 @@ LONGEST_WINDOW, SHORTEST_WINDOW = 45, 10  # poses; three quarters of the lag bet
 DEEP, CERTAIN = 0.6, 0.25  # normalised distance at the period, to stay in cycles and to enter them
 STILL = 0.05  # mean squared distance, in A², below which nothing is repeated
 CANDIDATES = 32  # remembered
-JUDGED_AFTER = 1.5  # s
+JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
 NEAREST = 0.6  # periods between two repetitions' ends
 SLOWNESS, SLOWNESS_OFFSET = 1.5, 0.1  # weight of the log speed, and the share of V added to the speed
 FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no cycle, end of a repetition, inside one
@@ -51,7 +51,7 @@ class Cycles(NamedTuple):
     """What is needed to find cycles, as the functions below need it."""
 
     state: np.void  # CYCLES
-    poses: NDArray[np.float32]  # (3, padded_joints, PLACES) m, ring of LAGS + 1 poses
+    poses: NDArray[np.float32]  # (3, joints, PLACES) m, ring of LAGS + 1 poses
     distances: NDArray[np.float32]  # (LONGEST_WINDOW, LAGS + 1) m², of the last poses from those before, ring
     sums: NDArray[np.float64]  # (PLACES,) m², scratch
     notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring

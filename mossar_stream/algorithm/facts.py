@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.algorithm.pose_history import mark_at
+from mossar_stream.algorithm.pose_history import MARGIN, mark_at
 from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity import evidence
@@ -69,7 +69,7 @@ def note_place(facts, scales, history, body, time, joints):
 @inline_kernel
 def note_speed(facts, scales, time):
     """Note the speed of a frame, unless a key frame was told of just now."""
-    if time > facts.told_time:
+    if time > facts.told_time + MARGIN:
         facts.peak = max(facts.peak, scales.speed)
 
 
@@ -102,4 +102,4 @@ def write_facts(summary, begin, facts, scales, noise, joints):
 def is_telling(facts, scales, time, noise):
     """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise."""
     slow = facts.speed <= QUICK * usual_speed(scales)
-    return slow and time - facts.told_time >= APART and facts.peak >= ABOVE_NOISE * noise
+    return slow and time - facts.told_time >= APART - MARGIN and facts.peak >= ABOVE_NOISE * noise

@@ -45,7 +45,7 @@ from mossar_stream.algorithm.remerging import MEMO, start_memo
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import follow_poses, follow_scales, start_scales, usual_speed
 from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
-from mossar_stream.algorithm.tempo import follow_mean, follow_speed, start_tempo
+from mossar_stream.algorithm.tempo import follow_pose, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
 from mossar_stream.algorithm.window import start_window
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
@@ -171,7 +171,7 @@ def _arrays_of(state, row, params):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
             part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
@@ -300,7 +300,7 @@ def _describe(state, a, dt, first):
         follow_speed(state.tempo, body, dt)
     stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
     if plan.tempo == 1 and stood_for > 0.0:
-        follow_mean(state.tempo, body, stood_for)
+        follow_pose(state.tempo, body, stood_for)
     if plan.evidence == 1 and stood_for > 0.0:
         follow_poses(state.scales, body, state.joints.moving, stood_for)
 

@@ -45,6 +45,7 @@ BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be 
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
 SLOWEST_OF_EVIDENCE = 0.025  # s, the same where evidence weighs what is left: minima stay where they are
+MARGIN = 1e-6  # s, for the rounding of timestamps
 UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
 BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
 SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
@@ -144,9 +145,9 @@ def _is_even(noise, step):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
     if step <= 0.0:
         return False
-    if noise.step == 0.0 or step < noise.step:
+    if noise.step == 0.0 or step < noise.step - MARGIN:
         noise.step = max(step, SHORTER * noise.step)
-    even = step <= min(LONGEST, max(BRIEF, UNEVEN * noise.step))
+    even = step <= min(LONGEST, max(BRIEF, UNEVEN * noise.step)) + MARGIN
     noise.step = max(noise.step, min(step, LONGER * noise.step))
     return even
 

@@ -12,7 +12,7 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 
 POLICIES = ("running", "fixed", "decay")
-RUNNING, FIXED, DECAY = range(3)
+FIXED, DECAY = POLICIES.index("fixed"), POLICIES.index("decay")
 RANGE = np.dtype([("largest", "f8")])  # m, velocity so far; it outlasts a take
 
 

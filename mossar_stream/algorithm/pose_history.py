@@ -86,7 +86,7 @@ def keep_pose(history, body, frame, time, weight):
     state.debt += weight
     here = state.head
     last = here - 1 if here > 0 else len(marks) - 1
-    if state.filled > 0 and time - marks[last].time < SPACING:
+    if state.filled > 0 and time - marks[last].time < SPACING - MARGIN:
         return 0.0
     marks[here].time = time
     marks[here].frame = frame
@@ -209,13 +209,13 @@ def logarithm(values):
 
 @inline_kernel
 def mark_at(history, time):
-    """Return the place of the kept pose that lies nearest to a time, -1 if none was kept."""
+    """Return the place of the kept pose that lies nearest to a time, the later of two; -1 if none was kept."""
     state, marks = history.state, history.marks
     best, least = np.int64(-1), np.inf
     for back in range(state.filled):
         here = place_back(history, back)
         distance = abs(marks[here].time - time)
-        if distance < least:
+        if distance < least - MARGIN:
             best, least = here, distance
     return best
 

@@ -40,7 +40,12 @@ from mossar_stream.similarity.protocol import strength as merge_cost
 NOTHING = np.int64(-1)
 BEFORE, AFTER, NODE, WAITING, NEWEST = range(5)  # rows of the links
 UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
-MEMO = np.dtype([("left", "i8"), ("middle", "i8"), ("right", "i8"), ("cost", "f8")])
+MEMO = np.dtype([("key", "i8"), ("cost", "f8")])  # key: the three boundaries of two segments
+BOUNDARY_BITS = (
+    21  # of each: so many key frames later their numbers come again, and nothing is remembered so long
+)
+BOUNDARY = (1 << BOUNDARY_BITS) - 1
+EMPTY = np.int64(-1)  # no key is negative
 
 
 class Remerging(NamedTuple):
@@ -58,6 +63,25 @@ class Remerging(NamedTuple):
     strengths: NDArray[np.float64]  # (K,) set to the strength of each key frame
     removed: NDArray[np.int64]  # (K,) set to the key frames in the order in which they are removed
     verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see cycles.py
+
+
+@inline_kernel(returns_views=True)
+def prepared(params, summaries, memo, scratch, nodes, both):
+    """Return what a run needs; `places`, `bounds` and `verdicts` of the scratch say between which segments."""
+    return Remerging(
+        params,
+        summaries,
+        memo,
+        scratch.places,
+        scratch.bounds,
+        nodes,
+        both,
+        scratch.links,
+        scratch.costs,
+        scratch.strengths,
+        scratch.removed,
+        scratch.verdicts,
+    )
 
 
 @kernel
@@ -202,7 +226,7 @@ def _complete(run, own):
 def start_memo(memo):
     """Begin with no cost remembered."""
     for i in range(len(memo)):
-        memo[i].middle = UNKNOWN
+        memo[i].key = EMPTY
 
 
 @inline_kernel
@@ -211,12 +235,16 @@ def _memo_place(memo, a, b, c):
 
 
 @inline_kernel
+def _memo_key(a, b, c):
+    return (a & BOUNDARY) << 2 * BOUNDARY_BITS | (b & BOUNDARY) << BOUNDARY_BITS | (c & BOUNDARY)
+
+
+@inline_kernel
 def is_known(memo, a, b, c):
     """Tell whether the cost of merging the segments between three boundaries is remembered."""
     if len(memo) == 0:
         return False
-    known = memo[_memo_place(memo, a, b, c)]
-    return known.left == a and known.middle == b and known.right == c
+    return memo[_memo_place(memo, a, b, c)].key == _memo_key(a, b, c)
 
 
 @inline_kernel
@@ -230,7 +258,7 @@ def remember(memo, a, b, c, cost):
     """Remember a cost, in place of another one."""
     if len(memo) > 0:
         known = memo[_memo_place(memo, a, b, c)]
-        known.left, known.middle, known.right = a, b, c
+        known.key = _memo_key(a, b, c)
         known.cost = cost
 
 
@@ -238,5 +266,5 @@ def remember(memo, a, b, c, cost):
 def forget(memo, left):
     """Forget what is remembered of segments that begin at a boundary."""
     for i in range(len(memo)):
-        if memo[i].left == left:
-            memo[i].middle = UNKNOWN
+        if memo[i].key >> 2 * BOUNDARY_BITS == left & BOUNDARY:
+            memo[i].key = EMPTY

@@ -45,11 +45,11 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("unused", "i8"),  # (slots,) stack of unused slots
     ("order", "i8"),  # (W + 2,) slots of the window's segments, from left to right
     ("keys", "KEY"),  # (W + 2,) undecided key frames, from left to right
-    ("counts", "i8"),  # (W + 3, W + 2) messages sent about each segment of the window
+    ("counts", "i4"),  # (W + 3, W + 2) messages sent about each segment of the window
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
-    ("cycle_poses", "f4"),  # (3, padded_joints, PLACES) m, poses of the last seconds, see cycles.py
+    ("cycle_poses", "f4"),  # (3, joints, PLACES) m, poses of the last seconds, see cycles.py
     ("cycle_distances", "f4"),  # (LONGEST_WINDOW, LAGS + 1) m², of those poses
     ("cycle_sums", "f8"),  # (PLACES,) m², scratch
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
@@ -168,7 +168,8 @@ class Shape(msgspec.Struct, frozen=True):
     @property
     def memo(self) -> int:
         """Places for remembered costs, a power of two."""
-        return int(2 ** math.ceil(math.log2(4 * self.window + 4)))
+        places = (8 if self.evidence else 4) * (self.window + 1)  # with evidence costs change more often
+        return int(2 ** math.ceil(math.log2(places)))
 
     def region_sizes(self) -> dict[str, int]:
         """Return the number of items of each region."""
@@ -189,7 +190,7 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
-            "cycle_poses": PLACES * 3 * joints * self.evidence,
+            "cycle_poses": PLACES * 3 * self.joints * self.evidence,
             "cycle_distances": LONGEST_WINDOW * (LAGS + 1) * self.evidence,
             "cycle_sums": PLACES * self.evidence,
             "notes": CANDIDATES * self.evidence,

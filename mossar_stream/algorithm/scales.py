@@ -10,24 +10,9 @@ Metres stand only in that prior.
 
 import numpy as np
 
+from mossar_stream.algorithm.mean_pose import follow_mean, squared_distance, start_mean
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.jit.simd import page_sum
-from mossar_stream.memory.joint_pages import (
-    HOME_X,
-    HOME_Y,
-    HOME_Z,
-    LINES,
-    MEAN_X,
-    MEAN_Y,
-    MEAN_Z,
-    PAGE,
-    POSE_X,
-    POSE_Y,
-    POSE_Z,
-    WORK,
-    page_of,
-    place,
-)
+from mossar_stream.memory.joint_pages import HOME_X, MEAN_X
 
 HALF_LIFE, HOME_HALF_LIFE = 20.0, 30.0  # s
 MEAN_TIME = 5.0  # s, of the slow mean
@@ -53,11 +38,8 @@ SCALES = np.dtype(
 @kernel
 def start_scales(scales, body, joints):
     """Begin a take with the prior, in the first pose."""
-    for j in range(joints):
-        k = place(j)
-        for axis in range(3):
-            body[k + MEAN_X + axis * PAGE] = body[k + POSE_X + axis * PAGE]
-            body[k + HOME_X + axis * PAGE] = body[k + POSE_X + axis * PAGE]
+    start_mean(body, joints, MEAN_X)
+    start_mean(body, joints, HOME_X)
     scales.speed = 0.0
     scales.speed_weight = scales.spread_weight = 1.0
     scales.squared_speed = PRIOR_SPEED**2
@@ -94,29 +76,12 @@ def follow_poses(scales, body, joints, dt):
     dwelling = dt / (1.0 + ratio * ratio)
     scales.dwelt = scales.dwelt * np.exp2(-dt / HOME_HALF_LIFE) + dwelling
     share, toward_home = np.float32(min(dt / MEAN_TIME, 1.0)), np.float32(dwelling / scales.dwelt)
-    squares = 0.0
-    for first in range(0, len(body) // LINES, PAGE):
-        page = page_of(body, first)
-        _follow_page(page, share, toward_home)
-        squares += page_sum(page, WORK)
+    squares = squared_distance(body, MEAN_X)
+    follow_mean(body, MEAN_X, share)
+    follow_mean(body, HOME_X, toward_home)
     kept = np.exp2(-dt / HALF_LIFE)
     scales.spread = scales.spread * kept + squares / joints * dt
     scales.spread_weight = scales.spread_weight * kept + dt
-
-
-@inline_kernel
-def _follow_page(page, share, toward_home):
-    """Let the means of a page's joints follow, and set the squared distances that they had from the slow one."""
-    for j in range(PAGE):
-        x, y, z = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z]
-        u, v, w = x - page[j + MEAN_X], y - page[j + MEAN_Y], z - page[j + MEAN_Z]
-        page[j + MEAN_X] += share * u
-        page[j + MEAN_Y] += share * v
-        page[j + MEAN_Z] += share * w
-        page[j + HOME_X] += toward_home * (x - page[j + HOME_X])
-        page[j + HOME_Y] += toward_home * (y - page[j + HOME_Y])
-        page[j + HOME_Z] += toward_home * (z - page[j + HOME_Z])
-        page[j + WORK] = u * u + v * v + w * w
 
 
 @inline_kernel
@@ -140,12 +105,4 @@ def tempo_of(scales):
 @kernel
 def distance_from_home(body, joints):
     """Return the rms distance of the joints from the pose H, m."""
-    squares = 0.0
-    for first in range(0, len(body) // LINES, PAGE):
-        page = page_of(body, first)
-        for j in range(PAGE):
-            x, y, z = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z]
-            u, v, w = x - page[j + HOME_X], y - page[j + HOME_Y], z - page[j + HOME_Z]
-            page[j + WORK] = u * u + v * v + w * w
-        squares += page_sum(page, WORK)
-    return np.sqrt(squares / joints)
+    return np.sqrt(squared_distance(body, HOME_X) / joints)

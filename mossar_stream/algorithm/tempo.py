@@ -7,22 +7,10 @@ to an ordinary tempo, within limits. S follows the poses that are kept of the la
 
 import numpy as np
 
+from mossar_stream.algorithm.mean_pose import follow_mean, squared_distance, start_mean
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.jit.simd import page_product, page_sum
-from mossar_stream.memory.joint_pages import (
-    LINES,
-    MEAN_X,
-    MEAN_Y,
-    MEAN_Z,
-    PAGE,
-    POSE_X,
-    POSE_Y,
-    POSE_Z,
-    STEP,
-    WORK,
-    page_of,
-    place,
-)
+from mossar_stream.jit.simd import page_product
+from mossar_stream.memory.joint_pages import LINES, MEAN_X, PAGE, STEP, page_of
 
 ORDINARY = 0.15  # s
 SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
@@ -49,13 +37,7 @@ def start_tempo(tempo, joints, moving, body):
         moving: How many of them can move relative to the centre.
         body: See joint_pages.py.
     """
-    for j in range(joints):
-        k = place(j)
-        body[k + MEAN_X], body[k + MEAN_Y], body[k + MEAN_Z] = (
-            body[k + POSE_X],
-            body[k + POSE_Y],
-            body[k + POSE_Z],
-        )
+    start_mean(body, joints, MEAN_X)
     tempo.spread = moving * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
     tempo.squared_speed = moving * PRIOR_TIME * PRIOR_SPEED**2
 
@@ -78,14 +60,10 @@ def follow_speed(tempo, body, dt):
 
 
 @inline_kernel
-def follow_mean(tempo, body, dt):
+def follow_pose(tempo, body, dt):
     """Take a pose in that stands for `dt` seconds."""
-    share = np.float32(min(dt / MEAN_TIME, 1.0))
-    squares = 0.0
-    for first in range(0, len(body) // LINES, PAGE):
-        page = page_of(body, first)
-        _follow_page(page, share)
-        squares += page_sum(page, WORK)
+    squares = squared_distance(body, MEAN_X)
+    follow_mean(body, MEAN_X, np.float32(min(dt / MEAN_TIME, 1.0)))
     tempo.spread = tempo.spread * _kept(dt) + squares * dt
 
 
@@ -93,21 +71,6 @@ def follow_mean(tempo, body, dt):
 def _kept(dt):
     """Return what is left of a leaky sum after some time."""
     return max(0.0, 1.0 - dt / TIME_CONSTANT)
-
-
-@inline_kernel
-def _follow_page(page, share):
-    """Let the means of a page's joints follow, and set the squared distances that they had."""
-    for j in range(PAGE):
-        x, y, z = (
-            page[j + POSE_X] - page[j + MEAN_X],
-            page[j + POSE_Y] - page[j + MEAN_Y],
-            page[j + POSE_Z] - page[j + MEAN_Z],
-        )
-        page[j + MEAN_X] += share * x
-        page[j + MEAN_Y] += share * y
-        page[j + MEAN_Z] += share * z
-        page[j + WORK] = x * x + y * y + z * z
 
 
 @kernel

@@ -21,9 +21,9 @@ from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
     UNKNOWN,
-    Remerging,
     is_kept,
     is_known,
+    prepared,
     recall,
     remember,
     remerge,
@@ -121,7 +121,7 @@ class Window(NamedTuple):
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots
     summaries: NDArray[np.float64]  # (slots, slot)
-    counts: NDArray[np.int64]  # (W + 3, W + 2) messages sent about each segment of the window
+    counts: NDArray[np.int32]  # (W + 3, W + 2) messages sent about each segment of the window
     memo: NDArray[np.void]  # (memo,) MEMO
     events: NDArray[np.void]  # EVENT, the event buffer
     scratch: Scratch
@@ -221,21 +221,8 @@ def rank(w, open_slot):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot
         scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN
         scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else FREE
-    run = Remerging(
-        w.params,
-        w.summaries,
-        w.memo,
-        scratch.places,
-        scratch.bounds,
-        scratch.summaries[NODES:],
-        scratch.summaries[BOTH],
-        scratch.links,
-        scratch.costs,
-        scratch.strengths,
-        scratch.removed,
-        scratch.verdicts,
-    )
-    remerge(run, count, state.pace)
+    nodes, both = scratch.summaries[NODES:], scratch.summaries[BOTH]
+    remerge(prepared(w.params, w.summaries, w.memo, scratch, nodes, both), count, state.pace)
     for i in range(count):
         w.keys[i].strength = scratch.strengths[i]
         w.keys[scratch.removed[i]].place = i

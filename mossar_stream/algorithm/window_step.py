@@ -151,7 +151,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Cycles(
             state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.padded_joints, PLACES)),
+            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
             part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
             part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
@@ -160,7 +160,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),
         part(row, at.summaries, np.float64, (plan.slot_count, plan.slot)),
-        part(row, at.counts, np.int64, (counted + 1, counted)),
+        part(row, at.counts, np.int32, (counted + 1, counted)),
         part(row, at.memo, MEMO, (plan.memo_size,)),
         part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,)),
         _scratch_of(plan, scratch),

@@ -25,6 +25,7 @@ from mossar_stream.engine.run import BUFFER_FULL, run
 from mossar_stream.events import Event, StreamChange, StreamEvent
 
 ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
+NOBODY = "nobody seen"  # in the reason for which a take ended
 _BEGIN = np.zeros(1, np.int64)
 
 
@@ -214,9 +215,13 @@ def _take_pending(row: Row) -> list[Event]:
 
 
 def end_take(row: Row, reason: str = "") -> list[Event]:
-    """End a performer's take: decide everything, and return the events, after those that were pending."""
+    """End a performer's take: decide everything, and return the events, after those that were pending.
+
+    The last one says so if nobody was seen: every joint was missing, or at the origin, in all frames.
+    """
     with row.guard:
-        return _end_take(row, reason)
+        said = reason if row.is_placed else ", ".join(filter(None, (reason, NOBODY)))
+        return _end_take(row, said)
 
 
 def _end_take(row: Row, reason: str) -> list[Event]:

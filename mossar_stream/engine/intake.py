@@ -121,7 +121,7 @@ def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64],
     """
     for frame in positions:
         seen = (np.abs(frame) <= FARTHEST).all(axis=1)
-        if seen.any():
+        if frame[seen].any():  # senders without anybody before them put all joints at the origin
             joint = center if center >= 0 and seen[center] else int(seen.argmax())
             return CELL * np.rint(np.asarray(frame[joint], np.float64) / CELL), True
     return np.zeros(3), False

@@ -19,6 +19,8 @@ from mossar_stream.skeleton import Skeleton
 SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
+MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
+FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal rate
 
 
 class Plan:
@@ -135,10 +137,11 @@ class Plan:
             "range_half_life": chosen.range_half_life,
             "range_floor": chosen.range_floor * moving,
             "noise_margin": chosen.noise_margin if noisy else 0.0,
-            "max_gap": chosen.max_gap,
+            # A source of few frames per second has no gaps for that.
+            "max_gap": max(chosen.max_gap, FRAMES_OF_GAP / self.fps if self.fps else 0.0) + MARGIN,
             "max_speed": chosen.max_speed,
             "max_pause": math.inf if self.offline else chosen.max_pause,
-            "hold": chosen.remerge_seconds,
+            "hold": chosen.remerge_seconds - MARGIN,
             "alpha": 0,
             "beta": self.strength(chosen.level),
             "location": LOCATIONS.index(chosen.location),

@@ -59,9 +59,9 @@ def page_within(_context, page, line, limit):
     """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        lanes = _load(context, builder, signature, values, 0, values[1], WIDTH)
+        numbers = _load(context, builder, signature, values, 0, values[1], WIDTH)
         most = context.cast(builder, values[2], signature.args[2], types.float32)
-        beyond = builder.fcmp_unordered(">", lanes, _spread(builder, most, WIDTH))
+        beyond = builder.fcmp_unordered(">", numbers, _spread(builder, most, WIDTH))
         return builder.icmp_signed("==", builder.bitcast(beyond, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
 
     return types.boolean(page, line, limit), generate
@@ -166,21 +166,21 @@ def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, b
     )
 
 
-def _sum(builder: Any, lanes: Any) -> Any:
-    return _fold(builder, builder.fpext(lanes, ir.VectorType(_double, WIDTH)), builder.fadd)
+def _sum(builder: Any, numbers: Any) -> Any:
+    return _fold(builder, builder.fpext(numbers, ir.VectorType(_double, WIDTH)), builder.fadd)
 
 
-def _fold(builder: Any, lanes: Any, combine: Callable[[Any, Any], Any]) -> Any:
+def _fold(builder: Any, numbers: Any, combine: Callable[[Any, Any], Any]) -> Any:
     """Combine the first half of a vector with the second until one number is left."""
-    size = lanes.type.count
+    size = numbers.type.count
     while size > 1:
         size //= 2
         halves = (
-            builder.shuffle_vector(lanes, lanes, ir.Constant(ir.VectorType(_index, size), list(part)))
+            builder.shuffle_vector(numbers, numbers, ir.Constant(ir.VectorType(_index, size), list(part)))
             for part in (range(size), range(size, 2 * size))
         )
-        lanes = combine(*halves)
-    return builder.extract_element(lanes, _index(0))
+        numbers = combine(*halves)
+    return builder.extract_element(numbers, _index(0))
 
 
 def _spread(builder: Any, value: Any, count: int) -> Any:

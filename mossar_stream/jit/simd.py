@@ -18,4 +18,13 @@ page_within = _chosen.page_within
 variance_product = _chosen.variance_product
 lowest_bit = _chosen.lowest_bit
 
-__all__ = ["FACTORS", "WIDTH", "lowest_bit", "page_product", "page_sum", "page_within", "variance_product"]
+__all__ = [
+    "FACTORS",
+    "WIDTH",
+    "line_product",
+    "lowest_bit",
+    "page_product",
+    "page_sum",
+    "page_within",
+    "variance_product",
+]

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
-from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, describe
+from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton

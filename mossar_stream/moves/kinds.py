@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mossar_stream.moves.bank import example_poses, make_store, path_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
-from mossar_stream.moves.lanes import padded
+from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import compare_with_all
 from mossar_stream.skeleton import Skeleton
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import line_product
-from mossar_stream.moves.lanes import scale_to_one
+from mossar_stream.moves.padding import scale_to_one
 
 POINTS = 16
 DIRECTIONS = POINTS - 1

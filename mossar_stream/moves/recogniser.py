@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
-from mossar_stream.moves.lanes import padded
 from mossar_stream.moves.measure import (
     DIRECTIONS,
     LEAST,
@@ -29,6 +28,7 @@ from mossar_stream.moves.measure import (
     first_half,
     warped,
 )
+from mossar_stream.moves.padding import padded
 from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s

@@ -242,9 +242,7 @@ def segment_recording(
     """
     frames, moments, skeleton = _checked(positions, fps, skeleton, times)
     chosen = settings or Settings()
-    origin, _ = place_of(frames, skeleton.root if chosen.center == "root" else -1)
-    if frames.dtype is not FLOAT32 or origin.any():
-        frames = less(frames, origin, np.empty(frames.shape, np.float32))
+    frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments)
@@ -278,6 +276,14 @@ def _checked(
     if moments.shape != frames.shape[:1]:
         raise FrameError(f"{len(frames)} frames but times of shape {moments.shape}")
     return frames, moments, skeleton
+
+
+def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
+    """Return positions in single precision, relative to where the performer is first seen; see intake.py."""
+    origin, _ = place_of(positions, center)
+    if positions.dtype == FLOAT32 and not origin.any():
+        return positions
+    return less(positions, origin, np.empty(positions.shape, np.float32))
 
 
 def _push_all(

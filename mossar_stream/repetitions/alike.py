@@ -94,18 +94,20 @@ def _between(row, place):
 
 
 @kernel
-def agreement(one, other):
-    """Return how alike two descriptions are: 1 the same, 0 no more than by chance."""
-    apart, spread = np.float32(0.0), np.float32(1e-9)
+def agreement(shapes, totals, i, j):
+    """Return how alike two descriptions are: 1 the same, 0 no more than by chance.
+
+    With a and b the descriptions and m their mean, this is 1 - |a - b|² / (|a - m|² + |b - m|²).
+    """
+    product, means = np.float32(0.0), np.float32(0.0)
+    for q in range(POSTURES):
+        for k in range(COMPONENTS):
+            product += shapes[i, q, k] * shapes[j, q, k]
     for k in range(COMPONENTS):
-        mean = np.float32(0.0)
-        for i in range(POSTURES):
-            mean += one[i, k] + other[i, k]
-        mean /= np.float32(2 * POSTURES)
-        for i in range(POSTURES):
-            apart += (one[i, k] - other[i, k]) ** 2
-            spread += (one[i, k] - mean) ** 2 + (other[i, k] - mean) ** 2
-    return 1.0 - float(apart / spread)
+        means += (totals[i, k] + totals[j, k]) ** 2
+    squares = totals[i, COMPONENTS] + totals[j, COMPONENTS]
+    spread = max(squares - means / np.float32(2 * POSTURES), np.float32(1e-9))
+    return 1.0 - float((squares - np.float32(2.0) * product) / spread)
 
 
 @kernel
@@ -123,20 +125,37 @@ def _pair(scores, cycles, i):
 
 
 @kernel
-def describe_all(samples, component, cycles, count, shapes):
-    """Describe cycles; `shapes` is (SAMPLES // 2, POSTURES, COMPONENTS) float32, out."""
+def describe_all(samples, component, cycles, count, shapes, totals, alike):
+    """Describe cycles.
+
+    Args:
+        samples: `Samples`.
+        component: The one whose turning points these are.
+        cycles: (3, SAMPLES).
+        count: How many there are.
+        shapes: (SAMPLES // 2, POSTURES, COMPONENTS) float32, out: descriptions.
+        totals: (SAMPLES // 2, COMPONENTS + 1) float32, out: sums of each component, and of all squares.
+        alike: (SAMPLES // 2,) out: agreement of each with the next.
+    """
     for i in range(count):
         describe(samples, component, cycles[:, i], shapes[i])
+        totals[i] = np.float32(0.0)
+        for q in range(POSTURES):
+            for k in range(COMPONENTS):
+                value = shapes[i, q, k]
+                totals[i, k] += value
+                totals[i, COMPONENTS] += value * value
+        if i > 0:
+            alike[i - 1] = agreement(shapes, totals, i - 1, i)
 
 
 @kernel
-def alternation(cycles, count, shapes):
+def alternation(cycles, count, shapes, totals, alike):
     """Return how much better cycles agree with the next but one than with the next: those are halves of cycles."""
     better, triples = 0.0, 0
     for i in range(count - 2):
         if cycles[2, i] == cycles[0, i + 1] and cycles[2, i + 1] == cycles[0, i + 2]:
-            better += agreement(shapes[i], shapes[i + 2])
-            better -= 0.5 * (agreement(shapes[i], shapes[i + 1]) + agreement(shapes[i + 1], shapes[i + 2]))
+            better += agreement(shapes, totals, i, i + 2) - 0.5 * (alike[i] + alike[i + 1])
             triples += 1
     return better / triples if triples > 1 else 0.0
 
@@ -159,14 +178,14 @@ def join_pairs(scores, cycles, count, first, joined):
 
 
 @kernel
-def keep_alike(scores, cycles, count, shapes):
+def keep_alike(scores, cycles, count, alike):
     """Keep the cycles of runs that agree enough.
 
     Args:
         scores: Of the component whose turning points these are.
         cycles: (3, SAMPLES), in and out.
         count: How many there are.
-        shapes: Their descriptions.
+        alike: Agreement of each with the next.
 
     Returns:
         How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
@@ -176,11 +195,10 @@ def keep_alike(scores, cycles, count, shapes):
     while i < count:
         j, agreed, strongest = i, 0.0, 0.0
         while j + 1 < count and _pair(scores, cycles, j):
-            alike = agreement(shapes[j], shapes[j + 1])
-            if alike < LEAST_AGREEMENT:
+            if alike[j] < LEAST_AGREEMENT:
                 break
-            agreed += alike
-            strongest = max(strongest, alike)
+            agreed += alike[j]
+            strongest = max(strongest, alike[j])
             j += 1
         if j > i and agreed >= ENOUGH:
             clear |= strongest >= STRONG or agreed >= MUCH
@@ -199,10 +217,12 @@ def dwelling(scores, cycles, count):
     home, far = 0, 0
     for i in range(count):
         start, top = scores[cycles[0, i]], scores[cycles[1, i]]
+        sign = np.float32(1.0) if top > start else np.float32(-1.0)
+        near = sign * (start + np.float32(0.25) * (top - start))
+        away = sign * (start + np.float32(0.75) * (top - start))
         for q in range(cycles[0, i], cycles[2, i]):
-            share = (scores[q] - start) / (top - start)
-            home += share < 0.25
-            far += share > 0.75
+            home += sign * scores[q] < near
+            far += sign * scores[q] > away
     return (home - far) / max(home + far, 1)
 
 

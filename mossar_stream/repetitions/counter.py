@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import PhaseEvent, RepetitionEvent, RepetitionStatus
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
+from mossar_stream.repetitions.sampling import is_wanted
 from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, STRIDE, length, start
 from mossar_stream.skeleton import Skeleton
 
@@ -72,6 +73,8 @@ class RepetitionCounter:
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
+        self._origin = 0.0  # s, of the take
+        self._sample = self._frames = 0  # number of the open sample, and frames that it has
         self._begin()
 
     def _begin(self) -> None:
@@ -121,6 +124,13 @@ class RepetitionCounter:
         held = self._held
         if held == HELD or not self._last_held < time < self._due:
             return False
+        sample = int((time - self._origin) * RATE + 1e-6)
+        if sample != self._sample:
+            self._sample, self._frames = sample, 0
+        if not is_wanted(self._origin, sample, self._frames, time):
+            self._last_held = time
+            return True
+        self._frames += 1
         self._positions[held] = position
         self._times[held] = self._last_held = time
         self._held = held + 1
@@ -131,11 +141,14 @@ class RepetitionCounter:
         held, self._held = self._held, 0
         if held:
             count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
+        self._row["latest"] = max(self._row["latest"], self._last_held)
 
     def _set_due(self) -> None:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
         row = self._header[0]
         self._last_held = float(row["latest"])
+        self._origin, self._sample = float(row["origin"]), int(row["open"])
+        self._frames = int(row["frames"])
         look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
         self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
 
@@ -174,7 +187,8 @@ class RepetitionCounter:
 
     def phase_news(self) -> list[PhaseEvent]:
         """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
-        time, phase = float(self._row["latest"]), self.phase()
+        phase = self.phase()
+        time = float(self._row["latest"])
         before, self._phase_told = self._phase_told, (time, phase is not None)
         if time == before[0] or (phase is None and not before[1]):
             return []
@@ -195,13 +209,15 @@ class RepetitionCounter:
         """Return where a cycle begins, samples; in a bout between passing half way back and half way out again."""
         cycle = self._row["cycle"][place]
         if place == 0 or cycle["count"] == 1:
-            return float(cycle["start"]) + 0.5
+            # Where it rests the extreme is anywhere: movements begin as long before half way as they end behind it.
+            return float(max(cycle["start"], 2 * cycle["out"] - cycle["far"])) + 0.5
         return float(self._row["cycle"][place - 1]["back"] + cycle["out"] + 1) / 2
 
     def _end_of(self, place: int) -> float:
         if place + 1 < self._row["cycles"] and self._row["cycle"][place + 1]["count"] > 1:
             return self._begin_of(place + 1)
-        return float(self._row["cycle"][place]["end"]) + 0.5
+        cycle = self._row["cycle"][place]
+        return float(min(cycle["end"], 2 * cycle["back"] - cycle["far"])) + 0.5
 
     def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
         row = self._row

@@ -20,7 +20,7 @@ from mossar_stream.repetitions.alike import (
     keep_alike,
 )
 from mossar_stream.repetitions.components import find_components
-from mossar_stream.repetitions.sampling import close_sample, take_pose
+from mossar_stream.repetitions.sampling import close_sample, is_frame_wanted, take_pose
 from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
@@ -73,7 +73,8 @@ def count_frames(headers, memory, positions, times, begin):
             if header.open - header.looked >= STRIDE:
                 changed |= look(header, samples)
         header.latest = times[i]
-        take_pose(header, samples, positions[i])
+        if is_frame_wanted(header.origin, header.open, header.frames, times[i]):
+            take_pose(header, samples, positions[i])
         if changed:
             return i + 1, CHANGED
     return len(times), NOTHING
@@ -130,6 +131,8 @@ def _best_proposal(header, samples, n, cycles, best):
     turns = np.empty((2, SAMPLES), np.int64)
     kept = np.empty((3, SAMPLES), np.int64)
     shapes = np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32)
+    totals = np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32)
+    alike = np.empty(SAMPLES // 2)
     spread = np.float64(1e-12)
     for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
@@ -142,16 +145,20 @@ def _best_proposal(header, samples, n, cycles, best):
         share = np.sqrt(np.sqrt(_square(samples.scores[k], n) / spread))
         for direction in (1, -1):
             count = cycles_between(turns, found, direction, n == header.open, cycles)
-            describe_all(samples, k, cycles, count, shapes)
-            halves = alternation(cycles, count, shapes) > HALVES
+            if count < 2:
+                continue
+            describe_all(samples, k, cycles, count, shapes, totals, alike)
+            halves = alternation(cycles, count, shapes, totals, alike) > HALVES
             for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
                 if way == 0:
                     left = count
                     kept[:, :count] = cycles[:, :count]
                 else:
                     left = join_pairs(samples.scores[k], cycles, count, way - 1, kept)
-                    describe_all(samples, k, kept, left, shapes)
-                left, covered, clear = keep_alike(samples.scores[k], kept, left, shapes)
+                    describe_all(samples, k, kept, left, shapes, totals, alike)
+                left, covered, clear = keep_alike(samples.scores[k], kept, left, alike)
+                if left == 0:
+                    continue
                 covered *= share * _preference(header, samples, n, k, kept, left)
                 if covered > most:
                     winner, most, component, sure = left, covered, k, clear

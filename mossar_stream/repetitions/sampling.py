@@ -1,4 +1,4 @@
-"""Frames become samples at a constant rate: per coordinate the mean of a sample's frames without extremes.
+"""Frames become samples at a constant rate: per coordinate the middle one of three frames of a sample.
 
 Joints are taken relative to the root; the root keeps its own path, since squats and jumps move it most. Of three
 frames the mean without the least and the most is their median, so a joint that leaps for one frame does not count.
@@ -7,7 +7,22 @@ frames the mean without the least and the most is their median, so a joint that 
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import HOME, SAMPLES
+from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
+
+
+def is_wanted(origin, sample, frames, time):
+    """Return whether a frame belongs to an open sample that has `frames` already: they are spread over it evenly.
+
+    Args:
+        origin: s, of the take.
+        sample: Number of the open sample.
+        frames: 0 to `FRAMES`.
+        time: Of the frame, s.
+    """
+    return frames < FRAMES and (time - origin) * RATE - sample + 1e-6 >= frames / FRAMES
+
+
+is_frame_wanted = kernel(is_wanted)
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy as np
 from mossar_stream.jit.decorators import inline_kernel
 
 RATE = 10.0  # Hz, of the samples
+FRAMES = 3  # that make a sample, if there are as many: the others are passed over
 SAMPLES = 120  # kept, which is 12 s
 STRIDE = 5  # samples between two looks at the window
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them

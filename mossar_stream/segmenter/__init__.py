@@ -220,7 +220,7 @@ class Segmenter:
             self._followers.limbs.set_level(chosen)
 
     def change(self, **changes: object) -> list[Event]:
-        """Change settings while running.
+        """Change settings while running, and return the events of the take that this ends.
 
         A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity,
         features and the like, or a named level that brings others), or the tempo, which is known only to those who
@@ -228,9 +228,6 @@ class Segmenter:
 
         Args:
             **changes: Fields of `Settings`.
-
-        Returns:
-            The events of the take that this ends.
 
         Raises:
             SettingsError: If a value is illegal; nothing is changed then.

@@ -65,7 +65,7 @@ _CLUSTER: dict[str, object] = {
     "post_roll": 0.0,
     "tempo": False,
     "remerge_window": 8,
-    "remerge_seconds": 4.5,
+    "remerge_seconds": 4.4,
 }
 BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "posture": _POSTURE, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall

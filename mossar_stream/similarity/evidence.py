@@ -17,7 +17,7 @@ What is known of the key frame itself stands in the summary of the segment that 
 
 import numpy as np
 
-from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.summary import DURATION, SHORTEST
 
 FACTS = 8  # numbers in a summary's own part, from `params.facts` on:
@@ -38,7 +38,10 @@ SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
 SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
-AT_ONCE = 8  # variances multiplied before a logarithm is taken
+AT_ONCE, MOST_ROWS = (
+    8,
+    3,
+)  # variances side by side, and below each other, multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
 ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
@@ -117,21 +120,21 @@ def _terms(params, slot, duration, floor, factors):
         factors: (padded joints,) scratch.
     """
     scale = 1.0 / duration
-    lanes = params.speeds
+    joints = params.speeds  # padded
     sums = slot[params.start : params.start + params.dimensions]
     squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
     _pose_factors(sums, squares, scale, floor, factors)
     pose = _log_sum(factors)
-    _speed_factors(sums[3 * lanes :], squares[3 * lanes :], scale, factors)
+    _speed_factors(sums[3 * joints :], squares[3 * joints :], scale, factors)
     return duration * pose, duration * _log_sum(factors)
 
 
 @kernel
 def _pose_factors(sums, squares, scale, floor, factors):
-    lanes = len(factors)
-    x, y, z = sums[:lanes], sums[lanes : 2 * lanes], sums[2 * lanes : 3 * lanes]
-    xx, yy, zz = squares[:lanes], squares[lanes : 2 * lanes], squares[2 * lanes : 3 * lanes]
-    for j in range(lanes):
+    joints = len(factors)
+    x, y, z = sums[:joints], sums[joints : 2 * joints], sums[2 * joints : 3 * joints]
+    xx, yy, zz = squares[:joints], squares[joints : 2 * joints], squares[2 * joints : 3 * joints]
+    for j in range(joints):
         a, b, c = x[j] * scale, y[j] * scale, z[j] * scale
         variance = max(xx[j] * scale - a * a, 0.0)
         variance += max(yy[j] * scale - b * b, 0.0)
@@ -148,10 +151,31 @@ def _speed_factors(sums, squares, scale, factors):
 
 @kernel
 def _log_sum(factors):
+    """Return the sum of the logarithms; overwrites them.
+
+    Factors are multiplied before a logarithm is taken, `AT_ONCE` products side by side.
+    """
     total = 0.0
-    for begin in range(0, len(factors), AT_ONCE):
+    products = factors[:AT_ONCE]
+    for first in range(0, len(factors), AT_ONCE * MOST_ROWS):
+        end = min(first + AT_ONCE * MOST_ROWS, len(factors))
+        _load(products, factors[first:])
+        for begin in range(first + AT_ONCE, end, AT_ONCE):
+            _multiply(products, factors[begin:])
         product = 1.0
-        for j in range(begin, begin + AT_ONCE):
-            product *= factors[j]
+        for k in range(AT_ONCE):
+            product *= products[k]
         total += np.log(product)
     return total
+
+
+@inline_kernel
+def _load(products, factors):
+    for k in range(AT_ONCE):
+        products[k] = factors[k]
+
+
+@inline_kernel
+def _multiply(products, factors):
+    for k in range(AT_ONCE):
+        products[k] *= factors[k]

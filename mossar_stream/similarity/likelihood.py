@@ -73,7 +73,7 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     Args:
         settings: Of the segmenter.
         joints: J.
-        padded_joints: J, padded to a multiple of `LANES`.
+        padded_joints: J, padded to a multiple of `PADDING`.
         center: Index of the root, -1 for the centroid.
     """
     weights, floors = settings.features, settings.variance_floor

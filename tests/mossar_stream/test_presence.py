@@ -184,3 +184,26 @@ def test_single_precision_is_as_good_near_the_origin():
         events.append(found + segmenter.end_take())
     assert events[0] == events[1]
     assert final(events[0])
+
+
+@pytest.mark.parametrize(
+    "settings", [Settings(), Settings(level="posture"), Settings(level="posture", max_gap=0.1)]
+)
+@pytest.mark.parametrize("fps", [4.0, 10.0, 20.0, 25.0, 50.0, 60.0])
+def test_the_origin_of_time_does_not_matter(settings, fps):
+    """These rates have frames exactly as far apart as the times that things are compared with."""
+    positions = person(0, 400) + np.random.default_rng(0).normal(0, 0.002, (400, JOINTS, 3))
+    found = []
+    for origin in (0.0, 0.1, 1000.0, 1e6, 1.7e9):
+        segmenter = Segmenter(skeleton(JOINTS), settings)
+        times = origin + np.arange(len(positions)) / fps
+        found.append(final(segmenter.push(positions, times) + segmenter.end_take()))
+    assert all(other == found[0] for other in found)
+
+
+def test_a_source_of_three_frames_a_second_has_no_gaps():
+    positions = person(0, 2000)[::20]
+    segmenter = Segmenter(skeleton(JOINTS), Settings(level="posture"), fps=3.0)
+    events = segmenter.push(positions) + segmenter.end_take()
+    assert any(isinstance(event, KeyFrameEvent) for event in events)
+    assert segmenter.stats["gaps"] == 0

@@ -350,3 +350,22 @@ def test_a_clock_far_too_slow_takes_no_memory_without_end(core):
     assert segmenter.stats["out_of_order"] > 30_000
     later = segmenter.push(frames[:600], 1.0 + np.arange(600) / 60.0)
     assert core.key_frames(later, "confirmed"), "it goes on when the clock is right"
+
+
+@pytest.mark.parametrize("nowhere", [0.0, np.nan])
+@pytest.mark.parametrize("size", [1, 64])
+def test_a_take_without_anybody_says_so_once(core, nowhere, size):
+    segmenter = Segmenter(core.skeleton(4), fps=60.0)
+    frames = np.full((200, 4, 3), nowhere)
+    events = core.events_in_chunks(segmenter, frames, np.arange(200) / 60.0, [size])
+    said = [event for event in events if "nobody seen" in getattr(event, "reason", "")]
+    assert [event.event for event in said] == ["ended"]
+    assert segmenter.end_take() == []
+
+
+def test_a_take_with_somebody_does_not_say_that_nobody_was_there(core):
+    positions, times = core.moving_people(1, frames=100)
+    positions[:20] = 0.0  # until somebody comes
+    segmenter = Segmenter(core.skeleton(4), fps=60.0)
+    events = [*segmenter.push(positions, times), *segmenter.end_take("done")]
+    assert [event.reason for event in events if getattr(event, "event", "") == "ended"] == ["done"]

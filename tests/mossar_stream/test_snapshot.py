@@ -106,7 +106,7 @@ def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (VERSION, digest) == (6, "60cbfa18efd7efd0")
+    assert (VERSION, digest) == (7, "d43f8ae563c3d68a")
 
 
 @pytest.mark.parametrize(
@@ -249,11 +249,12 @@ def test_the_parts_that_settings_decide_are_not_taken_from_the_row(segmenter):
 
 @pytest.mark.parametrize("level", ["motion", "cluster"])
 @pytest.mark.parametrize("fps", [None, 30.0, 120.0])
-def test_a_snapshot_of_33_joints_takes_at_most_128_kb(core, level, fps):
+def test_a_snapshot_of_33_joints_takes_at_most_152_kb(core, level, fps):
+    # 20 kB of it, at level motion, are the poses and distances that repetitions of up to 6 s are found by.
     segmenter = Segmenter(core.skeleton(33), Settings(level=level), fps=fps)
     positions = np.cumsum(np.random.default_rng(0).normal(0, 0.01, (900, 33, 3)), axis=0)
     segmenter.push(positions, np.arange(900) / (fps or 60.0))
-    assert len(segmenter.snapshot()) <= 128 * 1024
+    assert len(segmenter.snapshot()) <= 152 * 1024
 
 
 def test_pending_events_are_kept(core):

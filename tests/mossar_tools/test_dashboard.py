@@ -50,7 +50,7 @@ def opened(browser):
         window = browser.new_page(viewport={"width": 840, "height": 680})
         windows.append(window)
         window.goto(url + COARSE)
-        window.wait_for_selector("#mossar-standing", timeout=180_000)
+        window.wait_for_selector("#mossar-kept", timeout=180_000)
         return window
 
     yield open_at
@@ -118,14 +118,14 @@ def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_p
     until(window, lambda: number(window, "#mossar-known") >= 12, seconds=40)
 
     press(window, "posture")
-    until(window, lambda: number(window, "#mossar-standing") > 8)
-    many, before = number(window, "#mossar-standing"), frames(window)
+    until(window, lambda: number(window, "#mossar-kept") > 8)
+    many, before = number(window, "#mossar-kept"), frames(window)
     drag(window, "strength", 0.9)
-    until(window, lambda: number(window, "#mossar-standing") < many / 2)
+    until(window, lambda: number(window, "#mossar-kept") < many / 2)
     until(window, lambda: frames(window) > before)
-    few = number(window, "#mossar-standing")
+    few = number(window, "#mossar-kept")
     press(window, "posture")
-    until(window, lambda: number(window, "#mossar-standing") > few)
+    until(window, lambda: number(window, "#mossar-kept") > few)
     press(window, "motion")
 
     press(window, "Record")
@@ -180,11 +180,11 @@ def test_a_recording_has_a_playhead_and_a_number_of_key_frames(process, opened, 
     until(window, lambda: int(count.input_value()) == chosen + 2)
     window.keyboard.press("-")
     until(window, lambda: int(count.input_value()) == chosen + 1)
-    before = number(window, "#mossar-standing")
+    before = number(window, "#mossar-kept")
     drag(window, "key frames", 1.0)
-    until(window, lambda: number(window, "#mossar-standing") > before)
+    until(window, lambda: number(window, "#mossar-kept") > before)
     press(window, "cluster")
-    until(window, lambda: number(window, "#mossar-standing") <= before)
+    until(window, lambda: number(window, "#mossar-kept") <= before)
 
 
 def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):

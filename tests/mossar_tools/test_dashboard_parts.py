@@ -78,7 +78,7 @@ def test_a_higher_level_leaves_fewer_key_frames_standing(seen):
     counts = []
     for level in (0.0, 0.2, 0.45, 1.0, 50.0):
         seen.level = level
-        counts.append(sum(mark.standing for mark in seen.glimpses()[0].marks))
+        counts.append(sum(mark.kept for mark in seen.glimpses()[0].marks))
     assert counts == sorted(counts, reverse=True)
     assert counts[0] > counts[2] > counts[-1]
 
@@ -110,12 +110,12 @@ def test_a_recording_shows_as_many_key_frames_as_asked_for():
     assert total > 10
     for count in (0, 3, total, total + 5):
         show.set_count(count)
-        assert show.standing == min(count, total)
+        assert show.kept == min(count, total)
         assert show.strength >= 0
     show.set_level("cluster")
-    few = show.standing
+    few = show.kept
     show.set_level("posture")
-    assert few < show.standing == show.total
+    assert few < show.kept == show.total
     show.change({"sig_threshold": 0.2})
     assert show.total != total
     (glimpse,) = show.glimpses()
@@ -142,7 +142,7 @@ def test_a_named_level_of_a_recording_is_that_of_the_command_line(medley, start)
         show.set_level(1.0)
         show.set_level(name)
         (part,) = show._parts
-        assert [mark.frame for mark in part.marks if mark.standing] == wanted[name], name
+        assert [mark.frame for mark in part.marks if mark.kept] == wanted[name], name
         saved = tomllib.loads(as_toml(show.settings, show.level, show.strength))
         again = Settings.build(overrides={**saved["settings"], "level": saved["level"], "range": "file"})
         assert again.resolved() == Settings(level=name, range="file").resolved()
@@ -151,9 +151,9 @@ def test_a_named_level_of_a_recording_is_that_of_the_command_line(medley, start)
 def test_a_number_is_a_strength_of_the_features_in_force(medley):
     show = RecordedShow([("p1", medley)], Settings(level="cluster", range="file"))
     show.set_level("cluster")
-    before = show.standing
+    before = show.kept
     show.set_level(show.strength)
-    assert (show.standing, show.settings.level) == (before, "cluster")
+    assert (show.kept, show.settings.level) == (before, "cluster")
 
 
 @pytest.mark.parametrize("names", [["cluster"], ["cluster", "motion", "cluster"], ["cluster", "posture"]])
@@ -198,7 +198,7 @@ def test_what_is_asked_for_is_done_in_order_and_nothing_is_lost(medley):
     for thread in asking:
         thread.join()
     acts.ask(lambda: None).result(20)
-    assert show.standing == 15
+    assert show.kept == 15
 
     go, done = threading.Event(), []
     acts.ask(lambda: go.wait(20))
@@ -261,7 +261,7 @@ def test_exported_key_frames_are_all_that_the_page_knows(medley, seen):
     show = RecordedShow([("p1", medley)], Settings(range="file"))
     rows = list(csv.DictReader(key_frames_csv(show.marks()).decode().splitlines()))
     assert len(rows) == show.total
-    assert sum(row["stands"] == "yes" for row in rows) == show.standing
+    assert sum(row["stands"] == "yes" for row in rows) == show.kept
     assert [float(row["time"]) for row in rows] == sorted(float(row["time"]) for row in rows)
     assert len(key_frames_csv(seen.marks()).splitlines()) > 10
 
@@ -289,7 +289,7 @@ def test_a_picture_of_a_stream_shows_what_the_page_does(seen):
     assert one != other
     (glimpse,) = seen.glimpses()
     shown = excerpt_of(glimpse, [mark for mark in glimpse.marks if not mark.tentative], (0.2, "level"))
-    assert [key.time for key in shown.standing] == [mark.time for mark in glimpse.marks if mark.standing]
+    assert [key.time for key in shown.kept] == [mark.time for mark in glimpse.marks if mark.kept]
     assert (shown.start, shown.end) == (glimpse.start, glimpse.end)
     assert shown.columns[-1, 0] == glimpse.end
     known = seen._tracks["p1"].key_poses()

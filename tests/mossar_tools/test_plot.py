@@ -66,7 +66,7 @@ def test_a_long_recording_says_what_is_left_out_and_its_segments_are_seen(pictur
     poses = re.search(r"(\d+) of (\d+) poses", said)
     assert int(poses[1]) > 0.9 * int(poses[2])
     assert re.search(r"\d+ of \d+ joins of the tree", said)
-    assert re.search(r"\d+ of \d+ marks of standing key frames", said)
+    assert re.search(r"\d+ of \d+ marks of kept key frames", said)
     # The bars were covered by their own edges; now colour fills nearly all of the strip.
     tall = [bar for bar in found.bars(LIGHT.moving) + found.bars(LIGHT.resting) if bar[2] > 8 and bar[0] > 52]
     assert sum(right - left for left, right, _ in tall) > 0.8 * (found.width - 94)

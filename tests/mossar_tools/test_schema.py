@@ -89,6 +89,7 @@ def test_the_events_in_the_documentation_fit(valid):
         "segment",
         "move",
         "repetition",
+        "phase",
         "stream",
         "stats",
     }
@@ -106,6 +107,14 @@ def test_the_event_in_the_readme_comes_out_of_the_demo(events):
     assert first["time"] == pytest.approx(shown["time"], abs=0.05)
     assert [first[name] for name in ("kind", "status")] == [shown[name] for name in ("kind", "status")]
     assert f"started to move at {shown['time']:g} s" in text
+
+
+def test_every_osc_address_is_in_the_documentation():
+    source = (ROOT / "adapters/mossar_adapters/osc/event_sink.py").read_text()
+    sent = re.findall(r'[`"](/mossar/[a-z_/]+)[`" ]', source)
+    text = (ROOT / "docs" / "events.md").read_text()
+    assert len(set(sent)) >= 8
+    assert [address for address in sent if f"`{address}`" not in text] == []
 
 
 def test_every_field_is_explained():

@@ -239,3 +239,44 @@ def test_each_segment_becomes_a_clip(mossar, swing, tmp_path):
     status, _, err = mossar("segment", swing, "--cut", clips)
     assert status == 2
     assert "--force" in err
+
+
+@pytest.fixture
+def raises(tmp_path):
+    """Return a recording of a hand that goes up and down six times in nine seconds."""
+    times = np.arange(330) / 30
+    wave = np.where((times > 1) & (times < 10), 0.5 - 0.5 * np.cos(2 * np.pi * (times - 1) / 1.5), 0)
+    positions = np.zeros((330, 4, 3), np.float32)
+    positions[:, 1:, 1] = (0.3, 0.6, 1.7)
+    positions[:, 2, 1] += 0.8 * wave
+    positions[:, 2, 0] += 0.3 * wave**2
+    path = tmp_path / "raises.npz"
+    names = np.array(["hips", "knee", "hand", "head"])
+    np.savez(path, positions=positions, fps=30.0, joint_names=names, parents=np.array([-1, 0, 0, 0]))
+    return path
+
+
+def test_repetitions_are_rows_of_the_table_and_of_the_report(mossar, raises, tmp_path):
+    report = json.loads(mossar("segment", raises, "--repetitions", "--json")[1])
+    assert [event["count"] for event in report["repetitions"]] == [1, 2, 3, 4, 5, 6]
+    rows = list(csv.DictReader(mossar("segment", raises, "--repetitions", "--csv")[1].splitlines()))
+    counted = [row for row in rows if row["state"] == "repetition"]
+    assert tuple(rows[0]) == (*COLUMNS, "count", "total", "period", "tempo", "amplitude")
+    assert [row["count"] for row in counted] == ["1", "2", "3", "4", "5", "6"]
+    assert [float(row["tempo"]) for row in counted[1:]] == pytest.approx([40] * 5, rel=0.03)
+    assert [float(row["duration"]) for row in counted] == pytest.approx([1.5] * 6, abs=0.25)
+    assert counted[0]["active_joints"] == "hand"
+    assert {row["count"] for row in rows if row["state"] != "repetition"} == {""}
+    several = tmp_path / "all.csv"
+    assert mossar("segment", raises, raises, "--repetitions", "--csv", several)[0] == 0
+    assert list(csv.DictReader(several.read_text().splitlines())) == rows * 2
+
+
+def test_repetitions_are_told_to_people_and_drawn(mossar, raises, tmp_path):
+    assert "6 repetitions, 40" in mossar("segment", raises, "--repetitions")[1]
+    drawn = []
+    for options in ((), ("--repetitions",)):
+        path = tmp_path / f"{len(options)}.svg"
+        assert mossar("segment", raises, "--plot", path, *options)[0] == 0
+        drawn.append(sum(path.read_text().count(f">{number}<") for number in range(1, 7)))
+    assert drawn[1] >= drawn[0] + 6

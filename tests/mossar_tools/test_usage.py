@@ -54,7 +54,10 @@ def save(path, count, joints, positions=None):
         (["run", "demo:", "--stats", "0"], "'0' is not a positive number"),
         (["run", "demo:", "--speed", "fast"], "'fast' is neither a positive number nor max"),
         (["run", "osc://127.0.0.1:0", "--speed", "2"], "--speed is for recordings and demo:"),
-        (["run", "demo:", "--to", "events.xyz"], "events go to .jsonl, segments to .csv, not to .xyz"),
+        (
+            ["run", "demo:", "--to", "events.xyz"],
+            "events go to .jsonl, segments to .csv, annotations to .eaf",
+        ),
         (["run", "demo:", "--to", "no/events.jsonl"], "cannot be written: No such file"),
         (["run", "demo:", "--to", "-", "--to", "-"], "it is a source here, or another sink"),
         (["run", "-", "-"], "standard input can be read once only"),

@@ -14,14 +14,16 @@ from typing import Any
 
 import msgspec
 import msgspec.structs
+import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, Tell
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
-from mossar_stream import BODY, MossarError, Result, Segmentation, segment_recording
+from mossar_stream import BODY, MossarError, RepetitionEvent, Result, Segment, Segmentation, segment_recording
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 
+COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start
 
@@ -93,7 +95,37 @@ def report_of(
 def rows_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> list[dict[str, Any]]:
-    """Return what `--csv` has of a recording: a row for each segment, those of the body first."""
+    """Return what `--csv` has of a recording: a row for each segment, those of the body first, then repetitions."""
+    parts = _rows_of_parts(options, loaded, result, chosen)
+    if not result.settings.repetitions:
+        return parts
+    blank = dict.fromkeys(COUNTED, "")
+    return [row | blank for row in parts] + [
+        _row_of_repetition(loaded, event) for event in result.repetitions
+    ]
+
+
+def columns_of(options: Options) -> tuple[str, ...]:
+    """Return the heading of what `--csv` has."""
+    return COLUMNS + (COUNTED if options.settings().repetitions else ())
+
+
+def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:
+    start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
+    first, last = np.searchsorted(loaded.times, [start, end]).tolist()
+    part = Segment(first, last, start, end, "moving", (event.joint,) if event.joint else (), None)
+    row = segment_row(loaded.name, loaded.performer, event.take, part, Ending(), event.channel)
+    counted = (event.count, event.total, _shown(event.period), _shown(event.tempo), _shown(event.amplitude))
+    return dict(zip(COLUMNS + COUNTED, [*row, *counted], strict=True)) | {"state": "repetition"}
+
+
+def _shown(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f}"
+
+
+def _rows_of_parts(
+    options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
+) -> list[dict[str, Any]]:
     channels = {BODY: chosen} | {name: chosen_of(own, options.keep) for name, own in result.limbs.items()}
     return [row for channel, found in channels.items() for row in rows_of_segments(loaded, found, channel)]
 

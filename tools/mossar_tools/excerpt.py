@@ -19,8 +19,8 @@ class Excerpt(msgspec.Struct, frozen=True):
         end: s.
         columns: (n, 4) time (s), velocity, ceiling, floor (shares of the range), one row a frame.
         threshold: Share of the range.
-        standing: Key frames that stand, in order of time.
-        fallen: The others.
+        kept: Key frames that stand, in order of time.
+        merged: The others.
         segments: Those that lie in it, even partly.
         cuts: Times of the true cuts, s.
         hierarchy: All key frames of the recording in the order in which they fall.
@@ -29,14 +29,15 @@ class Excerpt(msgspec.Struct, frozen=True):
         level_name: What to call it.
         limbs: Segments of each limb that lie in it.
         about: What the title says of it; None counts frames and key frames.
+        repetitions: Begin, end (s) and number in the bout of those in it.
     """
 
     start: float
     end: float
     columns: NDArray[np.float64]
     threshold: float
-    standing: list[KeyFrame]
-    fallen: list[KeyFrame]
+    kept: list[KeyFrame]
+    merged: list[KeyFrame]
     segments: list[Segment]
     cuts: list[float]
     hierarchy: Sequence[KeyFrame]
@@ -45,6 +46,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     level_name: str
     limbs: dict[str, list[Segment]] = {}  # msgspec copies it
     about: str | None = None
+    repetitions: list[tuple[float, float, int]] = []  # the same
 
 
 def excerpt(
@@ -53,7 +55,7 @@ def excerpt(
     chosen: Segmentation,
     *,
     span: tuple[float | None, float | None] = (None, None),
-    kept: int | None = None,
+    count: int | None = None,
     columns: NDArray[np.float64] | None = None,
     threshold: float = 0.0,
     level: tuple[float, str] | None = None,
@@ -65,7 +67,7 @@ def excerpt(
         result: What was found in it.
         chosen: The level to show.
         span: From and to, s; None for where the recording begins and ends.
-        kept: Number of key frames asked for, if it was not a level.
+        count: Number of key frames asked for, if it was not a level.
         columns: (n, 4) the curve, if `result` has none.
         threshold: The one of that curve.
         level: Strength from which key frames stand and what to call it, if not those of the result's settings.
@@ -83,16 +85,16 @@ def excerpt(
     if columns is None:
         columns = curve_columns(result)
         threshold = result.curves[0].threshold if result.curves else 0.0
-    standing = [key for key in chosen.key_frames if start <= key.time <= end]
-    fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
-    strength, name = level or _level(result, chosen, kept)
+    kept = [key for key in chosen.key_frames if start <= key.time <= end]
+    merged = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    strength, name = level or _level(result, chosen, count)
     return Excerpt(
         start,
         max(end, start + 1e-3),
         columns[(columns[:, 0] >= start) & (columns[:, 0] <= end)],
         threshold,
-        standing,
-        sorted((key for key in fallen if start <= key.time <= end), key=lambda key: key.time),
+        kept,
+        sorted((key for key in merged if start <= key.time <= end), key=lambda key: key.time),
         _within(chosen.segments, start, end),
         [cut.time for cut in whole.cuts if start <= cut.time <= end],
         result.hierarchy,
@@ -100,14 +102,19 @@ def excerpt(
         strength,
         name,
         limbs={
-            limb: _within(chosen_of(own, kept).segments, start, end) for limb, own in result.limbs.items()
+            limb: _within(chosen_of(own, count).segments, start, end) for limb, own in result.limbs.items()
         },
+        repetitions=[
+            (event.start, event.end, event.count)
+            for event in result.repetitions
+            if event.start is not None and event.end is not None and start <= event.start < event.end <= end
+        ],
     )
 
 
-def chosen_of(result: Result, kept: int | None) -> Segmentation:
+def chosen_of(result: Result, count: int | None) -> Segmentation:
     """Return the level of the settings, or so many key frames."""
-    return result.at(count=kept) if kept is not None else result.at(result.settings.level)
+    return result.at(count=count) if count is not None else result.at(result.settings.level)
 
 
 def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segment]:
@@ -120,15 +127,15 @@ def curve_columns(result: Result) -> NDArray[np.float64]:
     return np.array(rows, np.float64).reshape(-1, 4)
 
 
-def _level(result: Result, chosen: Segmentation, kept: int | None) -> tuple[float, str]:
+def _level(result: Result, chosen: Segmentation, count: int | None) -> tuple[float, str]:
     """Return the strength from which key frames stand, and what to call it."""
     settings = result.settings
-    if kept is None:
+    if count is None:
         strength = settings.strength(settings.level)
         word = "level" if strength == settings.level else settings.level
         return strength, f"{word}\n{strength:.2f}"
-    fallen = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
-    standing = result.hierarchy[len(fallen) :]
-    low = fallen[-1].strength if fallen else 0.0
-    high = standing[0].strength if standing else low * 1.2
-    return (low + high) / 2, f"{len(standing)}\nkept"
+    merged = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
+    kept = result.hierarchy[len(merged) :]
+    low = merged[-1].strength if merged else 0.0
+    high = kept[0].strength if kept else low * 1.2
+    return (low + high) / 2, f"{len(kept)}\nkept"

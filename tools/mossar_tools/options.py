@@ -257,7 +257,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move repetition stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move repetition phase stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")

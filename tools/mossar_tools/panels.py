@@ -16,6 +16,7 @@ MARKS = {"onset": "^", "offset": "v", "minimum": "o"}
 MARK_GAP = 0.075  # between two marks on the curve
 JOIN_GAP = 0.06  # between two joins of the tree
 CUT_GAP = 0.035
+COUNT_GAP = 0.16  # a number
 BAR = 0.025  # a segment
 _GOLDEN = 0.6180339887  # multiples of it fill 0..1 evenly
 _POINTS = 160  # of the curve, an inch
@@ -33,12 +34,12 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
         palette: Colours.
     """
     gap = (shown.end - shown.start) / width
-    standing = strongest_apart(shown.standing, MARK_GAP * gap)
-    fallen = strongest_apart(shown.fallen, MARK_GAP * gap, taken=[key.time for key in shown.standing])
+    kept = strongest_apart(shown.kept, MARK_GAP * gap)
+    merged = strongest_apart(shown.merged, MARK_GAP * gap, taken=[key.time for key in shown.kept])
     _draw_envelope(axes, shown, int(width * _POINTS), palette)
     colours = {kind: getattr(palette, kind) for kind in MARKS}
     for kind, mark in MARKS.items():
-        found = [key for key in fallen if key.kind == kind]
+        found = [key for key in merged if key.kind == kind]
         axes.plot(
             [key.time for key in found],
             [key.velocity for key in found],
@@ -47,24 +48,24 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
             mfc=palette.background,
             mec=colours[kind],
             mew=1.0,
-            label=kind if any(key.kind == kind for key in shown.standing + shown.fallen) else None,
+            label=kind if any(key.kind == kind for key in shown.kept + shown.merged) else None,
             zorder=4,
         )
     times = shown.columns[:, 0]
-    for key in standing:
+    for key in kept:
         value = np.interp(key.time, times, shown.columns[:, 1]) if len(times) else key.velocity
         axes.plot(key.time, value, MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5)
-    for key in standing:
+    for key in kept:
         axes.axvline(key.time, ymax=1.02, color=colours[key.kind], lw=0.9, zorder=1, clip_on=False)
     return [
-        *_said(len(standing), len(shown.standing), "marks of standing key frames"),
-        *_said(len(fallen), len(shown.fallen), "marks of merged ones"),
+        *_said(len(kept), len(shown.kept), "marks of kept key frames"),
+        *_said(len(merged), len(shown.merged), "marks of merged ones"),
     ]
 
 
 def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> None:
     columns = shown.columns
-    peak = max([0.0, *(key.velocity for key in shown.standing + shown.fallen)])
+    peak = max([0.0, *(key.velocity for key in shown.kept + shown.merged)])
     top = max(0.2, float(np.nanmax(columns[:, 1], initial=0.0)), peak, 1.3 * shown.threshold) * 1.08
     axes.set_ylim(0, top)
     axes.set_ylabel("velocity (share of range)")
@@ -82,10 +83,25 @@ def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> No
 def draw_segments(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
     """Draw the segments coloured by state, and true cuts where they are known; as `draw_curve`."""
     said = draw_strip(axes, "segments", shown.segments, shown, width, palette)
+    said += _draw_repetitions(axes, shown, width, palette)
     if len(shown.cuts) > width / CUT_GAP:
         return [*said, f"{len(shown.cuts)} true cuts, too near to one another"]
     axes.vlines(shown.cuts, -0.15, 1.15, color=palette.truth, lw=1.6, clip_on=False, zorder=5)
     return said
+
+
+def _draw_repetitions(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
+    """Draw where repetitions begin and end, and their number in the bout."""
+    gap = (shown.end - shown.start) / width
+    if not shown.repetitions:
+        return []
+    edges = sorted({time for start, end, _ in shown.repetitions for time in (start, end)})
+    axes.vlines(edges, 0.08, 0.92, color=palette.ink, lw=0.8, ls=(0, (2, 2)), zorder=4)
+    if min(end - start for start, end, _ in shown.repetitions) < COUNT_GAP * gap:
+        return ["the numbers of repetitions"]
+    for start, end, count in shown.repetitions:
+        axes.text((start + end) / 2, 0.5, str(count), ha="center", va="center", fontsize=FONT - 1, zorder=6)
+    return []
 
 
 def draw_strip(

@@ -35,7 +35,7 @@ def draw(
     result: Result,
     chosen: Segmentation,
     palette: Palette,
-    kept: int | None = None,
+    count: int | None = None,
     *,
     span: tuple[float | None, float | None] = (None, None),
     width: float = WIDTH,
@@ -48,7 +48,7 @@ def draw(
         result: What was found in it, with curves.
         chosen: The level to show.
         palette: Colours.
-        kept: Number of key frames asked for, if it was not a level.
+        count: Number of key frames asked for, if it was not a level.
         span: From and to, s; None for where the recording begins and ends.
         width: Inches.
 
@@ -56,7 +56,7 @@ def draw(
         UsageError: If nothing of the recording lies in the span.
         MossarError: If the file cannot be written.
     """
-    draw_excerpt(path, whole, excerpt(whole, result, chosen, span=span, kept=kept), palette, width)
+    draw_excerpt(path, whole, excerpt(whole, result, chosen, span=span, count=count), palette, width)
 
 
 def draw_excerpt(
@@ -139,18 +139,18 @@ def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
     if shown.about is not None:
         return shown.about
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
-    there = len(shown.standing) + len(shown.fallen)
+    there = len(shown.kept) + len(shown.merged)
     part = ""
     if (shown.start, shown.end) != shown.whole:
         part = f" from {shown.start:g} to {shown.end:g} s"
     return (
         f"{len(whole.times)} frames{rate}, {len(whole.skeleton)} joints; "
-        f"{len(shown.standing)} of {there} key frames{part} stand"
+        f"{len(shown.kept)} of {there} key frames{part} stand"
     )
 
 
 def _legend_length(whole: LoadedRecording, shown: Excerpt) -> int:
-    kinds = {key.kind for key in (*shown.standing, *shown.fallen)}
+    kinds = {key.kind for key in (*shown.kept, *shown.merged)}
     return 5 + len(kinds) + bool(shown.cuts) + 2 * bool(sides(whole.skeleton).any())
 
 

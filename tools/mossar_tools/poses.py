@@ -50,7 +50,7 @@ def draw_poses(
     span = shown.end - shown.start
     most = max(1, int(width / NARROWEST))
     view = view_of(whole.skeleton, whole.positions[:: max(1, len(whole.positions) // 200)].astype(np.float64))
-    candidates = _figures(whole, _chosen(shown.standing, most, span), view)
+    candidates = _figures(whole, _chosen(shown.kept, most, span), view)
     if not candidates:
         return []
     # As tall as the tallest, so that a raised arm or club stays within the panel; a metre is as long across.
@@ -59,7 +59,7 @@ def draw_poses(
     reach = float(np.quantile([figure.reach for figure in candidates], 0.8))
     gap = max(NARROWEST, 2 * reach * inches + MARGIN)
     most = min(most, max(1, int(width / gap)))
-    figures = _figures(whole, _chosen(shown.standing, most, span), view)
+    figures = _figures(whole, _chosen(shown.kept, most, span), view)
     times = [figure.key.time for figure in figures]
     places = spread(times, shown.start, shown.end, min(gap, width / len(figures)) * span / width)
     for figure, place in zip(figures, places, strict=True):
@@ -67,8 +67,8 @@ def draw_poses(
         draw_body(axes, whole.skeleton, x, figure.joints[:, 1] / tallest, palette)
         tie = [place, place, figure.key.time, figure.key.time]
         axes.plot(tie, [-0.06, -0.11, -0.25, -0.37], color=palette.muted, lw=0.6, clip_on=False)
-    missing = len(shown.standing) - len(figures)
-    return [f"{missing} of {len(shown.standing)} poses"] if missing else []
+    missing = len(shown.kept) - len(figures)
+    return [f"{missing} of {len(shown.kept)} poses"] if missing else []
 
 
 def _chosen(keys: Sequence[KeyFrame], most: int, span: float) -> Sequence[KeyFrame]:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Result, Segmentation
 from mossar_tools.console import Console
@@ -23,6 +25,10 @@ def segmentation_table(
     length = float(whole.times[-1] - whole.times[0]) if len(whole.times) else 0.0
     yield f"{Path(whole.name).name} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
     yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
+    if result.repetitions:
+        tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
+        pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
+        yield f"{len(result.repetitions)} repetitions{pace}"
     yield ""
     heading = f"{'start':>10}{'end':>10}{'length':>10}  {'state':<9}{'ended by':<10}{'strength':>9}  most active joints"
     yield console.colour(heading, "2")

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.errors import FileError, shown
+from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.units import Scale, height
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
@@ -109,16 +109,3 @@ def scaled_by_height(recording: Recording, choose: Callable[[float], Scale]) -> 
     """
     first = first_chunk(Path(recording.path), recording.chunks)
     return in_metres(recording, choose(height(first.positions)))
-
-
-def parent_indices(path: Path, names: Sequence[str], parent_names: Sequence[str | None]) -> tuple[int, ...]:
-    """Return parents as indices.
-
-    Raises:
-        FileError: If a parent is not a joint.
-    """
-    place = {name: i for i, name in enumerate(names)}
-    for name in parent_names:
-        if name is not None and name not in place:
-            raise FileError(path, f"the parent {shown(name)} is not a joint")
-    return tuple(-1 if name is None else place[name] for name in parent_names)

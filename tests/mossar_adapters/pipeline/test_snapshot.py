@@ -42,8 +42,8 @@ def test_every_damaged_byte_is_noticed(tmp_path):
 def test_a_newer_snapshot_is_refused_by_its_version(tmp_path):
     path = tmp_path / "state"
     write_snapshot(path, Snapshot(b"{}", complete=False))
-    path.write_bytes(path.read_bytes().replace(b"MSNAP\x01", b"MSNAP\x02"))
-    with pytest.raises(SnapshotError, match="of version 2, this program reads version 1"):
+    path.write_bytes(path.read_bytes().replace(b"MSNAP\x02", b"MSNAP\x03"))
+    with pytest.raises(SnapshotError, match="of version 3, this program reads version 2"):
         read_snapshot(path)
 
 

@@ -79,6 +79,25 @@ def test_the_size_of_the_body_changes_little(recordings):
     assert mean_agreement(recordings, lambda positions, _: positions * 1.5) >= 0.9
 
 
+def sampled(positions, fps, rate):
+    """Return the same motion as seen at another rate, with straight lines between frames."""
+    times, grid = np.arange(0.0, (len(positions) - 1) / fps, 1.0 / rate), np.arange(len(positions)) / fps
+    columns = positions.reshape(len(positions), -1).T
+    return np.stack([np.interp(times, grid, column) for column in columns], 1).reshape(
+        -1, *positions.shape[1:]
+    )
+
+
+# At 30 Hz noise turns back from frame to frame, at higher rates it does so no more; see docs/accuracy.md.
+@pytest.mark.parametrize(("rate", "other", "least"), [(60.0, 120.0, 0.94), (30.0, 60.0, 0.8)])
+def test_the_frame_rate_changes_little(rate, other, least):
+    seen = [
+        (sampled(positions, fps, rate), rate, skeleton)
+        for positions, fps, skeleton in takes("precog/Seq*_1.json") + takes("gesture_phase/*.json")
+    ]
+    assert mean_agreement(seen, lambda poses, fps: sampled(poses, fps, other), lambda _: other) >= least
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_chunks_change_nothing(core, seed, size):

@@ -25,13 +25,13 @@ def while_standing(take, times):
 @pytest.mark.parametrize("noise", [0.001, 0.005])
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
 def test_twenty_seconds_of_standing_are_few_key_frames(core, fps, noise, order):
-    most = 2 if noise < 0.005 else 4  # 5 mm at 120 Hz shake the joints at a metre a second
+    most = 2
     for seed in range(3):
         take = demo.performance(seed, fps=fps, noise=noise, moves=ORDERS[order])
         for level in ("motion", "cluster"):
             assert while_standing(take, confirmed(core, take, level=level)) <= most
         whole = segment_recording(take.frames.positions, fps, take.skeleton, Settings(range="file"))
-        assert while_standing(take, [k.time for k in whole.at("motion").key_frames]) <= most
+        assert while_standing(take, [k.time for k in whole.at("motion").key_frames]) <= most + (noise > 0.001)
 
 
 def test_without_the_margin_they_flood(core):
@@ -40,7 +40,7 @@ def test_without_the_margin_they_flood(core):
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
-@pytest.mark.parametrize(("noise", "recall"), [(0.002, 0.9), (0.005, 0.8)])
+@pytest.mark.parametrize(("noise", "recall"), [(0.002, 0.95), (0.005, 0.8)])
 def test_the_cuts_of_a_noisy_performance_are_still_found(core, fps, noise, recall):
     hits = total = 0
     for seed in range(5):

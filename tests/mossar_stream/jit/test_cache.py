@@ -193,3 +193,45 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(monkeypatch):
 
     monkeypatch.setattr(os, "replace", full)
     assert tripled_again(2.5) == 7.5
+
+
+TWO_AT_ONCE = """
+import sys
+from numba import njit
+from numba.core import types
+from mossar_stream.jit.sturdy_cache import SturdyCache
+
+def double(x):
+    return x + x
+
+def started():
+    kernel = njit(double)
+    kernel._cache = SturdyCache(double)
+    return kernel, kernel._cache._cache_file
+
+numbers = (types.int64,), (types.float64,)
+one, file = started()
+one.compile(numbers[0])
+said = file._load_index()
+other, its_file = started()
+its_file._load_index = lambda: {}  # it looked before the first one wrote
+other.compile(numbers[1])
+file._save_index(said)  # and wrote its index earlier, but its code later
+again, _ = started()
+assert repr([again(3), again(2.5)]) == "[6, 5.0]", [again(3), again(2.5)]
+print("right")
+"""
+
+
+def test_two_processes_that_compile_for_different_types_at_once_never_run_each_other_s_code(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(TWO_AT_ONCE)
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
+    done = subprocess.run(
+        [sys.executable, program, tmp_path], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "right\n", done.stderr

@@ -26,7 +26,7 @@ FEATURES = [
 @entry_point
 def summarise(params, slot, poses, steps, joints, weights):
     body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
-    lanes = poses.shape[2]
+    padded_joints = poses.shape[2]
     for i in range(len(poses)):
         for j in range(joints):
             body[place(j) + STEP_BEFORE] = steps[i, j]
@@ -34,7 +34,7 @@ def summarise(params, slot, poses, steps, joints, weights):
                 body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
         frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1)
         similarity.add_frame(params[0], slot, frame)
-    similarity.flush_sums(params[0], slot, body, lanes)
+    similarity.flush_sums(params[0], slot, body, padded_joints)
     similarity.close(params[0], slot)
 
 
@@ -54,14 +54,14 @@ class Segment:
 
     def __init__(self, seed, frames, joints, features, short=0.0):
         rng = np.random.default_rng(seed)
-        lanes = pad(joints)
+        padded_joints = pad(joints)
         self.settings = Settings(features=Features(**features), short_segment=short).resolved()
-        self.params = make_params(self.settings, joints, lanes, 0)
-        self.joints, self.poses = joints, np.zeros((frames, 4, lanes), np.float32)
+        self.params = make_params(self.settings, joints, padded_joints, 0)
+        self.joints, self.poses = joints, np.zeros((frames, 4, padded_joints), np.float32)
         self.poses[:, :, :joints] = rng.normal(rng.normal(0, 1, (1, 4, joints)), 0.1, (frames, 4, joints))
         self.poses[:, :3, 0] = 0  # the root
         self.poses[:, 3, 0] = np.log(0.1)
-        self.steps = rng.uniform(0, 0.1, (frames, lanes))
+        self.steps = rng.uniform(0, 0.1, (frames, padded_joints))
         self.weights = rng.uniform(0.01, 0.1, frames)
 
     def summary(self, begin=0, end=None):

@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -34,7 +35,10 @@ def main() -> int:
         stage = Stage(Path(name) / "stage")
         stage.run(Command("", FIRST))
         for command, (problem, seconds) in _all_run(stage, commands):
-            print(f"{command.line}\n    {problem or 'as it should be'} ({seconds:.1f} s; {command.place})")
+            print(
+                f"{command.line}\n    {problem or 'as it should be'} ({seconds:.1f} s; {command.place})",
+                flush=True,
+            )
             if problem.startswith("WRONG"):
                 wrong.append(f"{command.place}: {command.line}: {problem}")
     for line in wrong:
@@ -43,8 +47,8 @@ def main() -> int:
     return 1 if wrong else 0
 
 
-def _all_run(stage: Stage, commands: list[Command]) -> list[tuple[Command, tuple[str, float]]]:
-    """Run commands, those that go on beside those that compute, and return what is to be said of each."""
+def _all_run(stage: Stage, commands: list[Command]) -> Iterator[tuple[Command, tuple[str, float]]]:
+    """Run commands, those that go on beside those that compute, and yield what is to be said of each."""
     computing, waiting = ThreadPoolExecutor(os.cpu_count()), ThreadPoolExecutor(WAITING)
 
     def run(command: Command) -> tuple[str, float]:
@@ -56,7 +60,8 @@ def _all_run(stage: Stage, commands: list[Command]) -> list[tuple[Command, tuple
             (waiting if GOES_ON.search(command.line) else computing).submit(run, command)
             for command in commands
         ]
-        return [(command, future.result()) for command, future in zip(commands, futures, strict=True)]
+        for command, future in zip(commands, futures, strict=True):
+            yield command, future.result()
     finally:
         for pool in (computing, waiting):
             pool.shutdown(cancel_futures=True)

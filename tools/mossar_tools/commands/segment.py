@@ -49,7 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or demo:")
     group = parser.add_argument_group("what to put out")
     add_output(group, "json", "all key frames with their strengths, and the segments")
-    add_output(group, "csv", "a row for each segment: when, which frames, what it is like")
+    add_output(
+        group, "csv", "a row for each segment, and each repetition: when, which frames, what it is like"
+    )
     group.add_argument(
         "--export",
         metavar="FILE",
@@ -188,8 +190,7 @@ def _tiers(
 
 
 def _several(files: list[str], options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_adapters.segment_csv import COLUMNS
-    from mossar_tools.batch import Segmented, segment_all
+    from mossar_tools.batch import Segmented, columns_of, segment_all
     from mossar_tools.streaming import warm_up
 
     def shown(results: Iterator[Segmented]) -> Iterator[Segmented]:
@@ -199,7 +200,10 @@ def _several(files: list[str], options: Options, outputs: Outputs, console: Cons
 
     warm_up(options.settings())  # here, so that the processes find the kernels
     bad = 0
-    with outputs.json_lines(console) as write_json, outputs.csv_rows(COLUMNS, console) as write_csv:
+    with (
+        outputs.json_lines(console) as write_json,
+        outputs.csv_rows(columns_of(options), console) as write_csv,
+    ):
         for done in shown(segment_all(files, options)):
             if done.error:
                 bad += 1

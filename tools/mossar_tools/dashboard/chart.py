@@ -41,9 +41,9 @@ def chart(glimpses: list[Glimpse], *, seeks: bool = False) -> str:
     if not shown:
         return f'<div class="mossar m-strip{above}" id="mossar-chart"><p class="dim">Waiting for frames …</p></div>'
     marks = [mark for glimpse in shown for mark in glimpse.marks if not mark.tentative]
-    standing = sum(mark.standing for mark in marks)
+    kept = sum(mark.kept for mark in marks)
     head = (
-        f'<div class="m-top"><span><b id="mossar-standing">{standing}</b> of '
+        f'<div class="m-top"><span><b id="mossar-kept">{kept}</b> of '
         f'<b id="mossar-known">{len(marks)}</b> key frames in view stand</span>{_legend()}</div>'
     )
     height = (_HEIGHT - _AXIS) / len(shown)
@@ -86,13 +86,13 @@ def symbol(kind: str, classes: str = "final") -> str:
 def _legend() -> str:
     kinds = "".join(f"<span>{symbol(kind)} {kind}</span>" for kind in SYMBOLS)
     undecided = f"<span>{symbol('minimum', '')} undecided</span>"
-    fallen = '<span><svg width="9" height="9" viewBox="-4.5 -4.5 9 9"><path class="mark fallen minimum" '
-    fallen += 'd="M-3-3L3 3M3-3L-3 3"/></svg> merged</span>'
+    merged = '<span><svg width="9" height="9" viewBox="-4.5 -4.5 9 9"><path class="mark merged minimum" '
+    merged += 'd="M-3-3L3 3M3-3L-3 3"/></svg> merged</span>'
     band = '<span><svg width="20" height="10"><rect class="band" width="20" height="10"/></svg> floor to ceiling</span>'
     theta = (
         '<span><svg width="20" height="10"><line class="theta" x2="20" y1="5" y2="5"/></svg> threshold</span>'
     )
-    return f'<span class="m-legend">{kinds}{undecided}{fallen}{band}{theta}</span>'
+    return f'<span class="m-legend">{kinds}{undecided}{merged}{band}{theta}</span>'
 
 
 def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: bool) -> str:
@@ -136,9 +136,9 @@ def _symbol(mark: Mark, place: str, top: float, room: float, high: float, *, see
     title = f"<title>{mark.kind} at {mark.time:.2f} s, frame {mark.frame}{strength}</title>"
     touch = visiting(mark.time) if seeks else ""
     title += '<circle class="touch" r="9"/>' * seeks
-    if not mark.standing and not mark.tentative:
+    if not mark.kept and not mark.tentative:
         cross = "M-3-3L3 3M3-3L-3 3"
-        return f'<svg x="{place}" y="{y:.1f}" {touch}><path class="mark fallen {mark.kind}" d="{cross}"/>{title}</svg>'
+        return f'<svg x="{place}" y="{y:.1f}" {touch}><path class="mark merged {mark.kind}" d="{cross}"/>{title}</svg>'
     state = "tentative" if mark.tentative else "final" if mark.decided else ""
     stem = (
         ""

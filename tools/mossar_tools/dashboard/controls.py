@@ -66,7 +66,7 @@ class Controls:
         self._say_level()
         if isinstance(show, RecordedShow):
             self._set_range(self._count, max(show.total, 1))
-            self._set(self._count, show.standing)
+            self._set(self._count, show.kept)
             self._set(self._place, min(max(round(show.player.place, 2), self._place.min), self._place.max))
             word = "Play" if show.player.paused else "Pause"
             if self._pause.label != word:
@@ -117,7 +117,7 @@ class Controls:
                 0,
                 max(show.total, 1),
                 1,
-                show.standing,
+                show.kept,
                 hint="Keep this many; also the keys + and -",
             )
             self._on(self._count, lambda value: show.set_count(int(value)))

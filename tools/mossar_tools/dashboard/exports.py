@@ -23,7 +23,7 @@ def key_frames_csv(found: list[tuple[str, Mark]]) -> bytes:
     table.writerow(COLUMNS)
     for performer, mark in found:
         strength = "" if mark.strength is None else f"{mark.strength:.4f}"
-        stands = "yes" if mark.standing else "no"
+        stands = "yes" if mark.kept else "no"
         cells = [f"{mark.time:.4f}", mark.frame, mark.kind, f"{mark.velocity:.4f}", strength, stands]
         table.writerow([performer, *cells])
     return text.getvalue().encode()

@@ -17,7 +17,7 @@ class Mark(msgspec.Struct, frozen=True):
         kind: `onset`, `offset` or `minimum`.
         velocity: Share of the range.
         strength: At which it falls; None until first computed.
-        standing: Whether it stands at the level shown.
+        kept: Whether it stands at the level shown.
         decided: Whether the segmenter has said its last word.
         tentative: Whether it is only a candidate.
         delay: From the key frame to the message that confirmed it, s; None in recordings.
@@ -29,7 +29,7 @@ class Mark(msgspec.Struct, frozen=True):
     kind: KeyFrameKind
     velocity: float
     strength: float | None
-    standing: bool
+    kept: bool
     decided: bool = True
     tentative: bool = False
     delay: float | None = None
@@ -49,6 +49,18 @@ class NamedMove(msgspec.Struct, frozen=True):
     start: float  # s
     end: float  # s
     name: str
+
+
+class Repeated(msgspec.Struct, frozen=True):
+    """How often a movement was repeated.
+
+    Args:
+        total: In the take.
+        tempo: Cycles a minute; None if it is not known yet.
+    """
+
+    total: int
+    tempo: float | None
 
 
 class Curve(msgspec.Struct, frozen=True):
@@ -94,10 +106,11 @@ class Glimpse(msgspec.Struct, frozen=True):
         marks: Key frames within the chart, in order of time.
         stretches: Segments within the chart at the level shown.
         body: The last pose; None before there is one.
-        ghosts: Poses of the last standing key frames, oldest first.
+        ghosts: Poses of the last kept key frames, oldest first.
         facts: What to say in the statistics, name and value.
         lanes: Segments of each limb within the chart.
         moves: Those recognised within the chart.
+        repeated: What was counted in this take; None if nothing was.
     """
 
     performer: str
@@ -115,3 +128,4 @@ class Glimpse(msgspec.Struct, frozen=True):
     facts: list[tuple[str, str]]
     lanes: dict[str, list[Stretch]] = {}  # msgspec copies it
     moves: list[NamedMove] = []  # the same
+    repeated: Repeated | None = None

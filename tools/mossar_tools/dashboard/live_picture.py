@@ -50,7 +50,7 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         KeyFrame(i, mark.time, mark.kind, mark.velocity, level[0] if mark.strength is None else mark.strength)
         for i, mark in enumerate(marks)
     ]
-    standing = [key for key, mark in zip(keys, marks, strict=True) if mark.standing]
+    kept = [key for key, mark in zip(keys, marks, strict=True) if mark.kept]
     curve = glimpse.curve
     columns = np.stack([curve.times, curve.value, curve.ceiling, curve.floor], axis=1)
     inside = (curve.times >= glimpse.start) & (curve.times <= glimpse.end)
@@ -59,8 +59,8 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         end=max(glimpse.end, glimpse.start + 1e-3),
         columns=columns[inside],
         threshold=glimpse.threshold,
-        standing=standing,
-        fallen=[key for key, mark in zip(keys, marks, strict=True) if not mark.standing],
+        kept=kept,
+        merged=[key for key, mark in zip(keys, marks, strict=True) if not mark.kept],
         segments=[
             Segment(0, 0, part.start, part.end, part.state, (), None)
             for part in glimpse.stretches
@@ -75,5 +75,5 @@ def excerpt_of(glimpse: Glimpse, marks: list[Mark], level: tuple[float, str]) ->
         level=level[0],
         level_name=f"{level[1]}\n{level[0]:.2f}",
         about=f"the last {glimpse.end - glimpse.start:.0f} s, {len(glimpse.skeleton)} joints; "
-        f"{len(standing)} of {len(keys)} key frames stand",
+        f"{len(kept)} of {len(keys)} key frames stand",
     )

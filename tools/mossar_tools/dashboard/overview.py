@@ -25,13 +25,13 @@ class Outline(msgspec.Struct, frozen=True):
     Args:
         times: (n,) s.
         value: (n,) velocity, share of the range.
-        standing: Key frames that stand.
+        kept: Key frames that stand.
         segments: Between them.
     """
 
     times: NDArray[np.float64]
     value: NDArray[np.float64]
-    standing: list[KeyFrame]
+    kept: list[KeyFrame]
     segments: list[Segment]
 
 
@@ -92,7 +92,7 @@ def _row(outline: Outline, top: float, high: float, start: float, span: float) -
     )
     marks = "".join(
         f'<line class="stem {key.kind}" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="74"/>'
-        for key in strongest_apart(outline.standing, span / _MARKS)
+        for key in strongest_apart(outline.kept, span / _MARKS)
         for x in [scale * (key.time - start)]
     )
     area = f'<path class="whole" d="M0 70L{curve}L{_BOX:.0f} 70Z"/>' if len(times) else ""

@@ -57,9 +57,9 @@ class _Part:
     def choose(self, chosen: Segmentation) -> None:
         """Show a level."""
         self.chosen = chosen
-        fallen = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
-        marks = [_mark(key, standing=True) for key in chosen.key_frames]
-        marks += [_mark(key, standing=False) for key in fallen]
+        merged = self.found.result.hierarchy[: len(self.found.result.hierarchy) - len(chosen.key_frames)]
+        marks = [_mark(key, kept=True) for key in chosen.key_frames]
+        marks += [_mark(key, kept=False) for key in merged]
         self.marks = sorted(marks, key=lambda mark: mark.time)
         self.stretches = [Stretch(s.start_time, s.end_time, s.state) for s in chosen.segments]
 
@@ -95,9 +95,9 @@ class RecordedShow:
         return len(self._parts[0].found.result.key_frames)
 
     @property
-    def standing(self) -> int:
+    def kept(self) -> int:
         """How many of them stand."""
-        return sum(mark.standing for mark in self._parts[0].marks)
+        return sum(mark.kept for mark in self._parts[0].marks)
 
     @property
     def strength(self) -> float:
@@ -105,9 +105,9 @@ class RecordedShow:
         hierarchy = self._parts[0].found.result.hierarchy
         if self.count is None:
             return self.strength_of(self.level)
-        fallen = len(hierarchy) - self.count
-        if fallen < len(hierarchy):
-            return float(hierarchy[fallen].strength)
+        merged = len(hierarchy) - self.count
+        if merged < len(hierarchy):
+            return float(hierarchy[merged].strength)
         return 1.01 * hierarchy[-1].strength if hierarchy else 0.0
 
     def strength_of(self, level: LevelName | float) -> float:
@@ -134,7 +134,7 @@ class RecordedShow:
     def step_count(self, step: int) -> None:
         """Show so many key frames more, or less if negative."""
         with self._lock:
-            self.count = min(max(self.standing + step, 0), self.total)
+            self.count = min(max(self.kept + step, 0), self.total)
             self._choose()
 
     def change(self, changes: dict[str, object]) -> None:
@@ -231,7 +231,7 @@ class RecordedShow:
         columns = part.found.columns[max(0, first - 1) : last + 1]
         columns = columns[:: max(1, len(columns) // 900)].T
         now = min(int(np.searchsorted(times, place)), len(times) - 1)
-        past = [mark for mark in part.marks if mark.standing and mark.time <= place]
+        past = [mark for mark in part.marks if mark.kept and mark.time <= place]
         return Glimpse(
             performer=part.performer,
             skeleton=part.whole.skeleton,
@@ -290,7 +290,7 @@ def _before(times: NDArray[np.float64], at: int) -> list[int]:
     return sorted({*range(at, first - 1, -max(1, (at - first) // 10)), at})
 
 
-def _mark(key: KeyFrame, *, standing: bool) -> Mark:
+def _mark(key: KeyFrame, *, kept: bool) -> Mark:
     return Mark(
         id=str(key.frame),
         time=key.time,
@@ -298,7 +298,7 @@ def _mark(key: KeyFrame, *, standing: bool) -> Mark:
         kind=key.kind,
         velocity=key.velocity,
         strength=key.strength,
-        standing=standing,
+        kept=kept,
     )
 
 

@@ -15,7 +15,7 @@ from mossar_tools.dashboard.track import GHOSTS
 from mossar_tools.palette import Palette
 
 STEP = 0.88  # m between two ghosts
-_LANE = 1.9  # m for the live body
+_MARGIN = 1.9  # m for the live body
 
 _WINDOWS = 16  # whose sizes are remembered
 _FADED = 0.35  # opacity of the oldest ghost, as a share of the latest's
@@ -37,7 +37,7 @@ class Scene:
     ) -> None:
         self._server = server
         self._visit = visit
-        self._lanes: list[_Lane] = []
+        self._figures: list[_Figure] = []
         self._room = (1, GHOSTS)  # performers, and ghosts of each
         self._windows: list[Size] = []  # px, the latest last
         self._aimed: dict[int, tuple[Size, Size]] = {}  # picture and window of each client
@@ -64,30 +64,30 @@ class Scene:
             fade_from="origin",
             shadow_opacity=0.18,
         )
-        for lane in self._lanes:
-            lane.paint(palette)
+        for figure in self._figures:
+            figure.paint(palette)
 
     def draw(self, glimpses: list[Glimpse]) -> None:
         """Show performers side by side."""
-        if [lane.skeleton for lane in self._lanes] != [glimpse.skeleton for glimpse in glimpses]:
+        if [figure.skeleton for figure in self._figures] != [glimpse.skeleton for glimpse in glimpses]:
             self._lay_out(glimpses)
-        for lane, glimpse in zip(self._lanes, glimpses, strict=True):
-            lane.draw(glimpse)
+        for figure, glimpse in zip(self._figures, glimpses, strict=True):
+            figure.draw(glimpse)
 
     def _lay_out(self, glimpses: list[Glimpse]) -> None:
-        for lane in self._lanes:
-            lane.remove()
+        for figure in self._figures:
+            figure.remove()
         count = len(glimpses)
         ghosts = max(2, GHOSTS // max(count, 1))
-        width = ghosts * STEP + _LANE
-        self._lanes = []
+        width = ghosts * STEP + _MARGIN
+        self._figures = []
         for i, glimpse in enumerate(glimpses):
             right = (i + 1 - count / 2) * width
-            lane = _Lane(self._server, f"/lanes/{i}", glimpse, right, ghosts, named=count > 1)
+            figure = _Figure(self._server, f"/figures/{i}", glimpse, right, ghosts, named=count > 1)
             if self._visit is not None:
-                lane.go_to(self._visit)
-            self._lanes.append(lane)
-            self._lanes[-1].paint(self._palette)
+                figure.go_to(self._visit)
+            self._figures.append(figure)
+            self._figures[-1].paint(self._palette)
         if count:
             self._room = (count, ghosts)
             self._aimed.clear()
@@ -102,8 +102,8 @@ class Scene:
     def _framed(self, window: Size) -> Any:
         """Return where the camera stands in a window, and what it looks at."""
         count, ghosts = self._room
-        width = count * (ghosts * STEP + _LANE)
-        needed = _LANE + 2 * STEP if count == 1 else width
+        width = count * (ghosts * STEP + _MARGIN)
+        needed = _MARGIN + 2 * STEP if count == 1 else width
         return framed(window, width, needed, whole_take=self._visit is not None)
 
     async def _meet(self, client: ClientHandle) -> None:
@@ -127,7 +127,7 @@ class Scene:
             client.camera.position, client.camera.look_at = self._framed(window)
 
 
-class _Lane:
+class _Figure:
     """One performer: the live body at the right end, ghosts to its left."""
 
     def __init__(
@@ -143,8 +143,8 @@ class _Lane:
         self.skeleton = glimpse.skeleton
         self._scene = server.scene
         self._name = name
-        self._spot = np.array([right - _LANE / 2, -FRONT, 0.0], np.float32)
-        self._first = right - _LANE - (ghosts - 0.5) * STEP  # of the oldest ghost
+        self._spot = np.array([right - _MARGIN / 2, -FRONT, 0.0], np.float32)
+        self._first = right - _MARGIN - (ghosts - 0.5) * STEP  # of the oldest ghost
         self._room = ghosts
         self._shown: object = None  # ghosts as they are drawn
         self._ghosts: list[Ghost] = []

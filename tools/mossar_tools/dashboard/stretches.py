@@ -1,4 +1,4 @@
-"""Stretches: the segments between standing key frames, coloured by what most of their frames do."""
+"""Stretches: the segments between kept key frames, coloured by what most of their frames do."""
 
 import itertools
 
@@ -14,7 +14,7 @@ def stretches_between(
     """Return the segments that cuts make of the time seen.
 
     Args:
-        cuts: Times of the standing key frames, s, in order.
+        cuts: Times of the kept key frames, s, in order.
         times: (n,) s, of samples of the curve, in order.
         moving: (n,) whether each is in a moving period.
 

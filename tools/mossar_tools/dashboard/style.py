@@ -50,7 +50,7 @@ _RULES = """
 .mossar .onset { --c: var(--onset); } .mossar .offset { --c: var(--offset); } .mossar .minimum { --c: var(--minimum); }
 .mossar .mark { stroke: var(--c); stroke-width: 1.6; fill: var(--background); }
 .mossar .mark.final { fill: var(--c); }
-.mossar .mark.fallen { opacity: .55; stroke-width: 1.1; }
+.mossar .mark.merged { opacity: .55; stroke-width: 1.1; }
 .mossar .mark.tentative { stroke-dasharray: 2 2; }
 .m-strip .stem { stroke: var(--c); }
 .m-strip rect.moving { fill: var(--moving); } .m-strip rect.resting { fill: var(--resting); }
@@ -61,11 +61,12 @@ _RULES = """
 .m-card { padding: 2px 10px 6px; }
 .m-card.state { display: flex; justify-content: space-between; align-items: baseline; padding: 8px 10px 4px; }
 .m-card .big { font-size: 22px; font-weight: 650; line-height: 1.1; }
+.m-card .count { font-size: 44px; font-weight: 650; line-height: 1; }
 .m-card table { width: 100%%; border-collapse: collapse; }
 .m-card td { padding: 1.5px 0; white-space: nowrap; } .m-card td:not(:first-child) { text-align: right; }
 .m-card th { text-align: right; font-weight: 500; color: var(--muted); padding: 0 0 2px; }
 .m-card th:first-child { text-align: left; }
-.m-card i { font-style: normal; } .m-card tr.fallen { opacity: .5; }
+.m-card i { font-style: normal; } .m-card tr.merged { opacity: .5; }
 .m-card .onset { color: var(--onset); } .m-card .offset { color: var(--offset); }
 .m-card .minimum { color: var(--minimum); }
 .m-note { min-height: 17px; color: var(--muted); white-space: normal; overflow-wrap: anywhere; }

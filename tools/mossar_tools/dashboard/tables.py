@@ -3,7 +3,7 @@
 from html import escape
 
 from mossar_tools.dashboard.chart import symbol, visiting
-from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Glimpse, Mark, Repeated
 
 ROWS = 8  # key frames listed
 
@@ -27,6 +27,8 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
             f'<span><span class="m-pill {word}">{word}</span> &nbsp;<b>{escape(glimpse.performer)}</b></span>'
             f'<span class="big">{glimpse.now:.1f}<span class="dim" style="font-size:13px"> s</span></span></div>'
         )
+        if glimpse.repeated is not None:
+            rows.append(_repeated(glimpse.repeated))
     notes = []
     if frozen:
         notes.append("the picture stands still; the stream goes on")
@@ -37,6 +39,16 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
     if notes:
         rows.append(f'<div class="mossar m-card">{"<br>".join(notes)}</div>')
     return "".join(rows)
+
+
+def _repeated(repeated: Repeated) -> str:
+    tempo = "" if repeated.tempo is None else f"{repeated.tempo:.0f}"
+    minute = '<span class="dim" style="font-size:13px"> / min</span>' if tempo else ""
+    return (
+        '<div class="mossar m-card state" id="mossar-repetitions">'
+        f'<span class="count">{repeated.total}<span class="dim" style="font-size:13px"> times</span></span>'
+        f'<span class="count">{tempo}{minute}</span></div>'
+    )
 
 
 def facts_card(glimpses: list[Glimpse]) -> str:
@@ -79,6 +91,6 @@ def _mark_row(glimpse: Glimpse, mark: Mark, *, several: bool, seeks: bool) -> st
     delay = str(mark.frame) if mark.delay is None else f"{mark.delay * 1000:.0f} ms"
     strength = "–" if mark.strength is None else f"{mark.strength:.2f}"  # noqa: RUF001
     return (
-        f'<tr class="{"" if mark.standing else "fallen"}"{f" {visiting(mark.time)}" * seeks}><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
+        f'<tr class="{"" if mark.kept else "merged"}"{f" {visiting(mark.time)}" * seeks}><td><i class="{mark.kind}">{symbol(mark.kind, state)}'
         f" {mark.kind}</i> {who}</td><td>{mark.time:.2f} s</td><td>{delay}</td><td>{strength}</td></tr>"
     )

@@ -6,8 +6,19 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream import BODY, CurveState, Event, Frames, KeyFrameEvent, MoveEvent, SegmentEvent, Skeleton
-from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark
+from mossar_stream import (
+    BODY,
+    CurveState,
+    Event,
+    Frames,
+    KeyFrameEvent,
+    MoveEvent,
+    RepetitionEvent,
+    SegmentEvent,
+    Skeleton,
+    StreamEvent,
+)
+from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
 from mossar_tools.dashboard.lanes import Lanes
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
@@ -20,7 +31,7 @@ _SAMPLES = int(1.5 * SECONDS * RATE)
 _POSES = 400  # poses kept until their key frames are confirmed
 _MARKS = 400  # key frames kept
 
-_STANDING = ("confirmed", "restored", "final")
+_KEPT = ("confirmed", "restored", "final")
 
 
 class _Key(msgspec.Struct):
@@ -56,6 +67,7 @@ class Track:
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: OrderedDict[str, _Key] = OrderedDict()
         self._lanes = Lanes()
+        self._repeated: Repeated | None = None
 
     def take_frames(self, frames: Frames) -> None:
         """Take frames in; a pose is kept about every 1/30 s."""
@@ -70,13 +82,18 @@ class Track:
         self._poses.append((time, pose.copy()))
 
     def take_event(self, event: Event) -> None:
-        """Take news in: of the body's key frames, of limbs' segments, of moves."""
+        """Take news in: of the body's key frames, of limbs' segments, of moves, of repetitions."""
         if isinstance(event, MoveEvent):
             self._lanes.take_move(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
             self._lanes.take_segment(event)
         elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
             self._take_key_frame(event)
+        elif isinstance(event, RepetitionEvent) and event.channel == BODY:
+            known = self._repeated.tempo if self._repeated is not None and event.count != 1 else None
+            self._repeated = Repeated(event.total, known if event.tempo is None else event.tempo)
+        elif isinstance(event, StreamEvent) and event.event == "started":
+            self._repeated = None
 
     def _take_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
@@ -105,7 +122,7 @@ class Track:
         """Return what there is to see; None before the first sample.
 
         Args:
-            level: Strength from which key frames are shown as standing.
+            level: Strength from which key frames are shown as kept.
             facts: Statistics to pass on.
         """
         if not self._samples:
@@ -118,8 +135,8 @@ class Track:
             for name in ("time", "value", "ceiling", "floor", "moving")
         )
         keys, marks = self._sorted(), self.marks(level)
-        cuts = [mark.time for mark in marks if mark.standing]
-        known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.standing]
+        cuts = [mark.time for mark in marks if mark.kept]
+        known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
         return Glimpse(
             performer=self.performer,
             skeleton=self.skeleton,
@@ -138,6 +155,7 @@ class Track:
             facts=facts,
             lanes=self._lanes.stretches(start),
             moves=self._lanes.moves(start),
+            repeated=self._repeated,
         )
 
     def marks(self, level: float) -> list[Mark]:
@@ -164,9 +182,9 @@ class Track:
 def _mark(key: _Key, level: float | None) -> Mark:
     """Return a key frame as it is shown; without a level it stands if the segmenter said so."""
     event = key.event
-    standing = event.status in _STANDING
+    kept = event.status in _KEPT
     if event.strength is not None and level is not None:
-        standing = event.strength >= level
+        kept = event.strength >= level
     return Mark(
         id=event.id,
         time=event.time,
@@ -174,7 +192,7 @@ def _mark(key: _Key, level: float | None) -> Mark:
         kind=event.kind,
         velocity=event.velocity,
         strength=event.strength,
-        standing=standing and event.status != "candidate",
+        kept=kept and event.status != "candidate",
         decided=event.decided,
         tentative=event.status == "candidate",
         delay=key.delay,

@@ -60,9 +60,9 @@ def nested(keys: Sequence[float], falling: Sequence[float]) -> Variants:
         keys: Times, s.
         falling: The same in the order in which they fall.
     """
-    standing = {len(keys): Found(sorted(keys))}
-    left = list(standing[len(keys)].times)
+    kept = {len(keys): Found(sorted(keys))}
+    left = list(kept[len(keys)].times)
     for key in falling:
         left.remove(key)
-        standing[len(left)] = Found(list(left))
-    return {str(count): found for count, found in standing.items()}
+        kept[len(left)] = Found(list(left))
+    return {str(count): found for count, found in kept.items()}

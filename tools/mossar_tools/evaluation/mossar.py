@@ -83,8 +83,8 @@ def _streaming(name: str, settings: Settings, status: str) -> Method:
 def _offline(name: str, settings: Settings) -> Method:
     def run(take: Take) -> Variants:
         began = time.perf_counter()
-        standing = whole(take, settings).at(take.level).key_frames
-        return _only(Found([key.time for key in standing], seconds=time.perf_counter() - began))
+        kept = whole(take, settings).at(take.level).key_frames
+        return _only(Found([key.time for key in kept], seconds=time.perf_counter() - began))
 
     return Method(name, FIXED, run)
 

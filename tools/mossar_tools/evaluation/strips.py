@@ -19,7 +19,7 @@ from mossar_tools.palette import Palette
 
 MOST = 6  # recordings of a group in a picture
 WIDTH = 13.0  # inches
-CURVE, LANE, GAP = 0.75, 0.15, 0.42  # inches: the curve, a method's lane, between strips
+CURVE, LINE, GAP = 0.75, 0.15, 0.42  # inches: the curve, a method's line, between strips
 LEFT, RIGHT, TOP, BOTTOM = 2.75, 0.6, 0.75, 0.45  # inches
 MOST_POINTS = 3000  # of a curve
 
@@ -44,7 +44,7 @@ def draw_strips(
         How many recordings were left out.
     """
     shown = [(name, i) for name, takes in groups.items() for i in chosen_of(len(takes))]
-    heights = [CURVE + LANE * (len(rows[name]) + 0.5) for name, _ in shown]
+    heights = [CURVE + LINE * (len(rows[name]) + 0.5) for name, _ in shown]
     height = TOP + BOTTOM + sum(heights) + GAP * (len(shown) - 1)
     with mpl.rc_context(style(palette)):
         figure = Figure(figsize=(WIDTH, height))
@@ -73,18 +73,18 @@ def _draw_strip(
     settings: Settings,
     palette: Palette,
 ) -> None:
-    """Draw one recording; lanes go downwards from 0, the curve stands on 0, in units of lanes."""
+    """Draw one recording; lines go downwards from 0, the curve stands on 0, in units of lines."""
     axes.set_xlim(float(take.times[0]), float(take.times[-1]))
-    curve = CURVE / LANE
-    axes.set_ylim(curve - height / LANE, curve)
+    curve = CURVE / LINE
+    axes.set_ylim(curve - height / LINE, curve)
     for cut in take.cuts:
         axes.axvspan(cut.earliest - take.tolerance, cut.latest + take.tolerance, color=palette.faint, lw=0)
         axes.axvline(cut.middle, color=palette.truth, lw=1.1)
     times, values = _curve(take, settings)
     axes.plot(times, values * (curve - 0.3), color=palette.resting, lw=0.9)
     axes.axhline(0, color=palette.muted, lw=0.5)
-    for lane, (row, outcome) in enumerate(outcomes):
-        _draw_lane(axes, -lane - 0.75, take, row, outcome, palette)
+    for line, (row, outcome) in enumerate(outcomes):
+        _draw_method(axes, -line - 0.75, take, row, outcome, palette)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.set_title(f"{take.name}", loc="left", pad=3)
@@ -99,7 +99,7 @@ def _curve(take: Take, settings: Settings) -> tuple[Any, Any]:
     return np.array([c.time for c in curves[::step]]), np.array([min(c.value, 1.0) for c in curves[::step]])
 
 
-def _draw_lane(axes: Any, y: float, take: Take, row: Row, outcome: Outcome, palette: Palette) -> None:
+def _draw_method(axes: Any, y: float, take: Take, row: Row, outcome: Outcome, palette: Palette) -> None:
     """Draw a method's key frames, hits filled, with its name and F1 beside them."""
     found = outcome.found.times
     hits = {hit.found for hit in match(found, take.cuts, take.tolerance)}

@@ -81,9 +81,9 @@ def times_of(positions, start=0.0):
 
 def summary(params, positions, times, weight=STEP):
     slot = np.zeros(path_kernel.slot_size(params))
-    lanes = int(params["padded_joints"][0])
+    padded_joints = int(params["padded_joints"][0])
     joints = positions.shape[1]
-    pose, step = np.zeros((4, lanes), np.float32), np.zeros(lanes)
+    pose, step = np.zeros((4, padded_joints), np.float32), np.zeros(padded_joints)
     step[:joints] = 0.01
     for frame, time in zip(positions, times, strict=True):
         pose[:3, :joints] = frame.T
