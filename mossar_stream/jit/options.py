@@ -21,7 +21,7 @@ def inner_options(*, accelerated: bool, inline: bool = False, returns_views: boo
         returns_views: Whether numba is to do that before anything is compiled.
     """
     if not accelerated:
-        return dict(_PLAIN)
+        return {**_PLAIN, "inline": "always" if returns_views else "never"}
     from mossar_stream.jit.inner import InnerCompiler  # noqa: PLC0415 - stands on numba's private parts
 
     return {

@@ -89,7 +89,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     Example:
         >>> Settings(level="cluster").resolved().remerge_seconds
-        4.5
+        4.4
     """
 
     window: float | None = None

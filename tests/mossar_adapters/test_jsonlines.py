@@ -130,6 +130,7 @@ def test_final_segments_become_rows(tmp_path):
     sink.send([STARTED, segment, final])
     sink.close()
     assert path.read_text().splitlines() == [
-        "recording,performer,take,start,end,duration,start_frame,end_frame,state,kind,strength,similarity,active_joints",
-        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head",
+        "recording,performer,take,start,end,duration,start_frame,end_frame,state,kind,"
+        + "strength,similarity,active_joints,channel,limb",
+        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body,",
     ]

@@ -243,7 +243,7 @@ def test_no_frames_are_no_events(core):
 
 def test_one_frame_is_a_take_with_one_segment(core):
     segmenter = Segmenter(core.PAIR)
-    events = segmenter.push(np.zeros((2, 3), np.float32), 3.0) + segmenter.end_take("done")
+    events = segmenter.push(np.ones((2, 3), np.float32), 3.0) + segmenter.end_take("done")
     assert [e.__struct_config__.tag for e in events] == ["stream", "segment", "stream"]
     assert (events[1].start_frame, events[1].end_frame, events[1].status) == (0, 0, "final")
     assert events[2].reason == "done"

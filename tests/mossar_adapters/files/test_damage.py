@@ -57,7 +57,7 @@ def check(path):
     count = 0
     for frames in recording.chunks():
         count += len(frames)
-        assert frames.positions.dtype == np.float32
+        assert frames.positions.dtype in (np.float32, np.float64)
         assert frames.positions.shape == (len(frames.times), len(recording.skeleton), 3)
         assert np.isfinite(frames.times).all()
         assert not np.isinf(frames.positions).any()

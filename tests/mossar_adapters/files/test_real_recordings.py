@@ -22,7 +22,7 @@ def test_every_real_file_reads_with_a_plausible_height_or_is_refused_with_one_li
     assert len(paths) > 80
     for path in paths:
         is_label = path.suffix == ".json" and "labelled" in path.parts
-        problem = "no pose is found in it (keys: recording" if is_label else REFUSED.get(path.name)
+        problem = "this holds no poses; it is about the recording" if is_label else REFUSED.get(path.name)
         if problem is not None:
             with pytest.raises(FileError) as found:
                 open_recording(path)

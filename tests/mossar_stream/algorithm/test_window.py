@@ -117,7 +117,7 @@ def witnessed(core, seed, life, levels=(), frames=300):
     """Run a stream frame by frame with levels moved now and then, and return its witness."""
     positions, times = core.moving_people(seed, frames=frames, losses=False)
     segmenter = Segmenter(core.skeleton(4), Settings(**life))
-    witness = Witness(delayed=segmenter.settings.similarity == "evidence")
+    witness = Witness(delayed=segmenter.settings.resolved().similarity == "evidence")
     for t in range(frames):
         for at, level in levels:
             if at == t:

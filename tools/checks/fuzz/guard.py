@@ -7,7 +7,7 @@ from pathlib import Path
 from types import FrameType
 
 SECONDS = 10.0  # for one input
-MEMORY = 512 << 20  # bytes beyond what the program has at the beginning
+MEMORY = 1024 << 20  # bytes beyond what the program has at the beginning
 
 
 class Hang(BaseException):
