@@ -131,6 +131,6 @@ def test_final_segments_become_rows(tmp_path):
     sink.close()
     assert path.read_text().splitlines() == [
         "recording,performer,take,start,end,duration,start_frame,end_frame,state,kind,"
-        + "strength,similarity,active_joints,channel,limb",
+        "strength,similarity,active_joints,channel,limb",
         "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body,",
     ]
