@@ -211,6 +211,8 @@ class Performers:
         """Return where the rows of performers, or limbs, with this skeleton, rate and settings lie."""
         key = skeleton, fps, settings
         if key not in self._pools:
+            for pools in self._pools.values():
+                pools.drop_empty()
             while len(self._pools) >= MOST_POOLS:  # who has a row in them keeps it
                 del self._pools[next(iter(self._pools))]
             if fps is not None:

@@ -9,6 +9,7 @@ from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import Event
 
 ROWS = 64  # of a pool for many
+FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
 MOST_BYTES = 1 << 26  # of a pool for many, unless one row is larger
 
 
@@ -176,10 +177,15 @@ class Pools:
 
     def allocate(self, name: str) -> Row:
         """Return a free row, prepared, for a performer of this name."""
-        self._pools = [pool for pool in self._pools if pool.names]  # nobody is left in the others
+        self.drop_empty()
         for pool in self._pools:
             if not pool.is_full:
                 return pool.allocate(name)
-        rows = max(1, min(ROWS, MOST_BYTES // self._plan.row_bytes))
+        most = ROWS if self._pools else FIRST_ROWS
+        rows = max(1, min(most, MOST_BYTES // self._plan.row_bytes))
         self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
         return self._pools[-1].allocate(name)
+
+    def drop_empty(self) -> None:
+        """Give the memory back in which nobody is left."""
+        self._pools = [pool for pool in self._pools if pool.names]

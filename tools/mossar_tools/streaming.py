@@ -131,7 +131,7 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
 
     with saying_if_cold(settings):
         if moves is None:
-            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings)
+            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings.replace(limbs=False))
         else:
             still = np.zeros((1, len(moves.skeleton), 3), np.float32)
             Segmenter(moves.skeleton, settings, moves=moves).push(still, [0.0])

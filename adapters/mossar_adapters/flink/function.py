@@ -45,7 +45,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         self._refused: Counter = metrics.counter("mossar_refused_records")
         self._following = Following(self._settings)
         # Compiled before the first record instead of with it.
-        Segmenter(Skeleton(("a", "b"), (-1, 0)), self._settings)
+        Segmenter(Skeleton(("a", "b"), (-1, 0)), self._settings.replace(limbs=False))
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
         """Take a record in."""

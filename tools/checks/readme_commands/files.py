@@ -3,6 +3,8 @@
 import math
 from pathlib import Path
 
+from pympi import Eaf
+
 from checks.fuzz import recordings
 from mossar_adapters.files import read
 from mossar_stream import Moves
@@ -57,6 +59,10 @@ def furnish(folder: Path) -> None:
     for place in labelled:
         (place / "walk.npz").write_bytes(recordings.npz(300))
         (place / "walk.json").write_text(LABELS % "walk.npz")
+    annotations = Eaf()
+    annotations.add_tier("moves")
+    annotations.add_annotation("moves", 1400, 3100, "punch")
+    annotations.to_file(str(folder / "take.eaf"))
     take = read(folder / "take.bvh", unit="cm")
     moves = Moves(take.skeleton)
     moves.add("punch", take.positions[40:95], 30.0)
