@@ -47,7 +47,7 @@ def _version() -> int:
     return SCHEMA_VERSION
 
 
-# A default of its own is left out on the wire (`omit_defaults`): of these two, all but what a factory makes.
+# `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
 _ALWAYS_SENT: int = msgspec.field(default_factory=_version)
 
 
@@ -66,7 +66,8 @@ class KeyFrameEvent(
         id: `performer/take/frame` with Algorithm 2's frame, of a limb `performer/channel/take/frame`; stays the same
             over all messages.
         rev: Counts the messages about this id from 1.
-        frame: Frame number; a `final` message may carry another one than the id (setting `refine`).
+        frame: Frame number. At level `motion` a few earlier than in the id: where it was before smoothing delayed it; a
+            `final` message may carry another one as well (setting `refine`).
         time: Time of that frame, s on the source's clock.
         decided_frame: The frame that caused this message.
         decided_time: Its time, s.

@@ -63,7 +63,7 @@ WINDOW = np.dtype(
         (
             "pace",
             "f8",
-        ),  # costs are divided by this: tempo, and share of the joints that count, at the last ranking
+        ),  # what costs were divided by at the last ranking: tempo, and share of the joints that count
     ],
 )
 KEY = np.dtype(

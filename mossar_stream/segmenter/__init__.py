@@ -1,5 +1,6 @@
 """Segmenter: frames of one performer in, events out."""
 
+import functools
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -89,14 +90,14 @@ class Segmenter:
         self.joints = len(row.plan.skeleton)
         self._row = row
         self._level = level
-        self._new_row = new_row
         self._one_shape = (self.joints, 3)
         # None while a moved level waits for a push
         self._fast_shape: tuple[int, int] | None = self._one_shape
         self._one_frame = np.zeros((1, self.joints, 3), np.float32)
         self._one_time = np.zeros(1)
         self._is_measured = False
-        self._followers = Followers(row, recognition, self._new_limbs)
+        # Nothing here may lead back to the segmenter: it would keep its memory until the collector comes by.
+        self._followers = Followers(row, recognition, functools.partial(_new_limbs, new_row))
         self.is_followed = bool(self._followers)
 
     @classmethod
@@ -107,16 +108,6 @@ class Segmenter:
         segmenter = cls.__new__(cls)
         segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
         return segmenter
-
-    def _new_limbs(self, settings: Settings) -> Limbs:
-        """Return limbs as settings call for them."""
-
-        def new_segmenter(skeleton: Skeleton, own: Settings) -> Segmenter:
-            plan = Plan(skeleton, own, self._row.plan.fps)
-            row = self._new_row(plan) if self._new_row else pool_of_one(plan, self.performer)
-            return Segmenter.of_row(row)
-
-        return Limbs(self.skeleton, settings, new_segmenter)
 
     @property
     def row(self) -> Row:
@@ -389,3 +380,14 @@ class Segmenter:
         segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
         segmenter._followers.restore(known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
         return segmenter
+
+
+def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs:
+    """Return limbs of the performer of a row, as settings call for them."""
+    name, fps = row.name, row.plan.fps
+
+    def new_segmenter(skeleton: Skeleton, own: Settings) -> Segmenter:
+        plan = Plan(skeleton, own, fps)
+        return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, name))
+
+    return Limbs(row.plan.skeleton, settings, new_segmenter)

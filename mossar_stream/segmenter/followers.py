@@ -21,7 +21,7 @@ class Followers:
     Args:
         row: The performer's.
         recognition: Of moves, or None.
-        new_limbs: Returns the limbs that settings call for.
+        new_limbs: Returns the limbs of a row's performer that settings call for.
 
     Attributes:
         recognition: Of moves, or None.
@@ -30,7 +30,7 @@ class Followers:
     """
 
     def __init__(
-        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Settings], Limbs]
+        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs]
     ) -> None:
         self.recognition = recognition
         self.counter: RepetitionCounter | None = None
@@ -53,7 +53,7 @@ class Followers:
 
     def _renew_limbs(self, row: Row) -> None:
         given, clock = row.plan.given, row.clock
-        self.limbs = self._new_limbs(given) if given.limbs else None
+        self.limbs = self._new_limbs(row, given) if given.limbs else None
         if self.limbs is not None:
             self.limbs.join(int(clock["take"]), int(clock["next_frame"]))
 

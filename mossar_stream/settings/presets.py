@@ -40,7 +40,7 @@ _MOTION: dict[str, object] = {
     "remerge_window": 20,
     "remerge_seconds": 1.4,
 }
-# What level `motion` was before, and posture still is: likelihood alone.
+# Likelihood alone: level `posture`, and whoever asks for the likelihood at level `motion`.
 _POSTURE: dict[str, object] = {
     "similarity": "likelihood",
     "window": 0.2,

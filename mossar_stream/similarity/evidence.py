@@ -38,10 +38,8 @@ SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
 SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
-AT_ONCE, MOST_ROWS = (
-    8,
-    3,
-)  # variances side by side, and below each other, multiplied before a logarithm is taken
+AT_ONCE = 8  # products that are taken side by side, and
+MOST_ROWS = 3  # how many variances each may have, before a logarithm is taken
 LOG_2 = np.log(2.0)
 ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition

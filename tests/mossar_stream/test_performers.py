@@ -1,5 +1,8 @@
 """Many performers: each is as if alone."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -281,3 +284,23 @@ def test_a_crowd_that_does_not_fit_is_refused_before_anything_is_taken_in(core, 
     with pytest.raises(FrameError, match=message):
         pool.push_many(names, np.zeros(shape, np.float32), np.arange(times))
     assert [pool[name].stats["frames"] for name in pool.names] == [0, 0]
+
+
+@pytest.mark.parametrize("kind", [{}, {"limbs": True}, {"repetitions": True}])
+def test_who_left_takes_no_memory_until_the_collector_comes_by(kind):
+    performers = Performers(Settings(**kind), most=2)
+    skeleton = Skeleton(("hip", "left_hand", "right_hand"), (-1, 0, 0))
+
+    def came_and_left(name):
+        performers.announce(name, skeleton, 60.0)
+        performers.push(Frames(np.ones((2, 3, 3), np.float32), np.arange(2) / 60, None, name))
+        gone = weakref.ref(performers[name])
+        performers.remove(name)
+        return gone
+
+    came_and_left("bob")  # with whom kernels are compiled
+    gc.disable()
+    try:
+        assert came_and_left("ann")() is None
+    finally:
+        gc.enable()

@@ -20,6 +20,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+import mossar_stream
 from checks.soak.measure import memory
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import DemoSource
@@ -132,6 +133,7 @@ def flooded(rate: float, seconds: float, phase: float = PHASE, drain: float = 0.
         phase: Seconds before the flood, and of the take after it.
         drain: Seconds after the flood that a busy machine gets to empty the socket, before frames must arrive.
     """
+    mossar_stream.precompile()  # or the first frames would wait for compilers
     context = multiprocessing.get_context("spawn")
     source, listening = OscSource(parse_url("osc://127.0.0.1:0")), Listening()
     ready, over = context.Event(), context.Event()
