@@ -31,6 +31,7 @@ from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames, KeyFrameEvent
 
+GOOD = "calm"  # the good sender; other programs of this computer may send a p1 to a port that was theirs
 FPS = 60.0
 PHASE = 10.0  # s before the flood, and of the take after it
 NEXT = 100  # frames after the flood that must all arrive
@@ -77,12 +78,12 @@ class Listening:
 
     def send_frames(self, frames: Frames) -> None:
         """Note the times of frames."""
-        if frames.performer == "p1":
+        if frames.performer == GOOD:
             self.times += frames.times.tolist()
 
     def send(self, events: Sequence[Event]) -> None:
         """Note events."""
-        self.events += [event for event in events if event.performer == "p1"]
+        self.events += [event for event in events if event.performer == GOOD]
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""
@@ -193,7 +194,7 @@ def _resumed(times: Sequence[float]) -> float:
 def _behave(port: int, seconds: float, phase: float, ready: Signal, over: Signal, told: Any) -> None:
     """Send the same motion to and fro, and once more after a pause."""
     items = list(DemoSource(5, seconds=phase, speed="max").items())
-    meta = next(item for item in items if isinstance(item, Meta))
+    meta = msgspec.structs.replace(next(item for item in items if isinstance(item, Meta)), performer=GOOD)
     motion = np.concatenate([item.positions for item in items if isinstance(item, Frames)])
     sink = OscFrameSink(parse_url(f"osc://127.0.0.1:{port}?profile=mossar"))
     sink.announce(meta)
@@ -208,7 +209,7 @@ def _behave(port: int, seconds: float, phase: float, ready: Signal, over: Signal
         # To and fro: a jump back to the beginning would be a motion of its own where frames before it are lost.
         place = (k if k < frames else k - frames - round(_PAUSE * FPS)) % (2 * len(motion))
         place = min(place, 2 * len(motion) - 1 - place)
-        sink.send_frames(Frames(motion[place : place + 1], np.array([k / FPS])))
+        sink.send_frames(Frames(motion[place : place + 1], np.array([k / FPS]), performer=GOOD))
     time.sleep(_PAUSE)
     over.set()
 
@@ -235,8 +236,8 @@ def _flood(port: int, rate: float, seconds: float, ready: Signal, told: Any) -> 
 
 def _rubbish(rng: random.Random, size: int) -> list[bytes]:
     """Return datagrams of one size: noise, messages cut off, and messages that nobody wants."""
-    whole = encode("/nobody/wants/this", "sfffb", "p1", 0.1, 0.2, 0.3, bytes(size))
-    frame = encode("/mossar/frame", "sidb", "p1", 1, 0.0, bytes(size))
+    whole = encode("/nobody/wants/this", "sfffb", GOOD, 0.1, 0.2, 0.3, bytes(size))
+    frame = encode("/mossar/frame", "sidb", GOOD, 1, 0.0, bytes(size))
     kinds = (
         lambda: rng.randbytes(size),
         lambda: whole[:size].ljust(size, b"\0"),
