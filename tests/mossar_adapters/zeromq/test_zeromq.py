@@ -63,8 +63,8 @@ def subscriber():
         return socket
 
     yield connect
-    for socket in sockets:
-        socket.close()
+    for opened in sockets:
+        opened.close()
     context.term()
 
 
