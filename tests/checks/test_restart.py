@@ -14,4 +14,6 @@ def test_runs_killed_at_random_moments_go_on_as_if_nothing_had_happened(tmp_path
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, places)))
     moments = list(restart.killed_at_random(tmp_path, times=3, seconds=40.0, seed=4))
     assert [(moment.equal, moment.file_equal) for moment in moments] == [(True, True)] * 3
+    assert all(moment.right for moment in moments)
+    assert any(moment.lost is not None for moment in moments)
     assert any(moment.frames for moment in moments)
