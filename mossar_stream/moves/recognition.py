@@ -52,6 +52,9 @@ class Recognition:
         self._state: Any = state_of(self._memory)
         self._track: Any = self._state["track"]
         self._latest = -math.inf  # s, of the last pose
+        # No frame: the kernel is compiled now, and never while frames come in.
+        nobody = np.zeros((0, len(skeleton), 3), np.float32)
+        recognise(self._memory, self.store, nobody, np.zeros(0), 0)
         self._see()
 
     @property

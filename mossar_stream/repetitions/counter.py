@@ -76,6 +76,9 @@ class RepetitionCounter:
         self._origin = 0.0  # s, of the take
         self._sample = self._frames = 0  # number of the open sample, and frames that it has
         self._begin()
+        # No frame: kernels are compiled now, and never while frames come in.
+        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
+        count_rest(self._header, self._memory)
 
     def _begin(self) -> None:
         self._told = 0

@@ -25,7 +25,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
-COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
+COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 
 
 class Segmenter:
@@ -118,7 +118,7 @@ class Segmenter:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
         self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
-            self._row.state["counters"][name] = counts[name]
+            self._row.state["counters"][name] = counts.get(name, 0)
         followers = self._followers
         if followers.counter is not None:
             followers.counter.take = counts["take"]
@@ -142,7 +142,7 @@ class Segmenter:
 
     @property
     def stats(self) -> dict[str, int]:
-        """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
+        """Frames taken in; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
         return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
 
     @property

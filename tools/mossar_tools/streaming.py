@@ -5,8 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 import mossar_stream
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
@@ -129,12 +127,10 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     """
     from mossar_stream import Segmenter, Skeleton
 
+    anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
+    own = settings.replace(limbs=False) if moves is None else settings
     with saying_if_cold(settings):
-        if moves is None:
-            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings.replace(limbs=False))
-        else:
-            still = np.zeros((1, len(moves.skeleton), 3), np.float32)
-            Segmenter(moves.skeleton, settings, moves=moves).push(still, [0.0])
+        interruptibly(lambda: Segmenter(anybody, own, moves=moves))
 
 
 @contextlib.contextmanager

@@ -160,6 +160,7 @@ def _discover(options: Options, console: Console) -> int:
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     picture = Outputs.of(options).picture
@@ -167,7 +168,7 @@ def _discover(options: Options, console: Console) -> int:
     moves = _moves_for(options.file, whole.skeleton) if options.names else None
     settings = options.settings(range="file")
     with saying_if_cold(settings):
-        kinds, left_out = discover(whole, settings)
+        kinds, left_out = interruptibly(lambda: discover(whole, settings))
     for line in lines_of(kinds):
         console.line(line)
     if left_out:
