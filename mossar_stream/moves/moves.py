@@ -88,6 +88,12 @@ class Moves:
             )
         self._examples = [example for example in self._examples if example.name != name]
 
+    def copy(self) -> "Moves":
+        """Return moves that further examples of these do not change."""
+        same = Moves(self.skeleton)
+        same._examples = list(self._examples)
+        return same
+
     def remove_example(self, place: int) -> None:
         """Forget one example, counted from 0 in the order of `examples`.
 
