@@ -159,14 +159,18 @@ class Segmenter:
     def moves(self) -> Moves | None:
         """The moves that are recognised; None if none are.
 
-        Setting them takes effect with the next frame; what was added to a `Moves` before does not. A move that was
-        confirmed and not final yet is forgotten.
+        Setting them takes effect with the next frame; adding to a `Moves` that was set before does not. A move that was
+        confirmed and not final yet is forgotten if it is not among them.
         """
         return self.recognition.moves if self.recognition is not None else None
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
-        self.recognition = Recognition(moves, self.skeleton, self.performer) if moves is not None else None
+        if moves is None:
+            self.recognition = None
+        else:
+            fresh = Recognition(moves, self.skeleton, self.performer)
+            self.recognition = fresh.follow_on(self.recognition)
 
     @property
     def recognition(self) -> Recognition | None:
