@@ -16,7 +16,10 @@ def test_runs_killed_at_random_moments_go_on_as_if_nothing_had_happened(tmp_path
     for moment in restart.killed_at_random(tmp_path, times=20, seconds=40.0, seed=4):
         moments.append(moment)
         # A busy machine may start so slowly that the first ones come before any snapshot.
-        if len(moments) >= 3 and {moment.lost is None for moment in moments if moment.frames} == {True, False}:
+        if len(moments) >= 3 and {moment.lost is None for moment in moments if moment.frames} == {
+            True,
+            False,
+        }:
             break
     assert all(moment.right for moment in moments)
     assert any(moment.lost is not None for moment in moments)

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 import mossar_stream
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
