@@ -50,6 +50,7 @@ class Metrics:
             raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
         self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
         self._thread.start()
+        self.port = int(self._server.server_port)
         self.url = f"http://{host}:{self._server.server_port}/metrics"
 
     def collect(self) -> "Iterator[Metric]":

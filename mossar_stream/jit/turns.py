@@ -18,7 +18,7 @@ from typing import Any
 
 from numba.core import event
 
-LONGEST = 120.0  # s; who takes longer has been stopped, and is no longer waited for
+LONGEST = 600.0  # s; who takes longer has been stopped, and is no longer waited for
 _LOOK = 0.02  # s between two looks at whether it is our turn
 
 

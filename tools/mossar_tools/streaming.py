@@ -131,9 +131,8 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     from mossar_stream import Segmenter
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
-    own = settings.replace(limbs=False) if moves is None else settings
     with saying_if_cold(settings):
-        interruptibly(lambda: Segmenter(anybody, own, moves=moves))
+        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False), moves=moves))
 
 
 @contextlib.contextmanager

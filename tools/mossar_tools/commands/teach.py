@@ -36,7 +36,9 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
-    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a stream or a recording")
+    parser.add_argument(
+        "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
+    )
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
@@ -61,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
     add_speed(parser, "max for recordings, 1 for demo:")
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 
