@@ -12,7 +12,6 @@ def test_a_flood_does_no_lasting_harm():
     before, _, after = result.rates
     assert before == pytest.approx(60, rel=0.1)
     assert after == pytest.approx(60, rel=0.05)
-    assert result.drained < 20
     assert result.flood > 10_000
     assert result.missing == 0
     assert result.memory[1] - result.memory[0] < 5 << 20

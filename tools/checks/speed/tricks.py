@@ -1,4 +1,4 @@
-"""Tricks: `python -m checks.tricks [NAME ...]` says what each trick of `mossar_stream.jit` gains.
+"""Tricks: `python -m checks.speed.tricks [NAME ...]` says what each trick of `mossar_stream.jit` gains.
 
 A trick stays only while it gains more than a tenth of what it touches. Each is taken away in a process of its own,
 which compiles everything anew, and compared with one that has them all. The results must be the same.
@@ -76,7 +76,9 @@ TRICKS: Final[dict[str, Callable[[], None]]] = {
 
 def main() -> int:
     """Measure each trick, print, and return 1 if a result depends on one."""
-    parser = argparse.ArgumentParser(prog="python -m checks.tricks", description="What each trick gains.")
+    parser = argparse.ArgumentParser(
+        prog="python -m checks.speed.tricks", description="What each trick gains."
+    )
     parser.add_argument("names", metavar="NAME", nargs="*", help=f"of {', '.join(TRICKS)}; default all")
     parser.add_argument("--without", metavar="NAME", help=argparse.SUPPRESS)
     given = parser.parse_args()
@@ -109,7 +111,7 @@ def _print(name: str, found: dict[str, Any], whole: dict[str, Any]) -> None:
 
 
 def _in_process(name: str) -> dict[str, Any]:
-    command = [sys.executable, "-m", "checks.tricks", "--without", name]
+    command = [sys.executable, "-m", "checks.speed.tricks", "--without", name]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter
     if done.returncode:
         raise SystemExit(f"without {name}: {done.stderr.strip().splitlines()[-1]}")
