@@ -1,7 +1,7 @@
-"""Leading principal components of the posture over the window, by one power iteration a look.
+"""Leading principal components of the posture over the window, by two power iterations a look.
 
-The window changes little between two looks, so that one step of the subspace iteration from the axes of the last look
-is enough; the first look at a movement makes a few.
+The window changes little between two looks, so that two steps of the subspace iteration from the axes of the last look
+are enough; the first look at a movement makes a few.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def find_components(header, samples):
     """
     n = min(header.open, SAMPLES)
     lost = _begin_axes(samples, n)
-    for _ in range(4 if lost else 1):
+    for _ in range(4 if lost else 2):
         _project(samples, n)
         _turn_axes(samples, n)
     _project(samples, n)
@@ -118,3 +118,28 @@ def _in_order(samples, oldest):
         scratch[:] = row
         for i in range(SAMPLES):
             row[i] = scratch[(oldest + i) % SAMPLES]
+
+
+@kernel
+def smooth_scores(samples, n, width):
+    """Set `samples.smooth` to the means over a centred window of the scores, shorter at the ends.
+
+    Args:
+        samples: `Samples`.
+        n: How many there are.
+        width: Samples, odd.
+    """
+    half = width // 2
+    for k in range(COMPONENTS):
+        row, out = samples.scores[k], samples.smooth[k]
+        if half == 0:
+            out[:n] = row[:n]
+            continue
+        total, count = np.float32(0.0), 0
+        for i in range(n + half):
+            if i < n:
+                total, count = total + row[i], count + 1
+            if i >= width:
+                total, count = total - row[i - width], count - 1
+            if i >= half:
+                out[i - half] = total / np.float32(count)

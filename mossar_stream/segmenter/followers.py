@@ -89,14 +89,10 @@ class Followers:
         Returns:
             Whether that is so; if not, `push` must be called.
         """
-        if (
-            self.counter is None
-            or self._tells_phase
-            or self.recognition is not None
-            or self.limbs is not None
-        ):
+        counter = self.counter
+        if counter is None or self._tells_phase or self.recognition is not None or self.limbs is not None:
             return False
-        return self.counter.hold(position, time)
+        return counter.hold(position, time)
 
     def push(
         self,
