@@ -16,9 +16,9 @@ from mossar_stream.repetitions.state import COMPONENTS
 POSTURES = 9
 SHORTEST = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
-LEAST_AMPLITUDE_RATIO = 0.49
+LEAST_AMPLITUDE_RATIO = 0.54
 LEAST_AGREEMENT = 0.26  # of two neighbours
-ENOUGH = 0.8  # of a run's pairs together
+ENOUGH = 0.79  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
 MUCH = 1.8  # or as much of a run's pairs together
 

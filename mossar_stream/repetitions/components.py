@@ -80,14 +80,18 @@ def _project(samples, n):
 @kernel
 def _turn_axes(samples, n):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
-    for k in range(COMPONENTS):
-        axis = samples.axes[k]
-        axis[:] = np.float32(0.0)
-        for i in range(n):
-            score = samples.scores[k, i]
-            pose = samples.by_sample[i]
-            for j in range(axis.size):
-                axis[j] += score * pose[j]
+    scores = samples.scores
+    one, two, three, four = samples.axes[0], samples.axes[1], samples.axes[2], samples.axes[3]
+    samples.axes[:] = np.float32(0.0)
+    for i in range(n):
+        pose = samples.by_sample[i]
+        a, b, c, d = scores[0, i], scores[1, i], scores[2, i], scores[3, i]
+        for j in range(one.size):  # all axes at once, which takes half as long
+            value = pose[j]
+            one[j] += a * value
+            two[j] += b * value
+            three[j] += c * value
+            four[j] += d * value
     _orthonormalise(samples.axes)
 
 

@@ -21,6 +21,7 @@ LONGEST_SILENCE = (
 )
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
+LEAST_SWING = 0.03  # m, rms over a limb's joints
 FARTHEST = 2**48  # samples; no take is as long
 
 __all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_recording"]
@@ -36,7 +37,11 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def count_recording(
-    skeleton: Skeleton, positions: NDArray[np.float32], times: NDArray[np.float64], max_pause: float
+    skeleton: Skeleton,
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    max_pause: float,
+    channel: str = BODY,
 ) -> list[RepetitionEvent]:
     """Return the repetitions of a whole recording, as what was said of each at last.
 
@@ -45,8 +50,9 @@ def count_recording(
         positions: (n, J, 3) m.
         times: (n,) s.
         max_pause: See `RepetitionCounter`; what is repeated after a pause is numbered anew.
+        channel: See `RepetitionCounter`.
     """
-    counter = RepetitionCounter(skeleton, "p1", 0, max_pause)
+    counter = RepetitionCounter(skeleton, "p1", 0, max_pause, channel)
     latest: dict[str, RepetitionEvent] = {}
     used, stop = 0, CHANGED
     while stop != NOTHING:
@@ -75,15 +81,21 @@ class RepetitionCounter:
         performer: Name that events carry.
         take: Number of the take that begins with the next frame.
         max_pause: s without frames, or back in time, after which another take begins.
+        channel: That events carry. The way of the root is part of the body's posture, not of a limb's, and small
+            swings of limbs are not counted: they sway along with what the body does.
     """
 
-    def __init__(self, skeleton: Skeleton, performer: str, take: int, max_pause: float) -> None:
+    def __init__(
+        self, skeleton: Skeleton, performer: str, take: int, max_pause: float, channel: str = BODY
+    ) -> None:
         self.performer = performer
+        self.channel = channel
         self.take = take
         self._names = skeleton.names
         self._header = np.zeros(1, HEADER)
         self._header["joints"], self._header["root"] = len(skeleton), max(skeleton.root, 0)
-        self._header["max_pause"], self._header["travels"] = max_pause, 1
+        self._header["max_pause"], self._header["travels"] = max_pause, int(channel == BODY)
+        self._header["least"] = 0.0 if channel == BODY else LEAST_SWING
         chains = chains_of(skeleton)[:CHAINS]
         self._header["chains"], self._header["chain"][0, : len(chains)] = (
             len(chains),
@@ -154,6 +166,22 @@ class RepetitionCounter:
             self._held = held + 1
         return True
 
+    def push(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[RepetitionEvent]:
+        """Take one frame in, and return what it changes.
+
+        Args:
+            position: (1, J, 3) m.
+            time: (1,) s.
+        """
+        if self.hold(position[0], float(time[0])):
+            return []
+        events: list[RepetitionEvent] = []
+        _, stop = self.follow(position, time)
+        if stop == TAKE_ENDS:
+            events = self.end_take()
+            _, stop = self.follow(position, time)
+        return [*events, *self.news()] if stop == CHANGED else events
+
     def _flush(self) -> None:
         """Count the frames that are held; none of them changes anything."""
         held, self._held = self._held, 0
@@ -218,14 +246,15 @@ class RepetitionCounter:
     def _event(self, number: int, status: RepetitionStatus, line: Timeline) -> RepetitionEvent:
         revision = self._revisions[number] = self._revisions.get(number, 0) + 1
         who = (self.performer, self.take)
+        channel = "" if self.channel == BODY else f"{self.channel}/"
         if status == "withdrawn":
             return RepetitionEvent(
                 performer=who[0],
-                id=f"{who[0]}/{who[1]}/r{number}",
+                id=f"{who[0]}/{channel}{who[1]}/r{number}",
                 rev=revision,
                 status=status,
                 take=who[1],
-                channel=BODY,
+                channel=self.channel,
                 count=0,
                 total=number - 1,
                 period=None,
@@ -240,11 +269,11 @@ class RepetitionCounter:
         cycle, period = line[place], line.period(place)
         return RepetitionEvent(
             performer=who[0],
-            id=f"{who[0]}/{who[1]}/r{number}",
+            id=f"{who[0]}/{channel}{who[1]}/r{number}",
             rev=revision,
             status=status,
             take=who[1],
-            channel=BODY,
+            channel=self.channel,
             count=cycle.number,
             total=number,
             period=period,

@@ -31,20 +31,22 @@ from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_p
 
 NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
 
-PROPOSING = 3  # components
+PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
 LEAST_SAMPLES = 8
 OPEN_TO_CHANGE = 0.5  # of the window
 DWELL = 0.12  # for beginning where the movement rests,
-HOMEWARD = 0.4  # and nearer to how the take began
-HALVES = 0.3  # how much better every second cycle agrees if cycles are halves
-BONUS = 0.3  # for beginning where cycles were counted before
+HOMEWARD = 0.5  # and nearer to how the take began
+HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
+BONUS = 0.31  # for beginning where cycles were counted before
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD)
 NEAR = 0.15  # of a cycle
 OVERLAP = 0.37  # of a cycle, that may overlap the one before
-LEAST_GAP, LONGEST_GAP = 0.73, 2.04  # cycles, that were missed if the movement went on
-GOES_ON = 0.53  # of a swing
+LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
+GOES_ON = 0.54  # of a swing
 DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
 
 WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
+LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
 SHARE = 0.32  # power of the share of the movement that a component has
 WINNER = np.dtype(
     [("covered", "f8"), ("count", "i8"), ("component", "i8"), ("width", "i8"), ("clear", "i8")],
@@ -168,10 +170,12 @@ def _best_proposal(header, samples, n, best):
         spread += _square(samples.scores[k], n)
     for width in WIDTHS:
         smooth_scores(samples, n, width)
-        for k in range(PROPOSING):
+        for k in range(PROPOSING if width == 1 else SMOOTHED):
             share = (_square(samples.smooth[k], n) / spread) ** SHARE
+            if n * share * MOST_PREFERRED <= winner[0].covered:
+                continue  # it cannot win
             before = winner[0].covered
-            _propose(header, samples, (n, k, share), scratch, winner[0])
+            _propose(header, samples, (n, k, width, share), scratch, winner[0])
             if winner[0].covered > before:
                 winner[0].width = width
     if winner[0].count > 0:
@@ -186,11 +190,11 @@ def _propose(header, samples, what, scratch, winner):
     Args:
         header: `HEADER` record.
         samples: `Samples`.
-        what: How many samples there are, the component, and its share of the movement.
+        what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
         scratch: `Scratch`.
         winner: `WINNER` record, in and out.
     """
-    n, k, share = what
+    n, k, width, share = what
     scores, kept, described = samples.smooth[k], scratch.kept, scratch.described
     swing = swing_range(scores, n)
     least = np.float32(HYSTERESIS) * swing
@@ -211,12 +215,21 @@ def _propose(header, samples, what, scratch, winner):
                 left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, described)
             left, covered, clear = keep_alike(scores, kept, left, described.alike)
-            if left == 0:
+            if left == 0 or (width > 1 and _duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
             covered *= share * _preference(header, samples, n, k, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
                 scratch.best[:, :left] = kept[:, :left]
+
+
+@kernel
+def _duration(cycles, count):
+    """Return how many samples cycles last together."""
+    total = 0
+    for i in range(count):
+        total += cycles[2, i] - cycles[0, i]
+    return total
 
 
 @kernel

@@ -1,12 +1,13 @@
 """Timing: where repetitions begin and end, and how long they take, from the cycles that are counted."""
 
+from statistics import median
 from typing import NamedTuple, Self
 
 import numpy as np
 
 from mossar_stream.repetitions.state import RATE
 
-INTERVALS = 3  # cycles over which the period is measured
+INTERVALS = 3  # between cycles, whose median is the period: one that was missed does not count
 
 
 class Cycle(NamedTuple):
@@ -57,14 +58,13 @@ class Timeline:
         return self._cycles[place - self._first]
 
     def period(self, place: int) -> float | None:
-        """Return the duration of a cycle, s, over the last ones of its bout; None for the first."""
-        cycle = self[place]
-        back = min(cycle.number - 1, INTERVALS, place)
+        """Return the duration of a cycle, s, the median of the last ones of its bout; None for the first."""
+        back = min(self[place].number - 1, INTERVALS, place)
         if back < 1:
             return None
-        first = self[place - back]
-        passed = cycle.out - first.out + cycle.back - first.back
-        return max(passed / (2 * back * RATE), 1 / RATE)
+        pairs = [(self[at - 1], self[at]) for at in range(place - back + 1, place + 1)]
+        passed = [(two.out - one.out + two.back - one.back) / 2 for one, two in pairs]
+        return max(median(passed) / RATE, 1 / RATE)
 
     def begin_of(self, place: int) -> float:
         """Return where a repetition begins, samples; in a bout between passing half way back and half way out again."""

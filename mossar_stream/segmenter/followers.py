@@ -76,7 +76,7 @@ class Followers:
                 self.limbs.release()
             self._renew_limbs(row)
         elif self.limbs is not None:
-            self.limbs.change(given)
+            events += self.limbs.change(given)
         return events
 
     def hold(self, position: NDArray[np.float32], time: float) -> bool:
