@@ -43,6 +43,15 @@ def weigh(header, samples, component, cycle, row):
 
 
 @kernel
+def straightening(header, samples, cycles, count):
+    """Return how much straighter limbs are where cycles begin than at their other extreme, from -1 to 1."""
+    total = 0.0
+    for i in range(count):
+        total += _straightness(header, samples, cycles[0, i]) - _straightness(header, samples, cycles[1, i])
+    return math.tanh(total / count / STRAIGHTER)
+
+
+@kernel
 def _straightness(header, samples, i):
     """Return the mean over a sample of the window and its neighbours."""
     n = min(header.open, SAMPLES)

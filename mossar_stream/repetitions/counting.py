@@ -23,7 +23,7 @@ from mossar_stream.repetitions.alike import (
     join_pairs,
     keep_alike,
 )
-from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, turn_chains, weigh
+from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
 from mossar_stream.repetitions.sampling import close_sample, next_frame_wanted, take_pose
 from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
@@ -38,7 +38,10 @@ DWELL = 0.12  # for beginning where the movement rests,
 HOMEWARD = 0.5  # and nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
 BONUS = 0.31  # for beginning where cycles were counted before
-MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD)
+UPRIGHT = 0.6  # for beginning where limbs are straighter
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT)
+RECENT = 40  # samples: what swings much less there than in the window followed another posture,
+MUCH_LESS = 0.6  # of the range of the window
 NEAR = 0.15  # of a cycle
 OVERLAP = 0.37  # of a cycle, that may overlap the one before
 LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
@@ -185,7 +188,7 @@ def _best_proposal(header, samples, n, best):
 
 @kernel
 def _propose(header, samples, what, scratch, winner):
-    """Let cycles of one component, begun at its maxima and at its minima, win if they cover more.
+    """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
 
     Args:
         header: `HEADER` record.
@@ -194,12 +197,32 @@ def _propose(header, samples, what, scratch, winner):
         scratch: `Scratch`.
         winner: `WINNER` record, in and out.
     """
-    n, k, width, share = what
-    scores, kept, described = samples.smooth[k], scratch.kept, scratch.described
+    n, k, _, _ = what
+    scores = samples.smooth[k]
     swing = swing_range(scores, n)
-    least = np.float32(HYSTERESIS) * swing
-    if least <= 0 or swing < header.least * np.sqrt(header.joints):
+    if swing <= 0 or swing < header.least * np.sqrt(header.joints):
         return
+    _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * swing))
+    if n > RECENT:
+        recent = swing_range(scores[n - RECENT : n], RECENT)
+        if 0 < recent <= MUCH_LESS * swing and recent >= header.least * np.sqrt(header.joints):
+            _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * recent))
+
+
+@kernel
+def _propose_turns(header, samples, what, scratch, goal):
+    """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: See `_propose`.
+        scratch: `Scratch`.
+        goal: `WINNER` record, in and out; hysteresis.
+    """
+    n, k, width, share = what
+    winner, least = goal
+    scores, kept, described = samples.smooth[k], scratch.kept, scratch.described
     found = turning_points(scores, n, least, scratch.turns)
     for direction in (1, -1):
         count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
@@ -234,9 +257,10 @@ def _duration(cycles, count):
 
 @kernel
 def _preference(header, samples, n, component, cycles, count):
-    """Return the weight of a proposal: it should begin where cycles began before, where it rests, and at home."""
+    """Return the weight of a proposal: it should begin where cycles began before, where it rests and limbs are straight, and at home."""
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
     weight *= 1.0 + DWELL * dwelling(samples.smooth[component], cycles, count)
+    weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
     return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
 
 
