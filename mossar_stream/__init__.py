@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     )
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
+    from mossar_stream.moves.example import Example
     from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
@@ -73,6 +74,7 @@ _NAMES = {
         "SEGMENT_STATES",
         "SEGMENT_STATUSES",
         "Event",
+        "Example",
         "KeyFrameEvent",
         "KeyFrameKind",
         "KeyFrameStatus",
@@ -91,6 +93,7 @@ _NAMES = {
     ),
     "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "narrow", "performer_name"),
     "jit.listening": ("on_first_compile",),
+    "moves.example": ("Example",),
     "moves.moves": ("Moves",),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
@@ -133,6 +136,7 @@ __all__ = [
     "Comparison",
     "CurveState",
     "Event",
+    "Example",
     "Features",
     "FrameError",
     "Frames",

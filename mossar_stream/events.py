@@ -242,6 +242,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     outliers: int
     held: int
     gaps: int
+    unseen: int
     malformed: int
     kernel_drops: int
     queue_dropped: int

@@ -81,7 +81,7 @@ class Performers:
         self._most_memory = most_memory
         self._settings = settings or Settings()
         self._level = self._settings.level
-        self._moves = moves
+        self._moves = moves.copy() if moves is not None else None
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None, Settings], Pools] = {}
@@ -165,14 +165,15 @@ class Performers:
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
         before = self._moves, self._stores
-        self._moves, self._stores = moves, {}
+        self._moves, self._stores = moves.copy() if moves is not None else None, {}
         try:
             fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
         except FrameError:
             self._moves, self._stores = before
             raise
         for name, recognition in fresh.items():
-            self._segmenters[name].recognition = recognition
+            segmenter = self._segmenters[name]
+            segmenter.recognition = recognition and recognition.follow_on(segmenter.recognition)
 
     def _recognition_of(self, name: str, skeleton: Skeleton) -> Recognition | None:
         """Return what recognises the moves of a performer."""

@@ -21,6 +21,7 @@ COUNTERS = np.dtype(  # since the row was made
         ("outliers", "i8"),
         ("held", "i8"),
         ("gaps", "i8"),
+        ("unseen", "i8"),  # without a single joint
     ],
 )
 IN_TIME, IN_VAIN, BEYOND = range(3)  # where in the take a frame lies

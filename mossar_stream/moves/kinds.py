@@ -13,7 +13,7 @@ from mossar_stream.moves.bank import example_poses, make_store, path_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.recogniser import compare_with_all
+from mossar_stream.moves.recogniser import STORE, STORE_BYTES, compare_with_all
 from mossar_stream.skeleton import Skeleton
 
 APART = -0.5  # natural logarithm of the mean cost between two kinds
@@ -34,15 +34,31 @@ def kinds_of(skeleton: Skeleton, examples: Sequence[Example]) -> list[list[int]]
     return sorted(ordered, key=lambda group: (-len(group), min(group)))
 
 
+def described(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.uint8]:
+    """Return a store of examples that movements of the same skeleton are compared with."""
+    return make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton)
+
+
+def costs_of(skeleton: Skeleton, store: NDArray[np.uint8], movement: Example) -> NDArray[np.float64]:
+    """Return what it costs to take a movement for each example of a store, (n,); the least is the likeliest.
+
+    Args:
+        skeleton: Of the examples and of the movement.
+        store: See `described`.
+        movement: From its onset to its offset.
+    """
+    costs = np.zeros(int(store[:STORE_BYTES].view(STORE)[0]["examples"]))
+    _, ours, _ = shared_joints(skeleton, skeleton)
+    poses = example_poses(movement, len(skeleton), ours, padded(3 * len(ours)))
+    compare_with_all(store, poses, path_of(poses), costs)
+    return costs
+
+
 def _costs(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.float64]:
     """Return (n, n) natural logarithms of the costs between examples, the mean of both directions."""
-    store = make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton)
-    _, ours, _ = shared_joints(skeleton, skeleton)
-    costs = np.zeros((len(examples), len(examples)))
-    for row, example in zip(costs, examples, strict=True):
-        poses = example_poses(example, len(skeleton), ours, padded(3 * len(ours)))
-        compare_with_all(store, poses, path_of(poses), row)
-    logs = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
+    store = described(skeleton, examples)
+    costs = np.array([costs_of(skeleton, store, example) for example in examples])
+    logs: NDArray[np.float64] = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
     return (logs + logs.T) / 2
 
 

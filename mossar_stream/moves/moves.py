@@ -36,6 +36,7 @@ class Moves:
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
         self._examples: list[Example] = []
+        self._described: tuple[list[Example], NDArray[np.uint8]] | None = None  # for `costs`
 
     def __len__(self) -> int:
         return len(self._examples)
@@ -88,6 +89,12 @@ class Moves:
             )
         self._examples = [example for example in self._examples if example.name != name]
 
+    def copy(self) -> "Moves":
+        """Return moves that further examples of these do not change."""
+        same = Moves(self.skeleton)
+        same._examples = list(self._examples)
+        return same
+
     def remove_example(self, place: int) -> None:
         """Forget one example, counted from 0 in the order of `examples`.
 
@@ -107,6 +114,29 @@ class Moves:
         from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
 
         return make_store(self.skeleton, self._examples, self.names, streamed)
+
+    def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:
+        """Return what it costs to take one movement for each of the examples: what was it? The least says it.
+
+        Args:
+            positions: (n, J, 3), metres: one performance; it is cut at its onset and its offset.
+            fps: Frames per second, Hz.
+
+        Returns:
+            (len(self),) costs, in the order of `examples`; about 0.1 for the same move, above 1 for others.
+
+        Raises:
+            MovesError: If the positions cannot be used, nothing moves, or there are no examples.
+        """
+        from mossar_stream.moves.kinds import costs_of, described  # noqa: PLC0415 - not before it is wanted
+
+        if not self._examples:
+            raise MovesError("there are no examples to compare with")
+        skeleton = self.skeleton
+        movement = make_example("movement", positions, fps, len(skeleton), skeleton.root)
+        if self._described is None or self._described[0] != self._examples:
+            self._described = list(self._examples), described(skeleton, self._examples)
+        return costs_of(skeleton, self._described[1], movement)
 
     def kinds(self) -> list[list[int]]:
         """Return which examples show the same move, whatever they are called: places in `examples`.

@@ -13,7 +13,10 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recogniser import (
     CONFIRMED,
     FINAL,
+    JOINT_BYTES,
     STATE_BYTES,
+    STORE,
+    STORE_BYTES,
     WITHDRAWN,
     memory_bytes,
     new_memory,
@@ -42,7 +45,7 @@ class Recognition:
     def __init__(
         self, moves: Moves, skeleton: Skeleton, performer: str, store: NDArray[np.uint8] | None = None
     ) -> None:
-        self.moves = moves
+        self.moves = moves.copy()
         self.names = moves.names
         self.store = moves.store(skeleton) if store is None else store
         self._performer = performer
@@ -52,6 +55,9 @@ class Recognition:
         self._state: Any = state_of(self._memory)
         self._track: Any = self._state["track"]
         self._latest = -math.inf  # s, of the last pose
+        # No frame: the kernel is compiled now, and never while frames come in.
+        nobody = np.zeros((0, len(skeleton), 3), np.float32)
+        recognise(self._memory, self.store, nobody, np.zeros(0), 0)
         self._see()
 
     @property
@@ -104,6 +110,26 @@ class Recognition:
         self._see()
         return events
 
+    def follow_on(self, before: "Recognition | None") -> "Recognition":
+        """Go on where another recognition of the same performer was, with other moves; return this one.
+
+        Numbers of moves are counted on. What is known of the movement stays if the examples have the same joints, and a
+        move that is not final yet if it is still among them.
+        """
+        if before is None:
+            return self
+        memory = np.frombuffer(before.to_bytes(), np.uint8)
+        known: Any = state_of(memory)
+        if np.array_equal(_joint_records(self.store), _joint_records(before.store)):
+            self._memory[:] = memory
+            for record, field in (("found", "move"), ("before", "move"), ("decision", "leader")):
+                move = int(known[record][field])
+                name = before.names[move] if move >= 0 else ""
+                self._state[record][field] = self.names.index(name) if name in self.names else -1
+            self._see()
+        self._state["found"]["number"] = known["found"]["number"]
+        return self
+
     def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:
         found = self._state[which]
         limb = int(found["limb"])
@@ -140,6 +166,12 @@ class Recognition:
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self._memory[:] = memory
         self._see()
+
+
+def _joint_records(store: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the part of a store that says where the joints of the examples are in the stream."""
+    joints = int(store[:STORE_BYTES].view(STORE)[0]["joints"])
+    return store[STORE_BYTES : STORE_BYTES + joints * JOINT_BYTES]
 
 
 def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:

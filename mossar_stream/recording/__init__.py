@@ -86,6 +86,9 @@ class Segmentation(msgspec.Struct, frozen=True):
         """
         return notebook.dataframe(self.segments, Segment.__struct_fields__)
 
+    def __repr__(self) -> str:
+        return notebook.segments_summary(self)
+
     def _repr_html_(self) -> str:
         return notebook.segments_html(self)
 

@@ -110,6 +110,9 @@ class RepetitionCounter:
         self._wanted = 0.0  # s, from when on a frame is taken into a sample
         self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
+        # No frame: kernels are compiled now, and never while frames come in.
+        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
+        count_rest(self._header, self._memory)
 
     def _begin(self) -> None:
         self._told = 0

@@ -14,10 +14,11 @@ from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream import Moves, MovesError, Settings
+from mossar_stream import Moves, Settings, Skeleton
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
+from mossar_tools.moves_file import read_moves
 from mossar_tools.opening import check_apart, sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import interruptibly, stopping
@@ -42,7 +43,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     """
     settings = options.settings(**_source_defaults(options.sources))
     snapshot = _snapshot(options)
-    moves = read_moves(options.moves) if options.moves else None
+    # The page may teach moves into a file that is not there yet.
+    moves = read_moves(options.moves) if options.moves and not _is_new(options, page_only) else None
     with contextlib.ExitStack() as opened:
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
@@ -69,7 +71,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        warm_up(settings, moves)
+        warm_up(settings, _any_moves() if show is not None and moves is None else moves)
         with (
             _controls(options, pipeline, listeners),
             _metrics(options, pipeline),
@@ -100,25 +102,24 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.dashboard.page import Page
 
-    show = LiveShow(settings)
+    show = LiveShow(settings, Path(options.moves) if options.moves else None)
     page = Page(show, options.port, dark=options.dark)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)
     return show
 
 
-def read_moves(path: str) -> Moves:
-    """Return the moves of a file.
+def _is_new(options: Options, page_only: bool) -> bool:
+    return page_only and not Path(options.moves or "").exists()
 
-    Raises:
-        MossarError: If it cannot be read, or is not a file of moves.
-    """
-    try:
-        return Moves.load(path)
-    except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
-    except MovesError as error:
-        raise UsageError(f"{path}: {error}") from None
+
+def _any_moves() -> Moves:
+    """Return moves, for the sake of the kernels that a page needs once somebody teaches."""
+    moves = Moves(Skeleton(("a", "b"), (-1, 0)))
+    there = np.zeros((10, 2, 3))
+    there[:, 1, 0] = np.linspace(0.0, 1.0, 10)
+    moves.add("any", there, 30)
+    return moves
 
 
 def warm_up(settings: Settings, moves: Moves | None = None) -> None:
@@ -127,14 +128,11 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     Raises:
         ValueError: If a stream cannot have these settings.
     """
-    from mossar_stream import Segmenter, Skeleton
+    from mossar_stream import Segmenter
 
+    anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
     with saying_if_cold(settings):
-        if moves is None:
-            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings.replace(limbs=False))
-        else:
-            still = np.zeros((1, len(moves.skeleton), 3), np.float32)
-            Segmenter(moves.skeleton, settings, moves=moves).push(still, [0.0])
+        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False), moves=moves))
 
 
 @contextlib.contextmanager

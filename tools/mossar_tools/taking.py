@@ -16,6 +16,7 @@ KEPT = LONGEST + 2 * MARGIN + REST  # s of frames
 SMOOTHED = 0.15  # s, over which poses are averaged
 MOVING = 0.2  # of the largest speed: faster is a movement
 LEAST_RANGE = 0.25  # m/s, mean over the joints: what the largest speed is at least
+MOST_RANGE = 2.0  # m/s, and at most: a sensor that loses the body for a moment must not hide what follows
 HALF_LIFE = 20.0  # s, of the largest speed
 MAX_STEP = 0.5  # s without frames, after which all begins anew
 
@@ -31,6 +32,9 @@ class MovementTaker:
     Args:
         take: Gets the positions (n, J, 3), metres, and the rate, Hz, of each movement.
         complain: Gets one line if a movement cannot be taken.
+
+    Attributes:
+        since: Movements that began before this time, s, are left out.
     """
 
     prompt = True
@@ -38,6 +42,7 @@ class MovementTaker:
 
     def __init__(self, take: Take, complain: Callable[[str], None]) -> None:
         self.dropped = 0
+        self.since = -np.inf
         self._take = take
         self._complain = complain
         self._performer: str | None = None
@@ -82,7 +87,7 @@ class MovementTaker:
         while time - self._frames[0][0] > KEPT:
             self._frames.popleft()
         speed = self._speed(time, positions, step)
-        self._range = max(self._range * 0.5 ** (step / HALF_LIFE), speed)
+        self._range = max(self._range * 0.5 ** (step / HALF_LIFE), min(speed, MOST_RANGE))
         if speed > MOVING * self._range:
             self._onset = time if self._onset is None else self._onset
             self._moved = time
@@ -110,7 +115,7 @@ class MovementTaker:
 
     def _finish(self) -> None:
         onset, self._onset = self._onset, None
-        if onset is None:
+        if onset is None or onset < self.since:
             return
         begin, end = onset - MARGIN, self._moved + MARGIN
         shown = [(time, positions) for time, positions in self._frames if begin <= time <= end]

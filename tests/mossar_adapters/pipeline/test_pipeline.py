@@ -216,6 +216,17 @@ def test_silence_is_explained(stage, caplog, monkeypatch):
     assert caplog.messages == ["osc://127.0.0.1:9: listening; no datagram came yet"]
 
 
+@pytest.mark.parametrize("nowhere", [np.nan, 3e5])
+def test_frames_in_which_nobody_is_are_counted_and_told_of_once(stage, caplog, nowhere):
+    nobody = np.full((30, 2, 3), nowhere, np.float32)
+    items = [stage.meta(), *(Frames(nobody, (30 * k + np.arange(30)) / 60) for k in range(5))]
+    sink = stage.Collected()
+    Pipeline([stage.Script(items)], [sink], upkeep=Upkeep(stats=9.0)).run()
+    stats = [event for event in sink.events if isinstance(event, StatsEvent)]
+    assert stats[-1].unseen == stats[-1].frames == 150
+    assert caplog.text.count("p1: frames come, but nobody is in them") == 1
+
+
 @pytest.mark.parametrize(
     ("trickle", "said"),
     [

@@ -169,6 +169,40 @@ def test_moves_can_be_set_while_running(moves, take):
     assert segmenter.moves is None
 
 
+@pytest.mark.parametrize("pooled", [False, True])
+def test_moves_shown_while_running_lose_nothing_and_numbers_go_on(moves, take, pooled):
+    positions, times, truth = take
+    mine = Moves.from_json(moves.to_json())
+    mine.remove("kick_right")
+    (kick,) = (example for example in moves.examples if example.name == "kick_right")
+    pool = Performers(moves=mine)
+    pool.announce("ann", PERSON, FPS)
+    one = Segmenter(PERSON, moves=mine, performer="ann", fps=FPS)
+    events = []
+    for i in range(len(times)):
+        if i == truth[1][2] + 8:  # a move has just been confirmed, and is not final yet
+            mine.add("kick_right", kick.metres(len(PERSON)), kick.fps)
+            pool.moves = one.moves = mine
+        positions_now, time = positions[i : i + 1], times[i : i + 1]
+        events += pool["ann"].push(positions_now, time) if pooled else one.push(positions_now, time)
+    events += pool.end_takes() if pooled else one.end_take()
+    assert [event.name for event in moves_among(events)] == [name for name, _, _ in truth]
+    ids = [event.id for event in moves_among(events)]
+    assert ids == [f"ann/move/0/{i + 1}" for i in range(len(truth))]
+    assert [event.id for event in moves_among(events, "final")] == ids
+
+
+def test_adding_to_moves_changes_nobody_who_has_them(moves, take):
+    positions, times, _ = take
+    mine = Moves.from_json(moves.to_json())
+    segmenter, other = Segmenter(PERSON, moves=mine), Segmenter(PERSON, moves=moves)
+    mine.remove("punch_left")
+    for one in (segmenter, other):
+        one.push(positions[:60], times[:60])
+    assert segmenter.snapshot() == other.snapshot()
+    assert Segmenter.restore(segmenter.snapshot()).moves.names == moves.names
+
+
 @pytest.mark.skipif(not KINECT.is_dir(), reason="the recordings of moves are not here: ../shared/data/moves")
 def test_a_real_session_on_command():
     file = KINECT / "sessions/U105.json"

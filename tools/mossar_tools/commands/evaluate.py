@@ -27,10 +27,15 @@ Cuts are frames from 0, as [earliest, middle, latest] or one number; with "cuts_
 first frame. level is posture, motion or cluster. Instead of "cuts" there may be "judges": a list of frames for each
 person who set cuts. "skeleton" names the .asf of an .amc. Or there is beside it what a person annotated or corrected:
 walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON that holds no labels is passed over.
+A folder of moves has label files of sessions, {"recording": "ann.npz", "commands": [[0, 165, "jab_left"], ...]}: from a
+first frame to before a last one the player did a move. Examples are in a file of mossar teach that "moves" names, or in
+samples/ann.npz: arrays (n, J, 3), metres, called MOVE_NUMBER, as in jab_left_1. Examples of several people in samples/ are
+also told by those of the others.
 With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
+  mossar evaluate DIR                                  of moves on command: F1, delay and limb, by move
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
   mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
@@ -57,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
     )
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_messages(parser)
 
 
@@ -69,6 +74,8 @@ def run(options: Options, console: Console) -> int:
         return _sets(options, console, outputs, settings)
     if options.leave_out:
         raise UsageError("--leave-out needs several folders: one is left out, the others choose")
+    if _is_of_moves(options):
+        return _moves(options, console, outputs, settings)
     takes = _takes(options, console)
     if options.grid:
         return _grid(takes, options, console, outputs)
@@ -98,6 +105,33 @@ def run(options: Options, console: Console) -> int:
         console.status("drawing ...", now=True)
         left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.dark))
         console.say(f"drawn: {outputs.picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
+    return DONE
+
+
+def _is_of_moves(options: Options) -> bool:
+    """Tell whether the folder is one of moves; a demo is none."""
+    from mossar_tools.evaluation.moves_report import is_of_moves
+
+    address = parse_url(options.sources[0])
+    return address.scheme == "file" and is_of_moves(Path(address.path))
+
+
+def _moves(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
+    """Show what comes of moves on command, and of segmented examples."""
+    from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
+    from mossar_tools.streaming import saying_if_cold
+
+    if options.grid or options.plot:
+        raise UsageError("--grid and --plot take a folder with true cuts; this one holds moves")
+    with saying_if_cold(settings):
+        found = interruptibly(
+            lambda: evaluate_moves(Path(parse_url(options.sources[0]).path), settings, console.status)
+        )
+    outputs.write_json(moves_json(found), console)
+    outputs.write_csv(moves_rows(found), console)
+    if not outputs.piped:
+        for line in moves_lines(found):
+            console.line(line)
     return DONE
 
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, FAILED, UsageError
+from mossar_tools.moves_file import moves_for, read_moves, save_moves, take_example
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings, add_speed
 from mossar_tools.values import names, positive
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
     from mossar_adapters.files.loaded import LoadedRecording
-    from mossar_stream import Moves, Skeleton
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
 taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names."""
@@ -36,7 +36,9 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
-    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a stream or a recording")
+    parser.add_argument(
+        "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
+    )
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
@@ -61,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
     add_speed(parser, "max for recordings, 1 for demo:")
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 
@@ -96,12 +98,10 @@ def run(options: Options, console: Console) -> int:
 
 
 def _look_after(options: Options, console: Console) -> int:
-    from mossar_tools.streaming import read_moves
-
     moves = read_moves(options.file)
     if options.remove is not None:
         moves.remove(options.remove)
-        _save(moves, options.file)
+        save_moves(moves, options.file)
         console.say(f"removed: {options.remove}")
     if options.list:
         for name in moves.names:
@@ -145,11 +145,11 @@ def _teach_parts(options: Options, console: Console, parts: list[tuple[float, fl
     from mossar_tools.loaded_recording import load_recording
 
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
-    moves = _moves_for(options.file, whole.skeleton)
+    moves = moves_for(options.file, whole.skeleton)
     for begin, until, name in parts:
         positions, fps = _part(whole, begin, until)
         moves.add(name, positions, fps)
-    _save(moves, options.file)
+    save_moves(moves, options.file)
     console.say(f"{options.file}: {len(parts)} taken; {len(moves)} examples of {len(moves.names)} moves")
     return DONE
 
@@ -160,14 +160,15 @@ def _discover(options: Options, console: Console) -> int:
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
-    moves = _moves_for(options.file, whole.skeleton) if options.names else None
+    moves = moves_for(options.file, whole.skeleton) if options.names else None
     settings = options.settings(range="file")
     with saying_if_cold(settings):
-        kinds, left_out = discover(whole, settings)
+        kinds, left_out = interruptibly(lambda: discover(whole, settings))
     for line in lines_of(kinds):
         console.line(line)
     if left_out:
@@ -182,7 +183,7 @@ def _discover(options: Options, console: Console) -> int:
     for name, kind in zip(options.names, kinds, strict=False):
         for part in kind[: options.times] if name != "-" else ():
             moves.add(name, part.positions, part.fps)
-    _save(moves, options.file)
+    save_moves(moves, options.file)
     console.say(f"{options.file}: {len(moves)} examples of {len(moves.names)} moves")
     return DONE
 
@@ -215,10 +216,9 @@ def _teach_live(options: Options, console: Console) -> int:
             nonlocal taken
             if taken >= options.times:
                 return
-            moves = _moves_for(options.file, pipeline.pool[pipeline.pool.names[0]].skeleton)
-            moves.add(options.name or "", positions, fps)
+            skeleton = pipeline.pool[pipeline.pool.names[0]].skeleton
             # In the file before it is said to be: whatever happens afterwards, nothing is lost.
-            _save(moves, options.file)
+            take_example(options.file, skeleton, options.name or "", positions, fps)
             taken += 1
             console.say(
                 f"{options.name}: example {taken} of {options.times} taken ({len(positions) / fps:.1f} s)"
@@ -238,29 +238,3 @@ def _teach_live(options: Options, console: Console) -> int:
         console.say(f"{taken} of {options.times} examples taken: the stream ended")
         return FAILED
     return FAILED if outcome.errors else DONE
-
-
-def _moves_for(path: str, skeleton: "Skeleton") -> "Moves":
-    """Return the moves that a file has so far.
-
-    Raises:
-        UsageError: If they were shown with another skeleton.
-    """
-    from mossar_stream import Moves
-    from mossar_tools.streaming import read_moves
-
-    if not Path(path).exists():
-        return Moves(skeleton)
-    moves = read_moves(path)
-    if moves.skeleton != skeleton:
-        raise UsageError(
-            f"{path} holds moves of another skeleton, with {len(moves.skeleton)} joints; this one has {len(skeleton)}"
-        )
-    return moves
-
-
-def _save(moves: "Moves", path: str) -> None:
-    try:
-        moves.save(path)
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from None

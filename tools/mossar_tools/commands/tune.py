@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--save", metavar="FILE", help="write the settings to a file for --config")
     add_plot(group)
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 

@@ -16,6 +16,7 @@ from mossar_tools.dashboard.levels import highest_strength, level_words, needs_o
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
+from mossar_tools.dashboard.teaching_panel import TeachingPanel
 from mossar_tools.palette import DARK, LIGHT
 
 _RESET, _SAVE = "Reset", "Save settings"
@@ -55,6 +56,10 @@ class Controls:
         with self._gui.add_folder("Velocity curve", expand_by_default=True):
             self._add_curve()
         self._add_buttons()
+        self.teaching: TeachingPanel | None = None
+        if isinstance(show, LiveShow):
+            with self._gui.add_folder("Moves"):
+                self.teaching = TeachingPanel(self._gui, show, self._on)
         if isinstance(show, RecordedShow):
             self._add_keys(show)
 
@@ -184,6 +189,11 @@ class Controls:
         self._add_exports()
         others = self._gui.add_button_group("", (_RESET, _SAVE), hint=hint)
         self._on(others, lambda value: show.reset() if value == _RESET else self._save())
+
+    def forget(self, asked: str) -> None:
+        """Forget an example of a move; see `TeachingPanel.forget`."""
+        if self.teaching is not None:
+            self._acts.ask(self.teaching.forget(asked))
 
     def _add_exports(self) -> None:
         what = "the whole take" if isinstance(self._show, RecordedShow) else "the last seconds"

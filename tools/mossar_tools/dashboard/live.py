@@ -4,16 +4,18 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from mossar_adapters.source import Meta
-from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Settings
+from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.recorder import Recorder
+from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
 from mossar_tools.palette import Palette
@@ -27,7 +29,7 @@ _UNREAD = 256  # looks kept for the page
 _BURST = 240.0  # Hz, of looks after a stall
 _REMEMBERED = 64  # performers whose last look is remembered
 
-_COUNTS = ("out_of_order", "outliers", "held", "gaps")
+_COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
 
 
 _Act = Callable[["Pool"], list[Event]]
@@ -47,14 +49,20 @@ class LiveShow:
 
     Args:
         settings: Those that the pipeline starts with.
+        moves: The file of moves that teaching adds to, made if it is not there; None for a new one.
+        folder: Where a new one is made; None for here.
+
+    Raises:
+        MossarError: If the file of moves cannot be read.
     """
 
     name = "the dashboard"
     dropped = 0
     recorded = False
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, moves: Path | None = None, folder: Path | None = None) -> None:
         self.recorder = Recorder()
+        self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
@@ -94,6 +102,7 @@ class LiveShow:
     def send_frames(self, frames: Frames) -> None:
         """Take frames in, and record them if that is wanted."""
         self.recorder.write(frames)
+        self.teaching.send_frames(frames)
         with self._lock:
             track = self._tracks.get(frames.performer)
             if track is not None and len(frames):
@@ -214,6 +223,27 @@ class LiveShow:
     def reset(self) -> None:
         """End all takes and forget the running ranges."""
         self._ask(lambda pool: pool.reset(reason="asked for"))
+
+    def teach(self, name: str) -> None:
+        """Have the first performer that is shown teach a move.
+
+        Raises:
+            MossarError: If there is nobody, or a move cannot be called so.
+        """
+        with self._lock:
+            track = self._tracks[min(self._tracks)] if self._tracks else None
+        if track is None:
+            raise MossarError("there is nobody yet who could show a move")
+        self.teaching.begin(name, Meta(track.performer, track.skeleton))
+
+    def _recognise(self, moves: Moves) -> None:
+        """Recognise these moves from now on."""
+
+        def act(pool: "Pool") -> list[Event]:
+            pool.moves = moves
+            return []
+
+        self._ask(act)
 
     def _ask(self, act: _Act) -> None:
         """Have something done by the thread that segments, and its events sent."""

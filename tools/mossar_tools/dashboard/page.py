@@ -60,7 +60,8 @@ class Page:
         rich.get_console().quiet = True  # viser announces itself on standard output, which is ours
         self._show = show
         self._seeks = isinstance(show, RecordedShow)
-        self._server = open_server(port, {**_acts(show), "mossar/window": self._know_window})
+        acts = {**_acts(show), "mossar/window": self._know_window, "mossar/forget": self._forget}
+        self._server = open_server(port, acts)
         self.port = self._server.get_port()
         if port not in (0, self.port):
             LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
@@ -123,6 +124,9 @@ class Page:
         across, _, down = text.partition("x")
         self._scene.know_window((int(across), int(down)))
 
+    def _forget(self, text: str) -> None:
+        self._controls.forget(text)
+
     def _paint(self) -> None:
         palette = DARK if self._dark.value else LIGHT
         self._controls.dark = self._dark.value
@@ -156,6 +160,8 @@ class Page:
             if rounds % _CHART_EVERY == 0:
                 self._chart.content = chart(glimpses, seeks=self._seeks)
                 self._draw_whole(glimpses)
+                if self._controls.teaching is not None:
+                    self._controls.teaching.sync()
             if rounds % _TABLES_EVERY == 0:
                 self._draw_tables(glimpses)
 

@@ -71,12 +71,25 @@ _RULES = """
 .m-card .minimum { color: var(--minimum); }
 .m-note { min-height: 17px; color: var(--muted); white-space: normal; overflow-wrap: anywhere; }
 .m-red { display: inline-block; width: 8px; height: 8px; border-radius: 50%%; background: var(--level); }
+.m-count { position: fixed; left: 0; right: %(panel)dpx; top: 4vh; z-index: 6; pointer-events: none; text-align: center; }
+.m-count b { display: block; font-size: min(26vh, 190px); line-height: 1; font-weight: 700; color: var(--level); }
+.m-count.watch b, .m-count.taken b { color: var(--moving); } .m-count.failed b { color: var(--muted); }
+.m-count span { display: inline-block; font-size: 22px; padding: 2px 12px; border-radius: 6px; background: var(--background); }
+.m-move { margin-top: 6px; overflow-wrap: anywhere; } .m-examples { display: flex; flex-wrap: wrap; gap: 6px; }
+.m-example { position: relative; margin: 0; border: 1px solid var(--faint); border-radius: 5px; }
+.m-example svg { display: block; } .m-example path { stroke: var(--ink); stroke-width: 1.6; stroke-linecap: round; }
+.m-example circle { fill: var(--ink); } .m-example .faint { opacity: .22; }
+.m-example figcaption { position: absolute; left: 4px; bottom: 0; font-size: 9px; color: var(--muted); }
+.m-example button { position: absolute; right: 0; top: 0; border: 0; background: none; color: var(--muted); cursor: pointer;
+  font-size: 16px; line-height: 1; padding: 3px 5px; }
+.m-example button:hover { color: var(--level); }
 @media (max-width: 1180px) { .m-legend span:nth-child(n+4), .m-strip .more { display: none; } }
 @media (max-width: 905px) { .m-legend, .m-strip text.wide { display: none; } }
 @media (max-width: %(phone)fpx) {
   .m-strip, .m-strip.above { top: 0; bottom: auto; right: 0; border: 0; padding: 6px 10px 0; }
   .m-strip:not(.above) { border-bottom: 1px solid var(--faint); }
   .m-whole { top: %(strip)dpx; bottom: auto; right: 0; padding: 4px 10px 0; border-bottom: 1px solid var(--faint); }
+  .m-count { right: 0; top: %(strip)dpx; } .m-count b { font-size: 15vh; } .m-count span { font-size: 16px; }
   .mantine-Paper-root:has(.m-strip) { width: 100%% !important; max-height: %(sheet)d%% !important; }
   .mantine-Paper-root:has(.m-strip) [style*="20em"] { width: 100vw !important; }
 }

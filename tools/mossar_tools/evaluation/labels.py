@@ -112,6 +112,8 @@ def read_labels(path: Path) -> Labels | None:
         return None
     if not isinstance(content, dict) or "recording" not in content:
         return None
+    if content.get("commands") is not None:  # a session of moves, see `sessions`
+        return None
     if all(content.get(key) is None for key in ("cuts", "judges", "annotations")):
         LOGGER.warning(
             "%s is passed over: it names a recording, but has neither cuts nor judges nor annotations", path

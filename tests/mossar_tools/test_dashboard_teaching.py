@@ -1,0 +1,188 @@
+"""Teaching in the dashboard: a countdown, one movement, examples as figures, and nothing that was taken is lost."""
+
+import html
+import os
+import re
+import signal
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from mossar_adapters.source import Meta
+from mossar_stream import Frames, MossarError, Moves, Settings, Skeleton
+from mossar_tools.dashboard.lessons import MOST, countdown, examples_card
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.teaching import COUNTED, PATIENCE, SHOWN, Teaching, mark_of
+
+from .test_dashboard import SOON, address, browser, opened, press, until  # noqa: F401 - fixtures
+from .test_teach import FPS, PERSON, PUNCH, RAISE, RESTING, shown
+
+MINE = Meta("p1", PERSON)
+
+
+class Stage:
+    """Teaching, its clock, and a stream of one performer."""
+
+    def __init__(self, folder, path=None):
+        self.now, self.time, self.changes = 0.0, 0.0, []
+        self.teaching = Teaching(folder, path, self.changes.append, lambda: self.now)
+
+    def stream(self, positions):
+        times = self.time + np.arange(len(positions)) / FPS
+        for at in range(0, len(times), 7):
+            part = slice(at, at + 7)
+            self.teaching.send_frames(Frames(positions[part].astype(np.float32), times[part], None, "p1"))
+        self.time = times[-1] + 1 / FPS
+
+    def teach(self, name, positions):
+        self.teaching.begin(name, MINE)
+        self.now += COUNTED
+        self.stream(positions)
+        return self.teaching.lesson
+
+
+@pytest.fixture
+def stage(tmp_path):
+    return Stage(tmp_path)
+
+
+def test_a_movement_after_the_countdown_is_on_the_disk_before_it_is_said(stage, tmp_path):
+    lesson = stage.teach("punch", shown(PUNCH))
+    assert lesson.phase == "taken"
+    assert "punch: example 1 taken" in lesson.said
+    assert "moves-1.json" in lesson.said
+    assert Moves.load(tmp_path / "moves-1.json").names == ("punch",)
+    assert stage.teach("punch", shown(PUNCH)).said.startswith("punch: example 2")
+    assert stage.teach("raise", shown(RAISE)).said.startswith("raise: example 1")
+    assert Moves.load(tmp_path / "moves-1.json").examples == stage.changes[-1].examples
+    assert [len(moves) for moves in stage.changes] == [1, 2, 3]
+    stage.now += SHOWN
+    assert stage.teaching.lesson.phase == "idle"
+
+
+def test_what_moves_during_the_countdown_and_without_it_is_not_taken(stage, tmp_path):
+    stage.stream(shown(PUNCH))
+    stage.teaching.begin("punch", MINE)
+    stage.stream(shown(PUNCH))
+    assert (stage.teaching.lesson.phase, stage.teaching.lesson.seconds) == ("count", COUNTED)
+    stage.now += 1.5
+    assert stage.teaching.lesson.seconds == COUNTED - 1
+    slow = np.repeat(RESTING[None], 150, axis=0)  # still at it when the time comes
+    slow[:, 2, 0] += np.linspace(0.0, 3.0, 150)
+    stage.stream(slow[:100])
+    stage.now += COUNTED
+    stage.stream(np.concatenate([slow[100:], shown()]))
+    assert stage.teaching.lesson.phase == "watch"
+    assert list(tmp_path.iterdir()) == []
+    stage.stream(shown(PUNCH))
+    assert len(stage.teaching.moves) == 1
+
+
+def test_who_waits_too_long_or_changes_their_mind_takes_nothing(stage, tmp_path):
+    lesson = stage.teach("punch", np.repeat(RESTING[None], 60, axis=0))
+    assert (lesson.phase, lesson.runs) == ("watch", True)
+    stage.now += PATIENCE
+    assert stage.teaching.lesson.phase == "failed"
+    assert "no movement" in stage.teaching.lesson.said
+    stage.stream(shown(PUNCH))
+    stage.teaching.begin("punch", MINE)
+    stage.teaching.cancel()
+    stage.now += COUNTED
+    stage.stream(shown(PUNCH))
+    assert stage.teaching.lesson.phase == "idle"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_taken_is_said_in_one_line(stage, tmp_path):
+    holes = shown(PUNCH)
+    holes[60:70, 1] = np.nan
+    lesson = stage.teach("punch", holes)
+    assert lesson.phase == "failed"
+    assert "not taken: an example needs all joints" in lesson.said
+    for name in ("", "a\x1b[31m", "x" * 65):
+        with pytest.raises(MossarError, match="name"):
+            stage.teaching.begin(name, MINE)
+    stage.teach("punch", shown(PUNCH))
+    with pytest.raises(MossarError, match="another skeleton, with 3 joints; p2 has 2"):
+        stage.teaching.begin("wag", Meta("p2", Skeleton(("hip", "tail"), (-1, 0))))
+    path = tmp_path / "bad.json"
+    path.write_text("{}")
+    with pytest.raises(MossarError, match=r"bad\.json"):
+        Teaching(tmp_path, path, print)
+
+
+def test_examples_go_into_the_file_that_was_named_and_are_forgotten_one_by_one(tmp_path):
+    path = tmp_path / "mine.json"
+    before = Moves(PERSON)
+    before.add("raise", RAISE, FPS)
+    before.save(path)
+    stage = Stage(tmp_path, path)
+    assert stage.teaching.moves.names == ("raise",)
+    stage.teach("punch", shown(PUNCH))
+    assert Moves.load(path).names == ("raise", "punch")
+    first, second = (mark_of(example) for example in stage.teaching.moves.examples)
+    with pytest.raises(MossarError, match="not there any more"):
+        stage.teaching.forget(0, second)
+    stage.teaching.forget(0, first)
+    assert Moves.load(path).names == stage.changes[-1].names == ("punch",)
+    with pytest.raises(MossarError, match="not there any more"):
+        stage.teaching.forget(1, second)
+    stage.teaching.forget(0, second)
+    assert len(Moves.load(path)) == 0
+
+
+def test_examples_are_drawn_well_formed_and_names_are_quoted(stage):
+    stage.teach("a <b> & 'c'", shown(PUNCH))
+    card = examples_card(stage.teaching.moves, "<taken>")
+    ET.fromstring(card.replace("&times;", "x"))
+    assert "<b> &" not in card
+    asked = re.search(r"mossar/forget\?'\+\('([^']+)'\)", html.unescape(card))[1]
+    assert asked == f"0-{mark_of(stage.teaching.moves.examples[0])}"
+    ET.fromstring(countdown(stage.teaching.lesson))
+    many = Moves(PERSON)
+    for _ in range(MOST + 5):
+        many.add("punch", PUNCH, FPS)
+    card = examples_card(many, "")
+    assert card.count("<figure") == MOST
+    assert "5 earlier ones" in card
+
+
+def test_nobody_can_show_a_move_before_somebody_is_there(tmp_path):
+    with pytest.raises(MossarError, match="nobody yet"):
+        LiveShow(Settings(), folder=tmp_path).teach("punch")
+
+
+def test_a_browser_teaches_a_move_that_is_named_from_then_on_and_survives_kill_9(process, opened, tmp_path):  # noqa: F811
+    beats = ",".join(["rest:3", "punch_left"] * 40)
+    running = process(
+        "view",
+        f"demo:?moves={beats}&seed=2",
+        "--port",
+        "0",
+        "--no-browser",
+        "--moves",
+        "new.json",
+        cwd=tmp_path,
+    )
+    window = opened(address(running)[0])
+    for count in (1, 2):
+        until(window, lambda: window.locator("button:visible:has-text('Teach')").count())
+        press(window, "Teach")
+        window.wait_for_selector("#mossar-count", timeout=SOON)
+        until(window, lambda count=count: f"example {count} taken" in window.text_content("#mossar-taught"))
+        assert len(Moves.load(tmp_path / "new.json")) == count
+    assert window.locator(".m-example svg path").count() >= 2
+    until(window, lambda: "punch" in window.locator("#mossar-chart text.move").all_text_contents())
+
+    window.locator(".m-example button").first.dispatch_event("click")
+    until(window, lambda: "forgotten" in window.text_content("#mossar-taught"))
+    until(window, lambda: window.locator(".m-example").count() == 1)
+    assert len(Moves.load(tmp_path / "new.json")) == 1
+
+    press(window, "Teach")
+    until(window, lambda: "example 2 taken" in window.text_content("#mossar-taught"))
+    os.kill(running.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    running.wait(20)
+    assert len(Moves.load(tmp_path / "new.json")) == 2
+    assert [path.name for path in tmp_path.iterdir() if "json" in path.name] == ["new.json"]

@@ -1,0 +1,189 @@
+"""Teaching: takes an example of a move from a live stream, after a countdown that leaves time to get ready."""
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+from zlib import crc32
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.source import Meta
+from mossar_stream import Example, Frames, MossarError, Moves, MovesError, Skeleton
+from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.recorder import unused
+from mossar_tools.moves_file import read_moves, save_moves, take_example
+from mossar_tools.taking import MovementTaker
+
+COUNTED = 3  # s
+EARLY = 1.0  # s before the countdown ends at which a movement may begin
+PATIENCE = 20.0  # s that a movement is waited for
+SHOWN = 4.0  # s for which the outcome stands in large letters
+
+Phase = Literal["idle", "count", "watch", "taken", "failed"]
+
+
+class Lesson(msgspec.Struct, frozen=True):
+    """How far teaching is.
+
+    Args:
+        phase: What is going on.
+        name: Of the move that is or was shown.
+        seconds: Of the countdown that are left, rounded up.
+        said: What came of it.
+    """
+
+    phase: Phase
+    name: str = ""
+    seconds: int = 0
+    said: str = ""
+
+    @property
+    def runs(self) -> bool:
+        """Whether a movement is waited for."""
+        return self.phase in ("count", "watch")
+
+
+class Teaching:
+    """Takes one movement of one performer for each `begin`. Any thread may call any method.
+
+    An example is on the disk before `lesson` says that it was taken, so that nothing which was said to be taken is lost,
+    however the program ends.
+
+    Args:
+        folder: Where a new file `moves-1.json` is made if none is named.
+        path: The file of moves, which may be there already; None for a new one.
+        changed: Gets all moves whenever they change.
+        clock: Monotonic s.
+
+    Raises:
+        MossarError: If the file cannot be read.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        path: Path | None,
+        changed: Callable[[Moves], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.path = path
+        self.moves = read_moves(path) if path is not None and path.exists() else None
+        self._folder = folder
+        self._changed = changed
+        self._clock = clock
+        self._phase: Phase = "idle"
+        self._name = self._said = ""
+        self._until = 0.0  # monotonic s, when the phase ends
+        self._taker: MovementTaker | None = None
+        self._skeleton: Skeleton | None = None
+        self._lock = threading.RLock()
+
+    def begin(self, name: str, meta: Meta) -> None:
+        """Count down, then watch for a movement.
+
+        Args:
+            name: Of the move.
+            meta: Who shows it.
+
+        Raises:
+            MossarError: If a move cannot have this name, or the moves so far are of another skeleton.
+        """
+        Moves.check_name(name)
+        with self._lock:
+            if self.moves is not None and self.moves.skeleton != meta.skeleton:
+                raise MovesError(
+                    f"{self.path} holds moves of another skeleton, with {len(self.moves.skeleton)} joints; "
+                    f"{meta.performer} has {len(meta.skeleton)}"
+                )
+            self._name, self._skeleton = name, meta.skeleton
+            self._taker = MovementTaker(self._take, self._fail)
+            self._taker.since = np.inf
+            self._taker.announce(meta)
+            self._enter("count", COUNTED)
+
+    def cancel(self) -> None:
+        """Stop counting or watching."""
+        with self._lock:
+            self._taker = None
+            self._enter("idle", 0.0)
+
+    def forget(self, place: int, mark: str) -> None:
+        """Forget an example.
+
+        Args:
+            place: In the moves, from 0.
+            mark: What `mark_of` says of it, so that no other one is taken for it.
+
+        Raises:
+            MossarError: If there is no such example any more, or the file cannot be written.
+        """
+        with self._lock:
+            if self.path is None:
+                raise MovesError("there are no examples")
+            moves = read_moves(self.path)
+            if not 0 <= place < len(moves) or mark_of(moves.examples[place]) != mark:
+                raise MovesError("this example is not there any more")
+            name = moves.examples[place].name
+            moves.remove_example(place)
+            save_moves(moves, self.path)
+            self._phase, self._said = "idle", f"an example of {name} is forgotten"
+            self._adopt(moves)
+
+    @property
+    def lesson(self) -> Lesson:
+        """How far it is."""
+        with self._lock:
+            left = self._until - self._clock()
+            if self._phase == "count" and left <= 0:
+                self._enter("watch", PATIENCE)
+            elif self._phase == "watch" and left <= 0:
+                self._fail(f"no movement came to rest within {PATIENCE:g} s")
+            elif self._phase in ("taken", "failed") and left <= 0:
+                self._phase = "idle"
+            return Lesson(self._phase, self._name, max(1, int(np.ceil(left))), self._said)
+
+    def send_frames(self, frames: Frames) -> None:
+        """Watch frames."""
+        with self._lock:
+            if self._taker is None or not len(frames):
+                return
+            if self.lesson.phase == "watch":
+                self._taker.since = min(self._taker.since, float(frames.times[0]) - EARLY)
+            self._taker.send_frames(frames)
+
+    def _enter(self, phase: Phase, seconds: float) -> None:
+        self._phase, self._until = phase, self._clock() + seconds
+
+    def _take(self, positions: NDArray[np.float32], fps: float) -> None:
+        """Keep a movement as an example; on the disk first, then it is said."""
+        if self._taker is None or self._skeleton is None:
+            return
+        path = self.path or unused(self._folder, "moves", ".json")
+        moves = take_example(path, self._skeleton, self._name, positions, fps)
+        self.path, self._taker = path, None
+        self._adopt(moves)
+        count = sum(example.name == self._name for example in moves.examples)
+        self._said = f"{self._name}: example {count} taken ({len(positions) / fps:.1f} s), in {path.name}"
+        self._enter("taken", SHOWN)
+        LOGGER.info("%s", self._said)
+
+    def _fail(self, why: str) -> None:
+        self._taker = None
+        self._said = why
+        self._enter("failed", SHOWN)
+
+    def _adopt(self, moves: Moves) -> None:
+        self.moves = moves
+        try:
+            self._changed(moves)
+        except MossarError as error:
+            LOGGER.warning("%s", error)
+
+
+def mark_of(example: Example) -> str:
+    """Return what tells an example from others."""
+    return f"{crc32(np.array(example.positions, np.int32).tobytes()):08x}"

@@ -1,0 +1,58 @@
+"""Teaching panel: name, button and examples among the controls of a live page."""
+
+from collections.abc import Callable
+from typing import Any
+
+from viser import GuiApi, Icon
+
+from mossar_tools.dashboard.lessons import countdown, examples_card
+from mossar_tools.dashboard.live import LiveShow
+
+
+class TeachingPanel:
+    """The widgets.
+
+    Args:
+        gui: Where they go.
+        show: What is taught.
+        on: Has something done when a person touches a widget.
+    """
+
+    def __init__(self, gui: GuiApi, show: LiveShow, on: Callable[[Any, Callable[[Any], None]], None]) -> None:
+        self._show = show
+        self._name = gui.add_text("name", "punch", hint="Of the move; several examples may have the same")
+        hint = "Counts down from three, then takes one movement from rest to rest"
+        self._button = gui.add_button("Teach", icon=Icon.SCHOOL, hint=hint)
+        on(self._button, lambda _: self._switch())
+        self._examples, self._count = gui.add_html(""), gui.add_html("")
+
+    def sync(self) -> None:
+        """Show how far teaching is, and the examples."""
+        teaching = self._show.teaching
+        lesson = teaching.lesson
+        card = examples_card(teaching.moves, lesson.said)
+        for handle, content in ((self._count, countdown(lesson)), (self._examples, card)):
+            if handle.content != content:
+                handle.content = content
+        word = "Cancel" if lesson.runs else "Teach"
+        if self._button.label != word:
+            self._button.label = word
+
+    def _switch(self) -> None:
+        if self._show.teaching.lesson.runs:
+            self._show.teaching.cancel()
+        else:
+            self._show.teach(self._name.value.strip())
+
+    def forget(self, asked: str) -> Callable[[], None]:
+        """Return what forgets an example.
+
+        Args:
+            asked: Place and mark of the example, as in `3-1f00ba12`.
+
+        Raises:
+            ValueError: If it is no such text.
+        """
+        place, _, mark = asked.partition("-")
+        number = int(place)
+        return lambda: self._show.teaching.forget(number, mark)
