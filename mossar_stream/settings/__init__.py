@@ -43,6 +43,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     """Everything that can be set on a segmenter.
 
     Args:
+        rate_limit: Frames are taken in about so often at most, Hz; those between are counted and passed over. 0 takes
+            all in, as does the `fixed` range.
         window: Trailing velocity window, s (equation 1; the paper's is 1 s).
         smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
         smoothing_window: Length of the moving average, frames (wSize).
@@ -92,6 +94,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         4.4
     """
 
+    rate_limit: float | None = None
     window: float | None = None
     smoothing: Smoothing = "none"
     smoothing_window: int = 1
@@ -206,6 +209,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         share = float(str(window)) / float(str(values["window"]))
         usual = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * float(str(values["window"])))))
         values["range_floor"] = usual * share
+        if self.range == "fixed":
+            values["rate_limit"] = 0.0  # with it streams find what Algorithm 2 finds on all frames
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":
@@ -242,6 +247,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings with nothing left to a bundle."""
 
+    rate_limit: float
     window: float
     similarity: SimilarityName
     remerge_window: int
@@ -257,6 +263,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
 
 
 SETTING_LIMITS: dict[str, tuple[float, float]] = {
+    "rate_limit": (0.0, 1e4),
     "window": (0.01, 10.0),
     "smoothing_window": (1, 1000),
     "one_euro_cutoff": (0.01, 100.0),
