@@ -76,7 +76,7 @@ class Followers:
                 self.limbs.release()
             self._renew_limbs(row)
         elif self.limbs is not None:
-            self.limbs.change(given)
+            events += self.limbs.change(given)
         return events
 
     def hold(self, position: NDArray[np.float32], time: float) -> bool:
@@ -89,14 +89,10 @@ class Followers:
         Returns:
             Whether that is so; if not, `push` must be called.
         """
-        if (
-            self.counter is None
-            or self._tells_phase
-            or self.recognition is not None
-            or self.limbs is not None
-        ):
+        counter = self.counter
+        if counter is None or self._tells_phase or self.recognition is not None or self.limbs is not None:
             return False
-        return self.counter.hold(position, time)
+        return counter.hold(position, time)
 
     def push(
         self,
