@@ -61,6 +61,7 @@ def write_example(store, t, move, poses, path):
     bank.rows[at : at + DIRECTIONS] = bank.room.directions
     bank.rows[at + DIRECTIONS] = bank.room.box
     bank.rows[at + DIRECTIONS + 1] = bank.room.shares
+    bank.rows[at + DIRECTIONS + 2] = bank.room.stance
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:

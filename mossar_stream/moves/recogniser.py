@@ -26,6 +26,7 @@ from mossar_stream.moves.measure import (
     correction,
     describe,
     first_half,
+    strangeness,
     warped,
 )
 from mossar_stream.moves.padding import padded
@@ -96,7 +97,7 @@ EXAMPLE = np.dtype(
         ("cost", "f4"),  # of the best stretch of this look; room to work in
     ],
 )
-ROWS = DIRECTIONS + 2  # of an example in `Bank.rows`: directions, box, shares
+ROWS = DIRECTIONS + 3  # of an example in `Bank.rows`: directions, box, shares, stance
 
 
 class Bank(NamedTuple):
@@ -112,7 +113,7 @@ class Bank(NamedTuple):
 # arrays of `Bank` and of `Description` in their order.
 STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
-ROOM_ROWS = POINTS + DIRECTIONS + 3  # of numbers: points, directions, shares, box, low; then size and warping
+ROOM_ROWS = POINTS + DIRECTIONS + 4  # of numbers: points, directions, shares, stance, box, low; then size and warping
 
 
 def store_bytes(joints: int, examples: int) -> int:
@@ -159,6 +160,7 @@ def open_store(store):
         Description(
             part(store, at_room, np.float32, (POINTS, numbers)),
             part(store, at_room + POINTS * line, np.float32, (DIRECTIONS, numbers)),
+            part(store, after - 4 * line, np.float32, (numbers,)),
             part(store, after - 3 * line, np.float32, (numbers,)),
             part(store, after - 2 * line, np.float32, (numbers,)),
             part(store, after, np.float32, (1,)),
@@ -307,10 +309,13 @@ def _compare(state, bank, first, best):
         if revision and examples[t].move == state.found.move:
             continue
         at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
+        limit = min(examples[t].cost, min(best, bar) * RIVALS)
+        factor = strangeness(room, rows[at + DIRECTIONS + 2])
         if revision:
             factor *= HANDICAP
-        limit = min(examples[t].cost, min(best, bar) * RIVALS)
+        if LEAST * factor >= limit:
+            continue
+        factor *= correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
         if LEAST * factor >= limit:
             continue
         cost = factor * warped(room, rows[at : at + DIRECTIONS], limit / factor)
@@ -393,4 +398,5 @@ def compare_with_all(store, poses, path, costs):
     for t in range(bank.examples.size):
         at = t * ROWS
         factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
+        factor *= strangeness(room, rows[at + DIRECTIONS + 2])
         costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)
