@@ -55,14 +55,7 @@ def describe(poses, path, first, last, joints, found):
     """
     _equal_steps(poses, path, first, last, found.points)
     _stance(found.points, found.stance)
-    found.low[:] = np.float32(0.0)
-    for i in range(DIRECTIONS):
-        direction = found.directions[i]
-        for d in range(direction.size):
-            direction[d] = found.points[i + 1, d] - found.points[i, d]
-        scale_to_one(direction)
-        for d in range(direction.size):
-            found.low[d] += direction[d] * direction[d]
+    _directions(found.points, found.directions, found.low)
     for j in range(joints):
         found.shares[j] = np.sqrt(found.low[3 * j] + found.low[3 * j + 1] + found.low[3 * j + 2])
     scale_to_one(found.shares)
@@ -87,13 +80,32 @@ def _equal_steps(poses, path, first, last, points):
             points[i, d] = poses[before, d] + share * (poses[after, d] - poses[before, d])
 
 
+# One plain loop after the other, because the compiler makes several numbers at once of each.
 @inline_kernel
 def _stance(points, stance):
-    stance[:] = np.float32(0.0)
-    for i in range(POINTS):
-        for d in range(3, stance.size):
+    for d in range(stance.size):
+        stance[d] = points[0, d]
+    for i in range(1, POINTS):
+        for d in range(stance.size):
             stance[d] += points[i, d]
+    for d in range(3):  # where the body is does not matter
+        stance[d] = np.float32(0.0)
     scale_to_one(stance)
+
+
+@inline_kernel
+def _directions(points, directions, squares):
+    """Write the unit directions from each point to the next, and the sum of their squares in each coordinate."""
+    for i in range(DIRECTIONS):
+        for d in range(squares.size):
+            directions[i, d] = points[i + 1, d] - points[i, d]
+    for i in range(DIRECTIONS):
+        scale_to_one(directions[i])
+    for d in range(squares.size):
+        squares[d] = np.float32(0.0)
+    for i in range(DIRECTIONS):
+        for d in range(squares.size):
+            squares[d] += directions[i, d] * directions[i, d]
 
 
 @kernel

@@ -6,7 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mossar_stream import MoveEvent, Moves, Performers, Segmenter, Skeleton, SnapshotError, segment_recording
+from mossar_stream import (
+    FrameError,
+    MoveEvent,
+    Moves,
+    Performers,
+    Segmenter,
+    Skeleton,
+    SnapshotError,
+    segment_recording,
+)
 from mossar_stream.events import to_json
 from mossar_stream.moves.recogniser import memory_bytes
 
@@ -153,6 +162,18 @@ def test_performers_share_moves_and_recordings_have_them(moves, take):
         assert [e.name for e in moves_among(events) if e.performer == performer] == wanted
     result = segment_recording(positions, FPS, PERSON, moves=moves)
     assert [event.name for event in result.moves] == wanted
+
+
+def test_frames_without_a_time_change_nothing(moves, take):
+    positions, times, truth = take
+    segmenter, events = Segmenter(PERSON, moves=moves), []
+    for i in range(len(times)):
+        if i % 50 == 49:
+            for bad in (float("nan"), float("inf")):
+                with pytest.raises(FrameError):
+                    segmenter.push(positions[i], bad)
+        events += segmenter.push(positions[i], float(times[i]))
+    assert [event.name for event in moves_among(events)] == [name for name, _, _ in truth]
 
 
 def test_moves_can_be_set_while_running(moves, take):
