@@ -140,9 +140,10 @@ class RepetitionEvent(
     The running count is `total` of the latest message: a later look may withdraw a repetition or move its ends.
 
     Args:
-        id: `performer/take/rNUMBER`, the number of the repetition in the take.
+        id: `performer/take/rNUMBER`, the number of the repetition in the take; of a limb
+            `performer/channel/take/rNUMBER`.
         rev: Counts the messages about this id from 1.
-        channel: What repeats; `body` for the whole posture.
+        channel: What repeats: `body` for the whole posture, or a limb (setting `limbs`).
         count: In this bout, from 1; 0 when withdrawn.
         total: In the take.
         period: Duration of a cycle over the last ones of the bout, s; None for the first of a bout.
@@ -241,6 +242,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     outliers: int
     held: int
     gaps: int
+    unseen: int
     malformed: int
     kernel_drops: int
     queue_dropped: int

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 _FRAMES = {
     "frames": "Frames taken in",
     "out_of_order": "Frames dropped because they came late or twice",
-    "outliers": "Frames with joints that were too fast",
-    "held": "Frames with joints that were held",
+    "outliers": "Joints that were too fast, or too far off, to be true",
+    "held": "Joints that were held because they were missing",
     "gaps": "Frames after a gap",
+    "unseen": "Frames without a single joint",
 }
 
 
@@ -49,6 +50,7 @@ class Metrics:
             raise MossarError(f"--metrics {host}:{port}: {_why(error)}") from None
         self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
         self._thread.start()
+        self.port = int(self._server.server_port)
         self.url = f"http://{host}:{self._server.server_port}/metrics"
 
     def collect(self) -> "Iterator[Metric]":

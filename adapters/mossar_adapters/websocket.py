@@ -34,6 +34,7 @@ OPTIONS = {
 }
 QUEUE = 1000  # messages waiting for one client
 MAX_CLIENTS = 64
+MAX_WAITING = 64  # connections that have not asked for a WebSocket yet; beyond them the oldest is cut off
 _METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
@@ -65,6 +66,7 @@ class WebSocketSink:
         self._address, self._settings = address, settings
         self._metas: dict[str, str] = {}
         self._clients: set[_Client] = set()
+        self._waiting: dict[Any, None] = {}  # transports of those that have not asked yet, the oldest first
         self._loop = asyncio.new_event_loop()
         self._stop = asyncio.Event()
         self._started = threading.Event()
@@ -96,6 +98,18 @@ class WebSocketSink:
         """Give clients a moment to take what is left, and release the port. May be called twice."""
         self._call(self._stop.set)
         self._thread.join(2 * _CLOSE + _DRAIN)
+
+    def arrived(self, transport: Any) -> None:
+        """Take note of a connection; called by the server's thread."""
+        self._waiting[transport] = None
+        if len(self._waiting) > MAX_WAITING:
+            oldest = next(iter(self._waiting))
+            del self._waiting[oldest]
+            oldest.abort()
+
+    def went(self, transport: Any) -> None:
+        """Forget a connection that has ended, or has become a client."""
+        self._waiting.pop(transport, None)
 
     def _call(self, function: Any, *arguments: Any) -> None:
         try:
@@ -129,6 +143,7 @@ class WebSocketSink:
             self._address.host or "127.0.0.1",
             self._address.port,
             process_request=self._refusal,
+            create_connection=_counted_by(self),
             max_size=_MAX_IN,
             close_timeout=_CLOSE,
             compression=None,
@@ -154,6 +169,7 @@ class WebSocketSink:
         return connection.respond(HTTPStatus.FORBIDDEN, "this page may not connect; see the option origin\n")
 
     async def _client(self, connection: "ServerConnection") -> None:
+        self.went(connection.transport)
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, "too many clients")
             return
@@ -180,6 +196,25 @@ class WebSocketSink:
             for text in texts:
                 if not client.offer(text):
                     self.dropped += 1
+
+
+def _counted_by(sink: WebSocketSink) -> Any:
+    """Return what makes connections that tell the sink of themselves before they have said a word.
+
+    Whoever connects and says nothing has a descriptor all the same, and those of a process are few.
+    """
+    from websockets.asyncio.server import ServerConnection
+
+    class Counted(ServerConnection):
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            sink.arrived(transport)
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            sink.went(self.transport)
+            super().connection_lost(exc)
+
+    return Counted
 
 
 class _Client:

@@ -78,6 +78,7 @@ def start_joints(joints, frame, time):
     state.complete = 1
     state.arrived = 0
     state.offset_x = state.offset_y = state.offset_z = 0.0
+    found = 0
     for j in range(joints.plan.joints):
         k = place(j)
         body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
@@ -85,10 +86,13 @@ def start_joints(joints, frame, time):
         if _is_position(frame[j]):
             joints.seen[j] = time
             _keep(body, k, frame[j])
+            found += 1
         else:
             joints.seen[j] = -np.inf
             state.complete = 0
+            joints.counters.outliers += 1 if _is_far(frame[j]) else 0
         _hold(body, k)
+    joints.counters.unseen += 1 if found == 0 else 0
     for j in range(joints.plan.joints):
         body[place(j) + LIVE] = 1.0 if counts(joints, j) else 0.0
     count_moving(joints)
@@ -204,6 +208,12 @@ def _is_position(joint):
 
 
 @kernel
+def _is_far(joint):
+    """Tell whether a joint was given, but too far off to be true."""
+    return abs(joint.x) > FARTHEST or abs(joint.y) > FARTHEST or abs(joint.z) > FARTHEST
+
+
+@kernel
 def _keep(body, k, joint):
     """Note where a joint is."""
     body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z
@@ -221,7 +231,7 @@ def _step_partial(joints, frame, time):
     plan, body, counters = joints.plan, joints.body, joints.counters
     joints.state.complete = 1
     cx = cy = cz = 0.0
-    counted = 0
+    counted = found = 0
     for j in range(plan.joints):
         k = place(j)
         lasted = time - joints.seen[j]
@@ -232,6 +242,9 @@ def _step_partial(joints, frame, time):
         if there and lasted <= plan.max_gap and x * x + y * y + z * z > reach * reach:
             counters.outliers += 1
             there = False
+        elif not there and _is_far(frame[j]):
+            counters.outliers += 1
+        found += 1 if there else 0
         # In STEP: 1 moved, 0 held, -1 left out; the paths follow when the centre is known.
         body[k + STEP] = -1.0 if lasted > plan.max_gap else (1.0 if there else 0.0)
         if body[k + STEP] > 0.0 and (plan.center < 0 or j == plan.center):
@@ -242,6 +255,7 @@ def _step_partial(joints, frame, time):
         if not there:
             joints.state.complete = 0
             counters.held += 1 if lasted <= plan.max_gap else 0
+    counters.unseen += 1 if found == 0 else 0
     if plan.center < 0 and counted > 0:
         cx /= counted
         cy /= counted

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numba
 
 from mossar_stream.errors import MossarError
+from mossar_stream.jit.turns import system_locks, take_turns
 
 PACKAGE = Path(__file__).parents[1]
 LONGEST_UNUSED = 30 * 86400.0  # s
@@ -97,7 +98,11 @@ def open_cache(*, accelerated: bool) -> Cache:
         MossarError: If nothing can be written anywhere.
     """
     if accelerated not in _open:
-        _open[accelerated] = make_folder(_usual_parents(), folder_name(accelerated=accelerated))
+        locks = system_locks()
+        shared = _usual_parents() if accelerated or locks else ()  # see turns.py
+        _open[accelerated] = make_folder(shared, folder_name(accelerated=accelerated))
+        if locks and not accelerated:
+            take_turns(_open[accelerated].folder, locks)
         while _waiting:
             _waiting.pop()()
     return _open[accelerated]

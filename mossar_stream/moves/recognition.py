@@ -65,6 +65,8 @@ class Recognition:
         self._times = np.zeros(HELD + 1)
         self._latest = -math.inf  # s, of the last pose, or of the last frame that is to become one
         self._due = -math.inf  # s, before which no frame can bring news
+        # No frame: the kernel is compiled now, and never while frames come in.
+        recognise(self._memory, self.store, self._positions, self._times, 0, 0)
         self._see()
 
     @property

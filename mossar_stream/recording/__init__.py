@@ -86,6 +86,9 @@ class Segmentation(msgspec.Struct, frozen=True):
         """
         return notebook.dataframe(self.segments, Segment.__struct_fields__)
 
+    def __repr__(self) -> str:
+        return notebook.segments_summary(self)
+
     def _repr_html_(self) -> str:
         return notebook.segments_html(self)
 
@@ -254,6 +257,9 @@ def segment_recording(
     for limb in groups_of(skeleton, chosen.limbs):
         seen = positions_of(limb, frames)
         limbs[limb.name] = segment_recording(seen, fps, limb.skeleton, own, times=moments, curves=curves)
+        if chosen.repetitions:
+            counted = count_recording(limb.skeleton, seen, moments, chosen.max_pause, limb.name)
+            limbs[limb.name].repetitions = counted
     result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)

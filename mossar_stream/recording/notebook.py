@@ -22,6 +22,14 @@ def summary(result: Any) -> str:
     return f"Result: {len(keys)} key frames, {len(kept)} of them at level {result.settings.level}"
 
 
+def segments_summary(segmentation: Any) -> str:
+    """Return a line on a level and one on each segment, the first ones of many."""
+    parts = segmentation.segments
+    lines = [f"Segmentation: {len(segmentation.key_frames)} key frames, {len(parts)} segments"]
+    lines += [f"  {p.start_time:9.2f} to {p.end_time:9.2f} s  {p.state}" for p in parts[:SHOWN]]
+    return "\n".join([*lines, f"  and {len(parts) - SHOWN} more"] if len(parts) > SHOWN else lines)
+
+
 def html(result: Any) -> str:
     """Return a summary and the segments at the level of the settings, as HTML."""
     return f"<p>{escape(summary(result))}</p>{segments_html(result.at(result.settings.level))}"

@@ -16,9 +16,9 @@ from mossar_stream.repetitions.state import COMPONENTS
 POSTURES = 9
 SHORTEST = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
-LEAST_AMPLITUDE_RATIO = 0.4
-LEAST_AGREEMENT = 0.23  # of two neighbours
-ENOUGH = 0.8  # of a run's pairs together
+LEAST_AMPLITUDE_RATIO = 0.54
+LEAST_AGREEMENT = 0.26  # of two neighbours
+ENOUGH = 0.79  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
 MUCH = 1.8  # or as much of a run's pairs together
 
@@ -83,18 +83,18 @@ def describe(samples, component, cycle, out):
         cycle: (3,) start, far extreme, end.
         out: (POSTURES, COMPONENTS) float32.
     """
-    scores = samples.scores[component]
+    scores = samples.smooth[component]
     start, far, end = cycle[0], cycle[1], cycle[2]
     for k in range(COMPONENTS):
-        row = samples.scores[k]
+        row = samples.smooth[k]
         out[0, k], out[1, k], out[2, k] = row[start], row[far], row[end]
     for q in range(3):
         share = 0.25 * (q + 1)
         there = crossing(scores, start, far, share)
         back = crossing(scores, end, far, share)
         for k in range(COMPONENTS):
-            out[3 + 2 * q, k] = _between(samples.scores[k], there)
-            out[4 + 2 * q, k] = _between(samples.scores[k], back)
+            out[3 + 2 * q, k] = _between(samples.smooth[k], there)
+            out[4 + 2 * q, k] = _between(samples.smooth[k], back)
 
 
 @kernel
@@ -228,14 +228,23 @@ def dwelling(scores, cycles, count):
     """Return how much longer cycles dwell where they begin than at their other extreme, from -1 to 1."""
     home, far = 0, 0
     for i in range(count):
-        start, top = scores[cycles[0, i]], scores[cycles[1, i]]
-        sign = np.float32(1.0) if top > start else np.float32(-1.0)
-        near = sign * (start + np.float32(0.25) * (top - start))
-        away = sign * (start + np.float32(0.75) * (top - start))
-        for q in range(cycles[0, i], cycles[2, i]):
-            home += sign * scores[q] < near
-            far += sign * scores[q] > away
+        near, away = dwelling_of(scores, cycles[0, i], cycles[1, i], cycles[2, i])
+        home, far = home + near, far + away
     return (home - far) / max(home + far, 1)
+
+
+@kernel
+def dwelling_of(scores, start, far, end):
+    """Return how many samples of a cycle are in the quarter where it begins, and in that of its other extreme."""
+    begin, top = scores[start], scores[far]
+    sign = np.float32(1.0) if top > begin else np.float32(-1.0)
+    near = sign * (begin + np.float32(0.25) * (top - begin))
+    away = sign * (begin + np.float32(0.75) * (top - begin))
+    home, distant = 0, 0
+    for q in range(start, end):
+        home += sign * scores[q] < near
+        distant += sign * scores[q] > away
+    return home, distant
 
 
 @kernel
@@ -243,10 +252,16 @@ def homing(samples, cycles, count):
     """Return how much nearer to home cycles begin than at their other extreme, from -1 to 1."""
     begin, far = 0.0, 0.0
     for i in range(count):
-        one = other = np.float32(0.0)
-        for k in range(COMPONENTS):
-            one += (samples.scores[k, cycles[0, i]] - samples.home_scores[k]) ** 2
-            other += (samples.scores[k, cycles[1, i]] - samples.home_scores[k]) ** 2
-        begin += np.sqrt(one)
-        far += np.sqrt(other)
+        near, distant = home_distances(samples, cycles[0, i], cycles[1, i])
+        begin, far = begin + near, far + distant
     return (far - begin) / max(begin + far, 1e-9)
+
+
+@kernel
+def home_distances(samples, start, far):
+    """Return how far from home two samples are, m over all joints."""
+    one = other = np.float32(0.0)
+    for k in range(COMPONENTS):
+        one += (samples.smooth[k, start] - samples.home_scores[k]) ** 2
+        other += (samples.smooth[k, far] - samples.home_scores[k]) ** 2
+    return np.sqrt(one), np.sqrt(other)

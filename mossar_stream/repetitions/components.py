@@ -1,7 +1,7 @@
-"""Leading principal components of the posture over the window, by one power iteration a look.
+"""Leading principal components of the posture over the window, by two power iterations a look.
 
-The window changes little between two looks, so that one step of the subspace iteration from the axes of the last look
-is enough; the first look at a movement makes a few.
+The window changes little between two looks, so that two steps of the subspace iteration from the axes of the last look
+are enough; the first look at a movement makes a few.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def find_components(header, samples):
     """
     n = min(header.open, SAMPLES)
     lost = _begin_axes(samples, n)
-    for _ in range(4 if lost else 1):
+    for _ in range(4 if lost else 2):
         _project(samples, n)
         _turn_axes(samples, n)
     _project(samples, n)
@@ -80,14 +80,18 @@ def _project(samples, n):
 @kernel
 def _turn_axes(samples, n):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
-    for k in range(COMPONENTS):
-        axis = samples.axes[k]
-        axis[:] = np.float32(0.0)
-        for i in range(n):
-            score = samples.scores[k, i]
-            pose = samples.by_sample[i]
-            for j in range(axis.size):
-                axis[j] += score * pose[j]
+    scores = samples.scores
+    one, two, three, four = samples.axes[0], samples.axes[1], samples.axes[2], samples.axes[3]
+    samples.axes[:] = np.float32(0.0)
+    for i in range(n):
+        pose = samples.by_sample[i]
+        a, b, c, d = scores[0, i], scores[1, i], scores[2, i], scores[3, i]
+        for j in range(one.size):  # all axes at once, which takes half as long
+            value = pose[j]
+            one[j] += a * value
+            two[j] += b * value
+            three[j] += c * value
+            four[j] += d * value
     _orthonormalise(samples.axes)
 
 
@@ -118,3 +122,28 @@ def _in_order(samples, oldest):
         scratch[:] = row
         for i in range(SAMPLES):
             row[i] = scratch[(oldest + i) % SAMPLES]
+
+
+@kernel
+def smooth_scores(samples, n, width):
+    """Set `samples.smooth` to the means over a centred window of the scores, shorter at the ends.
+
+    Args:
+        samples: `Samples`.
+        n: How many there are.
+        width: Samples, odd.
+    """
+    half = width // 2
+    for k in range(COMPONENTS):
+        row, out = samples.scores[k], samples.smooth[k]
+        if half == 0:
+            out[:n] = row[:n]
+            continue
+        total, count = np.float32(0.0), 0
+        for i in range(n + half):
+            if i < n:
+                total, count = total + row[i], count + 1
+            if i >= width:
+                total, count = total - row[i - width], count - 1
+            if i >= half:
+                out[i - half] = total / np.float32(count)

@@ -7,15 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import PhaseEvent, RepetitionEvent, RepetitionStatus
+from mossar_stream.events import BODY, PhaseEvent, RepetitionEvent, RepetitionStatus
+from mossar_stream.moves.joints import known_joints
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
-from mossar_stream.repetitions.sampling import is_wanted
-from mossar_stream.repetitions.state import CYCLES, HEADER, RATE, STRIDE, length, start
+from mossar_stream.repetitions.sampling import next_wanted
+from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN, HEADER, RATE, STRIDE, length, start
+from mossar_stream.repetitions.timing import Timeline
 from mossar_stream.skeleton import Skeleton
 
 HELD = 64  # frames
-INTERVALS = 3  # cycles over which the period is measured
-LONGEST_SILENCE = 1.5  # cycles without a new one, after which there is no phase
+LONGEST_SILENCE = (
+    1.5  # cycles without a new one, after which there is no phase, besides the time between looks
+)
+CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
+SIDES = ("left", "right")
+LEAST_SWING = 0.03  # m, rms over a limb's joints
 FARTHEST = 2**48  # samples; no take is as long
 
 __all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_recording"]
@@ -31,7 +37,11 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def count_recording(
-    skeleton: Skeleton, positions: NDArray[np.float32], times: NDArray[np.float64], max_pause: float
+    skeleton: Skeleton,
+    positions: NDArray[np.float32],
+    times: NDArray[np.float64],
+    max_pause: float,
+    channel: str = BODY,
 ) -> list[RepetitionEvent]:
     """Return the repetitions of a whole recording, as what was said of each at last.
 
@@ -40,8 +50,9 @@ def count_recording(
         positions: (n, J, 3) m.
         times: (n,) s.
         max_pause: See `RepetitionCounter`; what is repeated after a pause is numbered anew.
+        channel: See `RepetitionCounter`.
     """
-    counter = RepetitionCounter(skeleton, "p1", 0, max_pause)
+    counter = RepetitionCounter(skeleton, "p1", 0, max_pause, channel)
     latest: dict[str, RepetitionEvent] = {}
     used, stop = 0, CHANGED
     while stop != NOTHING:
@@ -49,6 +60,17 @@ def count_recording(
         news = counter.end_take() if stop in {NOTHING, TAKE_ENDS} else counter.news()
         latest.update((event.id, event) for event in news)
     return [event for event in latest.values() if event.status == "counted"]
+
+
+def chains_of(skeleton: Skeleton) -> list[tuple[int, int, int]]:
+    """Return the joints of bones in pairs: of arms, legs and hips where they are known by name, else of all joints."""
+    known = known_joints(skeleton)
+    named = [
+        tuple(known.get(f"{side}_{joint}", -1) for joint in chain) for chain in CHAIN_NAMES for side in SIDES
+    ]
+    parents = skeleton.parents
+    above = [(j, p, parents[p]) for j, p in enumerate(parents) if p >= 0 and parents[p] >= 0]
+    return [(a, b, c) for a, b, c in named if min(a, b, c) >= 0] or above
 
 
 class RepetitionCounter:
@@ -59,23 +81,38 @@ class RepetitionCounter:
         performer: Name that events carry.
         take: Number of the take that begins with the next frame.
         max_pause: s without frames, or back in time, after which another take begins.
+        channel: That events carry. The way of the root is part of the body's posture, not of a limb's, and small
+            swings of limbs are not counted: they sway along with what the body does.
     """
 
-    def __init__(self, skeleton: Skeleton, performer: str, take: int, max_pause: float) -> None:
+    def __init__(
+        self, skeleton: Skeleton, performer: str, take: int, max_pause: float, channel: str = BODY
+    ) -> None:
         self.performer = performer
+        self.channel = channel
         self.take = take
         self._names = skeleton.names
         self._header = np.zeros(1, HEADER)
         self._header["joints"], self._header["root"] = len(skeleton), max(skeleton.root, 0)
-        self._header["max_pause"] = max_pause
+        self._header["max_pause"], self._header["travels"] = max_pause, int(channel == BODY)
+        self._header["least"] = 0.0 if channel == BODY else LEAST_SWING
+        chains = chains_of(skeleton)[:CHAINS]
+        self._header["chains"], self._header["chain"][0, : len(chains)] = (
+            len(chains),
+            np.reshape(chains, (-1, 3)),
+        )
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
         self._origin = 0.0  # s, of the take
-        self._sample = self._frames = 0  # number of the open sample, and frames that it has
+        self._wanted = 0.0  # s, from when on a frame is taken into a sample
+        self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
+        # No frame: kernels are compiled now, and never while frames come in.
+        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
+        count_rest(self._header, self._memory)
 
     def _begin(self) -> None:
         self._told = 0
@@ -124,17 +161,29 @@ class RepetitionCounter:
         held = self._held
         if held == HELD or not self._last_held < time < self._due:
             return False
-        sample = int((time - self._origin) * RATE + 1e-6)
-        if sample != self._sample:
-            self._sample, self._frames = sample, 0
-        if not is_wanted(self._origin, sample, self._frames, time):
-            self._last_held = time
-            return True
-        self._frames += 1
-        self._positions[held] = position
-        self._times[held] = self._last_held = time
-        self._held = held + 1
+        self._last_held = time
+        if time >= self._wanted:
+            self._wanted = next_wanted(self._origin, time)
+            self._positions[held] = position
+            self._times[held] = time
+            self._held = held + 1
         return True
+
+    def push(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[RepetitionEvent]:
+        """Take one frame in, and return what it changes.
+
+        Args:
+            position: (1, J, 3) m.
+            time: (1,) s.
+        """
+        if self.hold(position[0], float(time[0])):
+            return []
+        events: list[RepetitionEvent] = []
+        _, stop = self.follow(position, time)
+        if stop == TAKE_ENDS:
+            events = self.end_take()
+            _, stop = self.follow(position, time)
+        return [*events, *self.news()] if stop == CHANGED else events
 
     def _flush(self) -> None:
         """Count the frames that are held; none of them changes anything."""
@@ -147,21 +196,22 @@ class RepetitionCounter:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
         row = self._header[0]
         self._last_held = float(row["latest"])
-        self._origin, self._sample = float(row["origin"]), int(row["open"])
-        self._frames = int(row["frames"])
+        self._origin, self._wanted = float(row["origin"]), float(row["wanted"])
         look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
         self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
         row = self._row
-        total, dropped = self.total, int(row["dropped"])
-        events = [self._event(number, "withdrawn") for number in range(self._told, total, -1)]
+        total, self._dropped, changed = self.total, int(row["dropped"]), int(row["changed"])
+        self._latest = float(row["latest"])
+        line = Timeline.since(row, changed)
+        events = [self._event(number, "withdrawn", line) for number in range(self._told, total, -1)]
         events += [
-            self._event(number, "counted") for number in range(dropped + int(row["changed"]) + 1, total + 1)
+            self._event(number, "counted", line) for number in range(self._dropped + changed + 1, total + 1)
         ]
         self._told = total
-        for number in [number for number in self._revisions if number <= dropped]:
+        for number in [number for number in self._revisions if number <= self._dropped]:
             del self._revisions[number]
         return events
 
@@ -175,74 +225,67 @@ class RepetitionCounter:
 
     def phase(self) -> float | None:
         """Return where in the cycle the latest frame is, 0 to 1 from where cycles begin; None out of a bout."""
-        self._flush()
-        row, cycles = self._row, int(self._row["cycles"])
-        period = self._period(cycles - 1) if cycles and row["clear"] else None
+        row, last = self._row, int(self._row["cycles"]) - 1
+        if last < 0 or not row["clear"]:
+            return None
+        line = Timeline.since(row, last)
+        period = line.period(last)
         if period is None:
             return None
-        last = row["cycle"][cycles - 1]
-        now = (float(row["latest"]) - float(row["origin"])) * RATE
-        since = now - float(last["end"]) - 0.5
-        return None if since > LONGEST_SILENCE * period * RATE else (since / (period * RATE)) % 1.0
+        since = (self._last_held - self._origin) * RATE - line.end_of(last)
+        silence = LONGEST_SILENCE * period * RATE + STRIDE
+        return None if since > silence else (since / (period * RATE)) % 1.0
 
     def phase_news(self) -> list[PhaseEvent]:
         """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
         phase = self.phase()
-        time = float(self._row["latest"])
+        time = self._last_held
         before, self._phase_told = self._phase_told, (time, phase is not None)
         if time == before[0] or (phase is None and not before[1]):
             return []
         who = (self.performer, self.take)
-        return [PhaseEvent(performer=who[0], take=who[1], channel="body", time=time, phase=phase)]
+        return [PhaseEvent(performer=who[0], take=who[1], channel=BODY, time=time, phase=phase)]
 
-    def _period(self, place: int) -> float | None:
-        """Return the duration of a cycle, s, over the last ones of its bout; None for the first."""
-        cycle = self._row["cycle"]
-        back = min(int(cycle[place]["count"]) - 1, INTERVALS, place)
-        if back < 1:
-            return None
-        first, last = cycle[place - back], cycle[place]
-        out, returned = last["out"] - first["out"], last["back"] - first["back"]
-        return max(float(out + returned) / (2 * back * RATE), 1 / RATE)
-
-    def _begin_of(self, place: int) -> float:
-        """Return where a cycle begins, samples; in a bout between passing half way back and half way out again."""
-        cycle = self._row["cycle"][place]
-        if place == 0 or cycle["count"] == 1:
-            # Where it rests the extreme is anywhere: movements begin as long before half way as they end behind it.
-            return float(max(cycle["start"], 2 * cycle["out"] - cycle["far"])) + 0.5
-        return float(self._row["cycle"][place - 1]["back"] + cycle["out"] + 1) / 2
-
-    def _end_of(self, place: int) -> float:
-        if place + 1 < self._row["cycles"] and self._row["cycle"][place + 1]["count"] > 1:
-            return self._begin_of(place + 1)
-        cycle = self._row["cycle"][place]
-        return float(min(cycle["end"], 2 * cycle["back"] - cycle["far"])) + 0.5
-
-    def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
-        row = self._row
+    def _event(self, number: int, status: RepetitionStatus, line: Timeline) -> RepetitionEvent:
         revision = self._revisions[number] = self._revisions.get(number, 0) + 1
-        counted = status == "counted"
-        place = number - int(row["dropped"]) - 1 if counted else max(int(row["cycles"]) - 1, 0)
-        cycle = row["cycle"][place]
-        period = self._period(place) if counted else None
-        origin = float(row["origin"])
+        who = (self.performer, self.take)
+        channel = "" if self.channel == BODY else f"{self.channel}/"
+        if status == "withdrawn":
+            return RepetitionEvent(
+                performer=who[0],
+                id=f"{who[0]}/{channel}{who[1]}/r{number}",
+                rev=revision,
+                status=status,
+                take=who[1],
+                channel=self.channel,
+                count=0,
+                total=number - 1,
+                period=None,
+                tempo=None,
+                start=None,
+                end=None,
+                amplitude=None,
+                joint=None,
+                decided_time=self._latest,
+            )
+        place = number - self._dropped - 1
+        cycle, period = line[place], line.period(place)
         return RepetitionEvent(
-            performer=self.performer,
-            id=f"{self.performer}/{self.take}/r{number}",
+            performer=who[0],
+            id=f"{who[0]}/{channel}{who[1]}/r{number}",
             rev=revision,
             status=status,
-            take=self.take,
-            channel="body",
-            count=int(cycle["count"]) if counted else 0,
-            total=number if counted else number - 1,
+            take=who[1],
+            channel=self.channel,
+            count=cycle.number,
+            total=number,
             period=period,
             tempo=None if period is None else 60.0 / period,
-            start=origin + self._begin_of(place) / RATE if counted else None,
-            end=origin + self._end_of(place) / RATE if counted else None,
-            amplitude=float(cycle["amplitude"]) if counted else None,
-            joint=self._names[int(cycle["joint"])] if counted else None,
-            decided_time=float(row["latest"]),
+            start=self._origin + line.begin_of(place) / RATE,
+            end=self._origin + line.end_of(place) / RATE,
+            amplitude=cycle.amplitude,
+            joint=self._names[cycle.joint],
+            decided_time=self._latest,
         )
 
     def snapshot(self) -> bytes:
@@ -281,7 +324,7 @@ class RepetitionCounter:
 
     def _is_sound(self, row: np.void) -> bool:
         """Return whether every number that kernels use as an index or count lies where it must."""
-        same = all(row[name] == self._row[name] for name in ("joints", "root", "max_pause"))
+        same = all(np.array_equal(row[name], self._row[name]) for name in GIVEN)
         counts = [int(row[name]) for name in ("frames", "open", "looked", "dropped", "cycles")]
         cycles = row["cycle"]
         places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
@@ -295,6 +338,7 @@ class RepetitionCounter:
             and row["begun"] in (0, 1)
             and np.isfinite(row["origin"])
             and np.isfinite(row["latest"])
+            and np.isfinite(row["wanted"])
             and np.all(np.abs(places) < FARTHEST)
             and np.all((cycles["joint"] >= 0) & (cycles["joint"] < row["joints"]))
         )

@@ -5,7 +5,10 @@ the window with cycles that are alike wins, with a bonus for beginning where cyc
 what was counted in the last part of the window; what is older stands.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, kernel
 from mossar_stream.repetitions.alike import (
@@ -20,26 +23,47 @@ from mossar_stream.repetitions.alike import (
     join_pairs,
     keep_alike,
 )
-from mossar_stream.repetitions.components import find_components
-from mossar_stream.repetitions.sampling import close_sample, is_frame_wanted, take_pose
+from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
+from mossar_stream.repetitions.components import find_components, smooth_scores
+from mossar_stream.repetitions.sampling import close_sample, next_frame_wanted, take_pose
 from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
 NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
 
-PROPOSING = 3  # components
+PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
 LEAST_SAMPLES = 8
 OPEN_TO_CHANGE = 0.5  # of the window
-DWELL = 0.1  # for beginning where the movement rests,
-HOMEWARD = 0.4  # and nearer to how the take began
-HALVES = 0.3  # how much better every second cycle agrees if cycles are halves
-BONUS = 0.3  # for beginning where cycles were counted before
+DWELL = 0.12  # for beginning where the movement rests,
+HOMEWARD = 0.5  # and nearer to how the take began
+HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
+BONUS = 0.31  # for beginning where cycles were counted before
+UPRIGHT = 0.6  # for beginning where limbs are straighter
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT)
+RECENT = 40  # samples: what swings much less there than in the window followed another posture,
+MUCH_LESS = 0.6  # of the range of the window
 NEAR = 0.15  # of a cycle
-OVERLAP = 0.35  # of a cycle, that may overlap the one before
-LEAST_GAP, LONGEST_GAP = 0.65, 2.2  # cycles, that were missed if the movement went on
-GOES_ON = 0.4  # of a swing
+OVERLAP = 0.37  # of a cycle, that may overlap the one before
+LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
+GOES_ON = 0.54  # of a swing
 DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
-LONGEST_PAUSE = 0.5  # cycles, within a bout
+
+WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
+LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
+SHARE = 0.32  # power of the share of the movement that a component has
+WINNER = np.dtype(
+    [("covered", "f8"), ("count", "i8"), ("component", "i8"), ("width", "i8"), ("clear", "i8")],
+)
+
+
+class Scratch(NamedTuple):
+    """Arrays that proposals are made in."""
+
+    turns: NDArray[np.int64]  # (2, SAMPLES), see `turning_points`
+    cycles: NDArray[np.int64]  # (3, SAMPLES) start, far extreme, end
+    kept: NDArray[np.int64]  # (3, SAMPLES), those that are alike
+    best: NDArray[np.int64]  # (3, SAMPLES), those of the proposal that wins so far
+    described: Described
 
 
 @entry_point
@@ -62,7 +86,7 @@ def count_frames(headers, memory, positions, times, begin):
         if not np.isfinite(times[i]):
             continue
         if header.begun == 0:
-            header.begun, header.origin, header.latest = 1, times[i], times[i]
+            header.begun, header.origin, header.latest, header.wanted = 1, times[i], times[i], times[i]
         elif abs(times[i] - header.latest) > header.max_pause:
             return i, TAKE_ENDS
         elif times[i] <= header.latest:
@@ -74,7 +98,8 @@ def count_frames(headers, memory, positions, times, begin):
             if header.open - header.looked >= STRIDE:
                 changed |= look(header, samples)
         header.latest = times[i]
-        if is_frame_wanted(header.origin, header.open, header.frames, times[i]):
+        if times[i] >= header.wanted:
+            header.wanted = next_frame_wanted(header.origin, times[i])
             take_pose(header, samples, positions[i])
         if changed:
             return i + 1, CHANGED
@@ -99,9 +124,8 @@ def look(header, samples):
         return False
     header.looked = header.open
     n = find_components(header, samples)
-    cycles = np.empty((3, SAMPLES), np.int64)
     best = np.empty((3, SAMPLES), np.int64)
-    count, component, clear = _best_proposal(header, samples, n, cycles, best)
+    count, component, clear = _best_proposal(header, samples, n, best)
     if count == 0:
         return False
     was_clear = header.clear
@@ -127,53 +151,116 @@ def _forget_doubtful(header):
 
 
 @kernel
-def _best_proposal(header, samples, n, cycles, best):
-    """Write the cycles of the proposal that wins; return their number, its component and whether it is clear."""
-    turns = np.empty((2, SAMPLES), np.int64)
-    kept = np.empty((3, SAMPLES), np.int64)
-    described = Described(
-        np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32),
-        np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32),
-        np.empty(SAMPLES // 2),
+def _best_proposal(header, samples, n, best):
+    """Write the cycles of the proposal that wins; return its number of cycles, component, and whether it is clear.
+
+    The smoothed scores are those in which it was found.
+    """
+    winner = np.zeros(1, WINNER)
+    scratch = Scratch(
+        np.empty((2, SAMPLES), np.int64),
+        np.empty((3, SAMPLES), np.int64),
+        np.empty((3, SAMPLES), np.int64),
+        best,
+        Described(
+            np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32),
+            np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32),
+            np.empty(SAMPLES // 2),
+        ),
     )
     spread = np.float64(1e-12)
     for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
-    winner, most, component, sure = 0, 0.0, 0, False
-    for k in range(PROPOSING):
-        least = np.float32(HYSTERESIS) * swing_range(samples.scores[k], n)
-        if least <= 0:
+    for width in WIDTHS:
+        smooth_scores(samples, n, width)
+        for k in range(PROPOSING if width == 1 else SMOOTHED):
+            share = (_square(samples.smooth[k], n) / spread) ** SHARE
+            if n * share * MOST_PREFERRED <= winner[0].covered:
+                continue  # it cannot win
+            before = winner[0].covered
+            _propose(header, samples, (n, k, width, share), scratch, winner[0])
+            if winner[0].covered > before:
+                winner[0].width = width
+    if winner[0].count > 0:
+        smooth_scores(samples, n, winner[0].width)
+    return winner[0].count, winner[0].component, winner[0].clear == 1
+
+
+@kernel
+def _propose(header, samples, what, scratch, winner):
+    """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
+        scratch: `Scratch`.
+        winner: `WINNER` record, in and out.
+    """
+    n, k, _, _ = what
+    scores = samples.smooth[k]
+    swing = swing_range(scores, n)
+    if swing <= 0 or swing < header.least * np.sqrt(header.joints):
+        return
+    _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * swing))
+    if n > RECENT:
+        recent = swing_range(scores[n - RECENT : n], RECENT)
+        if 0 < recent <= MUCH_LESS * swing and recent >= header.least * np.sqrt(header.joints):
+            _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * recent))
+
+
+@kernel
+def _propose_turns(header, samples, what, scratch, goal):
+    """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: See `_propose`.
+        scratch: `Scratch`.
+        goal: `WINNER` record, in and out; hysteresis.
+    """
+    n, k, width, share = what
+    winner, least = goal
+    scores, kept, described = samples.smooth[k], scratch.kept, scratch.described
+    found = turning_points(scores, n, least, scratch.turns)
+    for direction in (1, -1):
+        count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
+        if count < 2:
             continue
-        found = turning_points(samples.scores[k], n, least, turns)
-        share = np.sqrt(np.sqrt(_square(samples.scores[k], n) / spread))
-        for direction in (1, -1):
-            count = cycles_between(turns, found, direction, n == header.open, cycles)
-            if count < 2:
+        describe_all(samples, k, scratch.cycles, count, described)
+        halves = alternation(scratch.cycles, count, described) > HALVES
+        for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
+            if way == 0:
+                left = count
+                kept[:, :count] = scratch.cycles[:, :count]
+            else:
+                left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
+                describe_all(samples, k, kept, left, described)
+            left, covered, clear = keep_alike(scores, kept, left, described.alike)
+            if left == 0 or (width > 1 and _duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
-            describe_all(samples, k, cycles, count, described)
-            halves = alternation(cycles, count, described) > HALVES
-            for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
-                if way == 0:
-                    left = count
-                    kept[:, :count] = cycles[:, :count]
-                else:
-                    left = join_pairs(samples.scores[k], cycles, count, way - 1, kept)
-                    describe_all(samples, k, kept, left, described)
-                left, covered, clear = keep_alike(samples.scores[k], kept, left, described.alike)
-                if left == 0:
-                    continue
-                covered *= share * _preference(header, samples, n, k, kept, left)
-                if covered > most:
-                    winner, most, component, sure = left, covered, k, clear
-                    best[:, :left] = kept[:, :left]
-    return winner, component, sure
+            covered *= share * _preference(header, samples, n, k, kept, left)
+            if covered > winner.covered:
+                winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
+                scratch.best[:, :left] = kept[:, :left]
+
+
+@kernel
+def _duration(cycles, count):
+    """Return how many samples cycles last together."""
+    total = 0
+    for i in range(count):
+        total += cycles[2, i] - cycles[0, i]
+    return total
 
 
 @kernel
 def _preference(header, samples, n, component, cycles, count):
-    """Return the weight of a proposal: it should begin where cycles began before, where it rests, and at home."""
+    """Return the weight of a proposal: it should begin where cycles began before, where it rests and limbs are straight, and at home."""
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
-    weight *= 1.0 + DWELL * dwelling(samples.scores[component], cycles, count)
+    weight *= 1.0 + DWELL * dwelling(samples.smooth[component], cycles, count)
+    weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
     return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
 
 
@@ -222,7 +309,7 @@ def _renew(header, samples, n, component, cycles, count):
             last = header.cycle[header.cycles - 1].end
             if start < last - OVERLAP * (end - start):
                 continue
-            missed = _missed(samples.scores[component], cycles[:, i], max(last - oldest, 0))
+            missed = _missed(samples.smooth[component], cycles[:, i], max(last - oldest, 0))
             for q in range(missed):
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
@@ -232,7 +319,10 @@ def _renew(header, samples, n, component, cycles, count):
                     header.cycles - 1
                 ]  # what was not alike does not say when it passes half way
                 row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
+                row.straighter = row.resting = 0.0
         before = _write(header, samples, component, cycles[:, i], oldest, before)
+        weigh(header, samples, component, cycles[:, i], header.cycle[header.cycles - 1])
+    turn_chains(header)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
     if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
@@ -284,10 +374,10 @@ def _write(header, samples, component, cycle, oldest, before):
 @kernel
 def _measure(header, samples, component, cycle, oldest, row):
     """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
-    scores = samples.scores[component]
+    scores, smooth = samples.scores[component], samples.smooth[component]
     start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
-    row.out = oldest + crossing(scores, start, far, 0.5)
-    row.back = oldest + crossing(scores, end, far, 0.5)
+    row.out = oldest + crossing(smooth, start, far, 0.5)
+    row.back = oldest + crossing(smooth, end, far, 0.5)
     swing = abs(scores[far] - np.float32(0.5) * (scores[start] + scores[end]))
     row.amplitude = float(swing) / np.sqrt(float(header.joints))
     row.joint = _leading_joint(header, samples.axes[component])

@@ -4,25 +4,28 @@ Joints are taken relative to the root; the root keeps its own path, since squats
 frames the mean without the least and the most is their median, so a joint that leaps for one frame does not count.
 """
 
+import math
+
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
 
+ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
+SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how straight a limb is
 
-def is_wanted(origin, sample, frames, time):
-    """Return whether a frame belongs to an open sample that has `frames` already: they are spread over it evenly.
+
+def next_wanted(origin, time):
+    """Return from when on the next frame is taken after one that was: `FRAMES` in a sample, evenly spread.
 
     Args:
         origin: s, of the take.
-        sample: Number of the open sample.
-        frames: 0 to `FRAMES`.
         time: Of the frame, s.
     """
-    return frames < FRAMES and (time - origin) * RATE - sample + 1e-6 >= frames / FRAMES
+    return origin + (math.floor((time - origin) * (RATE * FRAMES) + ROUNDING) + 1) / (RATE * FRAMES) - EARLY
 
 
-is_frame_wanted = kernel(is_wanted)
+next_frame_wanted = kernel(next_wanted)
 
 
 @kernel
@@ -40,7 +43,7 @@ def take_pose(header, samples, positions):
     for c in range(3):
         base = positions[r, c]
         for j in range(header.joints):
-            value = positions[j, c] if j == r else positions[j, c] - base
+            value = positions[j, c] if j == r and header.travels == 1 else positions[j, c] - base
             k = 3 * j + c
             if not np.isnan(value):
                 if np.isnan(pose[k]):
@@ -87,5 +90,29 @@ def close_sample(header, samples):
         samples.by_coordinate[k, place] = value
         if header.open < HOME:
             samples.home[k] += (value - samples.home[k]) / np.float32(header.open + 1)
+    samples.straight[place] = _straightness(header, samples.by_sample[place])
     header.frames = 0
     header.open += 1
+
+
+@kernel
+def _straightness(header, pose):
+    """Return how straight limbs are: the distance of the ends of two bones over the sum of their lengths, mean."""
+    total, count = 0.0, 0
+    for k in range(header.chains):
+        one = _distance(header, pose, header.chain[k, 0], header.chain[k, 1])
+        other = _distance(header, pose, header.chain[k, 1], header.chain[k, 2])
+        if min(one, other) >= SHORTEST_BONE:
+            total += _distance(header, pose, header.chain[k, 0], header.chain[k, 2]) / (one + other)
+            count += 1
+    return total / count if count > 0 else 0.0
+
+
+@kernel
+def _distance(header, pose, i, j):
+    total = 0.0
+    for c in range(3):
+        a = 0.0 if i == header.root else float(pose[3 * i + c])
+        b = 0.0 if j == header.root else float(pose[3 * j + c])
+        total += (a - b) ** 2
+    return math.sqrt(total)

@@ -11,12 +11,15 @@ import numpy as np
 from mossar_stream.jit.decorators import inline_kernel
 
 RATE = 10.0  # Hz, of the samples
-FRAMES = 3  # that make a sample, if there are as many: the others are passed over
+FRAMES = 3  # that make a sample, if there are as many, evenly spread: the others are passed over
 SAMPLES = 120  # kept, which is 12 s
-STRIDE = 5  # samples between two looks at the window
+STRIDE = 10  # samples between two looks at the window
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
 HOME = 5  # samples from which on it is known where movements begin
 CYCLES = 64  # remembered; more than fit into the window
+CHAINS = (
+    24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how straight limbs are
+)
 
 CYCLE = np.dtype(
     [
@@ -28,6 +31,12 @@ CYCLE = np.dtype(
         ("amplitude", "f8"),  # m, rms over joints, from one extreme to the other
         ("count", "i8"),  # in its bout, from 1
         ("joint", "i8"),  # that moves most
+        (
+            "straighter",
+            "f8",
+        ),  # how much straighter limbs are where the cycle begins than at the other extreme
+        ("resting", "f8"),  # how much more the movement dwells there and is at home, from -1 to 1
+        ("turned", "i8"),  # 1 if repetitions begin at the other extreme
     ]
 )
 
@@ -35,10 +44,15 @@ HEADER = np.dtype(
     [
         ("joints", "i8"),
         ("root", "i8"),
+        ("travels", "i8"),  # 1 if the root's own path is part of the posture
+        ("least", "f8"),  # m, rms over joints: what swings by less is not counted
         ("max_pause", "f8"),  # s
+        ("chains", "i8"),  # how many there are
+        ("chain", "i8", (CHAINS, 3)),  # joints: the end of one bone, what both share, the end of the other
         ("begun", "i8"),  # 1 after the first frame of a take
         ("origin", "f8"),  # s, time of that frame
         ("latest", "f8"),  # s, time of the latest frame
+        ("wanted", "f8"),  # s, from when on a frame is taken into a sample
         ("frames", "i8"),  # in the open sample
         ("open", "i8"),  # number of the open sample; as many are complete
         ("looked", "i8"),  # complete samples at the last look
@@ -50,6 +64,16 @@ HEADER = np.dtype(
     ]
 )
 
+GIVEN = (
+    "joints",
+    "root",
+    "travels",
+    "least",
+    "max_pause",
+    "chains",
+    "chain",
+)  # with the skeleton, for all takes
+
 
 class Samples(NamedTuple):
     """Views of one performer's array; D = 3 · joints, float32."""
@@ -58,6 +82,8 @@ class Samples(NamedTuple):
     by_coordinate: np.ndarray  # (D, SAMPLES), the same
     axes: np.ndarray  # (COMPONENTS, D), unit vectors
     scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
+    smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
+    straight: np.ndarray  # (SAMPLES,) how straight limbs are, 0 to 1, ring buffer as `by_sample`
     sums: np.ndarray  # (D,) of the open sample's frames
     least: np.ndarray  # (D,) of them
     most: np.ndarray  # (D,) of them
@@ -68,7 +94,7 @@ class Samples(NamedTuple):
 
 def length(joints: int) -> int:
     """Return how many float32 a performer's samples need."""
-    return 3 * joints * (2 * SAMPLES + COMPONENTS + 5) + COMPONENTS * (SAMPLES + 1)
+    return 3 * joints * (2 * SAMPLES + COMPONENTS + 5) + COMPONENTS * (2 * SAMPLES + 1) + SAMPLES
 
 
 @inline_kernel(returns_views=True)
@@ -78,12 +104,16 @@ def views(memory, joints):
     a = d * SAMPLES
     b = 2 * a
     c = b + COMPONENTS * d
-    e = c + COMPONENTS * SAMPLES
+    s = c + COMPONENTS * SAMPLES
+    t = s + COMPONENTS * SAMPLES
+    e = t + SAMPLES
     return Samples(
         memory[:a].reshape((SAMPLES, d)),
         memory[a:b].reshape((d, SAMPLES)),
         memory[b:c].reshape((COMPONENTS, d)),
-        memory[c:e].reshape((COMPONENTS, SAMPLES)),
+        memory[c:s].reshape((COMPONENTS, SAMPLES)),
+        memory[s:t].reshape((COMPONENTS, SAMPLES)),
+        memory[t:e],
         memory[e : e + d],
         memory[e + d : e + 2 * d],
         memory[e + 2 * d : e + 3 * d],
@@ -100,7 +130,7 @@ def start(header: np.ndarray, memory: np.ndarray) -> None:
         header: (1,) `HEADER`.
         memory: (`length(joints)`,) float32.
     """
-    kept = {name: header[name].copy() for name in ("joints", "root", "max_pause")}
+    kept = {name: header[name].copy() for name in GIVEN}
     header[:] = np.zeros(1, HEADER)
     for name, value in kept.items():
         header[name] = value

@@ -25,7 +25,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
-COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps")
+COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 
 
 class Segmenter:
@@ -118,7 +118,7 @@ class Segmenter:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
         self._row.clock["take"] = counts["take"]
         for name in COUNTERS:
-            self._row.state["counters"][name] = counts[name]
+            self._row.state["counters"][name] = counts.get(name, 0)
         followers = self._followers
         if followers.counter is not None:
             followers.counter.take = counts["take"]
@@ -142,7 +142,7 @@ class Segmenter:
 
     @property
     def stats(self) -> dict[str, int]:
-        """Frames taken in, and those that were out of order, had outliers or held joints, or came after a gap."""
+        """Frames taken in; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
         return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
 
     @property
@@ -264,7 +264,8 @@ class Segmenter:
         and starts a new one. Frames may be cut into chunks in any way: the events are the same.
 
         Args:
-            positions: (n, J, 3) or, for one frame, (J, 3), metres, NaN where a joint is missing; or `Frames`.
+            positions: (n, J, 3) or, for one frame, (J, 3), metres, NaN where a joint is missing; or `Frames`. Arrays of
+                any kind are quick; lists of lists are taken, too, ten times as slowly as the frame itself.
             times: (n,) or a number, seconds on the source's clock. None counts frames at the nominal rate.
             confidence: (n, J) or (J,) in 0..1; 0 marks a joint as missing.
             first_frame: Number of the first frame; None to count on.

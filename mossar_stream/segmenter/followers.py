@@ -90,7 +90,7 @@ class Followers:
                 self.limbs.release()
             self._renew_limbs(row)
         elif self.limbs is not None:
-            self.limbs.change(given)
+            events += self.limbs.change(given)
         self._choose()
         return events
 

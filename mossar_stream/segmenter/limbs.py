@@ -13,6 +13,7 @@ from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
 from mossar_stream.moves.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
+from mossar_stream.repetitions.counter import RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -44,7 +45,7 @@ NewSegmenter = Callable[[Skeleton, Settings], LimbSegmenter]
 
 def settings_of_limbs(settings: Settings) -> Settings:
     """Return the settings by which limbs are segmented, given those of the body."""
-    return settings.replace(limbs=False, repetitions=False, center="root")
+    return settings.replace(limbs=False, repetitions=False, phase=False, center="root")
 
 
 class Limbs:
@@ -65,6 +66,8 @@ class Limbs:
         self._groups = groups_of(skeleton, settings.limbs)
         own = settings_of_limbs(settings)
         self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
+        self._counters: list[RepetitionCounter] = []  # one for each, or none
+        self._renew_counters(settings)
         self._by_joint = limbs_by_joint(self._groups)
         order = [joint for limb in self._groups for joint in limb.joints]
         self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
@@ -73,6 +76,16 @@ class Limbs:
         ends = np.cumsum([len(limb.joints) for limb in self._groups]).tolist()
         self._views = [
             self._frame[:, end - len(limb.joints) : end] for limb, end in zip(self._groups, ends, strict=True)
+        ]
+
+    def _renew_counters(self, settings: Settings) -> None:
+        self._counters_of = (settings.repetitions, settings.max_pause)
+        self._counters = [
+            RepetitionCounter(
+                limb.skeleton, own.performer, int(own.row.clock["take"]), settings.max_pause, limb.name
+            )
+            for limb, own in zip(self._groups, self._segmenters, strict=True)
+            if settings.repetitions
         ]
 
     @property
@@ -103,6 +116,10 @@ class Limbs:
             found = engine.push_short(segmenter.row, view, time, first_frame)
             if found:
                 events += self._told(limb, found)
+        for counter, view in zip(
+            self._counters, self._views, strict=False
+        ):  # none unless repetitions are counted
+            events += counter.push(view, time)
         return events
 
     def lead(self, events: list[Event]) -> list[Event]:
@@ -117,12 +134,16 @@ class Limbs:
     def end_take(self) -> list[Event]:
         """End the take of all limbs."""
         pairs = zip(self._groups, self._segmenters, strict=True)
-        return [event for limb, segmenter in pairs for event in self._told(limb, segmenter.end_take())]
+        counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
+        return counted + [
+            event for limb, segmenter in pairs for event in self._told(limb, segmenter.end_take())
+        ]
 
     def reset(self) -> list[Event]:
         """End the take of all limbs, and forget their ranges."""
         pairs = zip(self._groups, self._segmenters, strict=True)
-        return [event for limb, segmenter in pairs for event in self._told(limb, segmenter.reset())]
+        counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
+        return counted + [event for limb, segmenter in pairs for event in self._told(limb, segmenter.reset())]
 
     def _told(self, limb: Limb, events: list[Event]) -> list[Event]:
         """Return what is said of a limb: its key frames and segments, with its channel."""
@@ -140,16 +161,23 @@ class Limbs:
         for segmenter in self._segmenters:
             segmenter.level = level
 
-    def change(self, settings: Settings) -> None:
-        """Go on with other settings of the performer, which leave the limbs as they are."""
+    def change(self, settings: Settings) -> list[Event]:
+        """Go on with other settings of the performer, which leave the limbs as they are; return what that ends."""
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
+        if self._counters_of == (settings.repetitions, settings.max_pause):
+            return []
+        ended: list[Event] = [event for counter in self._counters for event in counter.end_take()]
+        self._renew_counters(settings)
+        return ended
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes on from those of the body; see `Segmenter.counts`."""
         for segmenter in self._segmenters:
             segmenter.carry_on(counts)
+        for counter in self._counters:
+            counter.take = counts["take"]
 
     def join(self, take: int, frame: int) -> None:
         """Come in while a take of the body is open.
@@ -161,6 +189,8 @@ class Limbs:
         for segmenter in self._segmenters:
             segmenter.row.clock["take"] = take
             segmenter.row.clock["next_frame"] = frame
+        for counter in self._counters:
+            counter.take = take
 
     def release(self) -> None:
         """Give the rows back that the state lies in."""
@@ -169,21 +199,23 @@ class Limbs:
 
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
-        return tuple(segmenter.snapshot() for segmenter in self._segmenters)
+        limbs = [segmenter.snapshot() for segmenter in self._segmenters]
+        return (*limbs, *(counter.snapshot() for counter in self._counters))
 
     def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], LimbSegmenter]) -> None:
         """Go on where the limbs of a snapshot were.
 
         Args:
-            blobs: One snapshot for each limb.
+            blobs: One snapshot for each limb, then one of each one's repetitions if they are counted.
             restored: Returns the segmenter of a snapshot.
 
         Raises:
             SnapshotError: If they are damaged or not those of these limbs.
         """
-        if len(blobs) != len(self._segmenters):
+        limbs = len(self._segmenters)
+        if len(blobs) != limbs + len(self._counters):
             raise SnapshotError("the snapshot's limbs are not those of its settings")
-        found = [restored(blob) for blob in blobs]
+        found = [restored(blob) for blob in blobs[:limbs]]
         same = all(
             (one.skeleton, one.performer, one.row.plan.given)
             == (own.skeleton, own.performer, own.row.plan.given)
@@ -192,6 +224,8 @@ class Limbs:
         if not same:
             raise SnapshotError("the snapshot's limbs are not those of its settings")
         self._segmenters = found
+        for counter, blob in zip(self._counters, blobs[limbs:], strict=True):
+            counter.restore(blob)
 
 
 def together(body: list[Event], limbs: list[Event]) -> list[Event]:

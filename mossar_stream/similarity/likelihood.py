@@ -41,6 +41,9 @@ from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHO
 
 LOG_2 = np.log(2.0)
 
+# m and m²; joints in one place lie as far apart at least, so that only pairs that do not count have sums of 0.
+LEAST_DISTANCE = 1e-12
+LEAST_SQUARE = np.float32(LEAST_DISTANCE**2)
 MOST_DISTANCES = 120  # about as many joint pairs as carry information; more only cost time
 
 LIKELIHOOD = np.dtype(
@@ -63,6 +66,7 @@ LIKELIHOOD = np.dtype(
             "i8",
         ),  # where those of evidence.py begin in a slot; 0 if it is the likelihood alone that counts
         ("moving_joints", "i8"),
+        ("joints", "i8"),
     ],
 )
 
@@ -88,7 +92,7 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     p["offsets"], p["stride"] = offsets, stride
     p["dimensions"] = p["positions"] + p["speeds"] + offsets * padded_joints
     p["start"] = PATH + padded_joints
-    p["moving_joints"] = moving
+    p["moving_joints"], p["joints"] = moving, joints
     if settings.similarity == "evidence":
         p["facts"] = PATH + padded_joints
         p["start"] += FACTS
@@ -225,7 +229,8 @@ def add_joint(params, summary, pose, joints, j):
             other = (i + k) % joints
             x, y, z = pose[0, i] - pose[0, other], pose[1, i] - pose[1, other], pose[2, i] - pose[2, other]
             distance = np.sqrt(x * x + y * y + z * z)
-            _set_constant(params, summary, at + i, distance if distance >= 0.0 else np.float32(0.0))
+            distance = max(distance, np.float32(LEAST_DISTANCE)) if distance >= 0.0 else np.float32(0.0)
+            _set_constant(params, summary, at + i, distance)
         at += pose.shape[1]
 
 
@@ -269,7 +274,8 @@ def _add_distances(sums, squares, one, other, weight):
         y = one[1, i] - other[1, i]
         z = one[2, i] - other[2, i]
         square = x * x + y * y + z * z
-        square = square if square >= 0.0 else np.float32(0.0)  # NaN: one of the two does not count
+        # NaN: one of the two does not count.
+        square = max(square, LEAST_SQUARE) if square >= 0.0 else np.float32(0.0)
         sums[i] += weight * np.sqrt(square)
         squares[i] += weight * square
 
@@ -305,10 +311,34 @@ def close(params, summary):
             sums[speeds:distances], squares[speeds:distances], duration, params.speed_floor
         )
     if params.offsets > 0:
-        total += params.distance_weight * _log_sum(
-            sums[distances:], squares[distances:], duration, params.distance_floor
+        total += (
+            params.distance_weight
+            * _presence(params, squares[distances:])
+            * _log_sum(sums[distances:], squares[distances:], duration, params.distance_floor)
         )
     summary[TERM] = duration * total
+
+
+@kernel
+def _presence(params, squares):
+    """Return by what to multiply the sum over pairs of joints where some of them do not count.
+
+    Costs are scaled by the share of joints that count when they are used (`rank`, window.py). Of the pairs a smaller
+    share counts: m (m - 1) of J (J - 1) where m joints count, of which the root does not move.
+
+    Args:
+        params: Record of `make_params`.
+        squares: (offsets * padded joints,) m² s, weighted sums of squared distances; 0 for pairs that do not count.
+    """
+    counted = 0
+    for i in range(len(squares)):
+        counted += 1 if squares[i] > 0.0 else 0
+    if counted == 0 or counted == params.offsets * params.joints:
+        return 1.0
+    joints, resting = params.joints, params.joints - params.moving_joints
+    share = counted / (params.offsets * joints)
+    present = 0.5 + np.sqrt(0.25 + share * joints * (joints - 1))
+    return (present - resting) / (params.moving_joints * share)
 
 
 @kernel

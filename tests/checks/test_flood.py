@@ -8,7 +8,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is read 
 
 
 def test_a_flood_does_no_lasting_harm():
-    result = flooded(rate=30_000, seconds=2.0, phase=1.0, drain=1.0)
+    result = flooded(rate=30_000, seconds=2.0, phase=1.0)
     before, _, after = result.rates
     assert before == pytest.approx(60, rel=0.1)
     assert after == pytest.approx(60, rel=0.05)

@@ -1,7 +1,9 @@
+import contextlib
 import json
 import socket
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -10,7 +12,7 @@ from websockets.sync.client import connect
 from mossar_adapters.address import parse_url
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_adapters.websocket import QUEUE, WebSocketSink
+from mossar_adapters.websocket import MAX_WAITING, QUEUE, WebSocketSink
 from mossar_stream import MossarError, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
@@ -141,6 +143,26 @@ def test_a_client_that_never_asks_for_a_websocket_does_not_keep_the_sink_open(si
         began = time.monotonic()
         sink.close()
         assert time.monotonic() - began < 1.0
+
+
+def descriptors_of(port):
+    """Return how many connections to a port this process holds at the server's end."""
+    rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+    return sum(int(row[1].split(":")[1], 16) == port and row[3] == "01" for row in rows)
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="connections are counted in /proc")
+def test_connections_that_only_stay_exhaust_nothing_and_others_are_served(sink):
+    with contextlib.ExitStack() as idle:
+        for _ in range(300):
+            idle.enter_context(socket.create_connection(("127.0.0.1", sink.port), timeout=5))
+        with connect(f"ws://127.0.0.1:{sink.port}") as client:
+            sink.announce(META)
+            assert json.loads(client.recv(5))["type"] == "meta"
+        deadline = time.monotonic() + 5
+        while descriptors_of(sink.port) > MAX_WAITING + 1 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert descriptors_of(sink.port) <= MAX_WAITING + 1
 
 
 @pytest.mark.parametrize("greeting", [b"", b"rubbish\r\n\r\n", b"GET / HTTP/1.1\r\nX: " + b"x" * 9000])

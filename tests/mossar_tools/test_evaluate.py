@@ -3,6 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from mossar_adapters.annotations.tiers import Mark, Tier
+from mossar_adapters.annotations.writing import write_annotations
 from mossar_stream import Settings
 from mossar_tools.cli import main
 from mossar_tools.evaluation.metrics import mean_scores, median
@@ -131,6 +133,29 @@ def test_tune_chooses_by_labels(capsys, tmp_path):
         == 0
     )
     assert "for 2 cuts, F1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt"])
+def test_tune_chooses_by_what_was_annotated(capsys, tmp_path, suffix):
+    if suffix != ".txt":
+        pytest.importorskip("pympi")
+    folder = labelled_sets(tmp_path)[0]
+    marks = tuple(Mark(*pair, "part") for pair in ((0.0, 1.0), (1.0, 2.0), (2.0, 3.0)))
+    write_annotations(tmp_path / f"walk{suffix}", [Tier("steps", marks), Tier("mine", marks[:1])], 3.0)
+    usual = [
+        "tune",
+        f"{folder}/walk.csv",
+        "--unit",
+        "m",
+        "--fps",
+        "30",
+        "--labels",
+        f"{tmp_path}/walk{suffix}",
+    ]
+    assert main([*usual, "--tier", "steps"]) == 0
+    assert "for 2 cuts, F1" in capsys.readouterr().out
+    assert main(usual) == 2
+    assert "there are: steps, mine" in capsys.readouterr().err
 
 
 def table():

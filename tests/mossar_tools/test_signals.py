@@ -56,17 +56,25 @@ def test_what_comes_of_it_is_returned():
 COMPILES = """
 import sys, time, types
 import mossar_stream
-from mossar_tools import batch, cli
+from mossar_tools import batch, cli, discovering
 from mossar_tools.evaluation import trial
 compiler = types.ModuleType("numba.core.compiler")
 exec("import time\\ndef work(*_, **__):\\n print('works', flush=True)\\n time.sleep(60)", compiler.__dict__)
+mossar_stream.Segmenter = discovering.discover = compiler.work
 trial.trial = batch.segment_whole = mossar_stream.segment_recording = compiler.work
 sys.exit(cli.main(sys.argv[1:]))
 """
 
 
 @pytest.mark.parametrize(
-    "command", [["evaluate", "demo:", "--seeds", "1"], ["segment", "demo:"], ["tune", "demo:"]]
+    "command",
+    [
+        ["evaluate", "demo:", "--seeds", "1"],
+        ["segment", "demo:"],
+        ["tune", "demo:"],
+        ["run", "demo:", "--repetitions"],
+        ["teach", "moves.json", "demo:", "--discover"],
+    ],
 )
 def test_ctrl_c_ends_commands_while_they_compile(command):
     with subprocess.Popen(

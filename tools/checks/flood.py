@@ -2,12 +2,13 @@
 
 Rubbish is sent to the OSC port of a running pipeline, while a well-behaved sender goes on. Printed are that sender's
 rate before, during and after, and the memory. A kernel cannot share a socket out fairly between senders, so frames get
-lost while the flood lasts. After it, the sender's next frames must all arrive, and the key frames of its next take
-must be those of a quiet run.
+lost while the flood lasts, and until what it left in the socket is taken in. After that the sender's next frames must
+all arrive, and the key frames of its next take must be those of a quiet run.
 """
 
 import argparse
 import itertools
+import math
 import multiprocessing
 import random
 import socket
@@ -15,7 +16,7 @@ import sys
 import time
 from collections.abc import Sequence
 from multiprocessing.synchronize import Event as Signal
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -32,9 +33,14 @@ from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames, KeyFrameEvent
 
 GOOD = "calm"  # the good sender; other programs of this computer may send a p1 to a port that was theirs
+# The same sender's performer in the take after the flood: one without a past, since what is known of a sensor's noise and
+# of the range of speeds outlasts takes, and frames that the flood took are missing in it.
+NEXT_GOOD = "calmer"
 FPS = 60.0
 PHASE = 10.0  # s before the flood, and of the take after it
 NEXT = 100  # frames after the flood that must all arrive
+_CAUGHT_UP = 0.1  # s from sending to arriving, when nothing waits in the socket
+_PATIENCE = 60.0  # s
 _PAUSE = 1.5  # s before the take after the flood: longer than `max_pause`
 _SEGMENTS = 60  # datagrams that one call sends, where the system can cut them apart
 _UDP_SEGMENT = 103  # Linux's option for that, which the socket module lacks
@@ -47,7 +53,8 @@ class Result(msgspec.Struct):
     Args:
         rates: The good sender's frames per second that arrived before, during and after.
         memory: Bytes before, the most during, and after.
-        missing: How many of the next frames after the flood did not arrive.
+        drained: Seconds after the flood until nothing waited in the socket any more.
+        missing: How many of the next frames after that did not arrive.
         key_frames: Kind, and time since its first frame, of each final key frame of the last take.
         flood: Datagrams of rubbish per second that were really sent.
         drops: Datagrams that the kernel dropped.
@@ -55,10 +62,27 @@ class Result(msgspec.Struct):
 
     rates: tuple[float, float, float]
     memory: tuple[int, int, int]
+    drained: float
     missing: int
     key_frames: list[tuple[str, float]]
     flood: float
     drops: int
+
+
+class Signals(NamedTuple):
+    """What the processes tell each other.
+
+    Args:
+        ready: The flood may begin.
+        flooded: It is over.
+        drained: What it left in the socket is taken in.
+        sent: The good sender is done.
+    """
+
+    ready: Signal
+    flooded: Signal
+    drained: Signal
+    sent: Signal
 
 
 class Listening:
@@ -73,17 +97,22 @@ class Listening:
         self.memory: list[tuple[float, int]] = []  # monotonic s, bytes
         self._measured = 0.0
 
+    @property
+    def newest(self) -> float:
+        """Time of the newest frame, s."""
+        return self.times[-1] if self.times else -math.inf
+
     def announce(self, meta: Meta) -> None:
         """Do nothing: there is one performer."""
 
     def send_frames(self, frames: Frames) -> None:
         """Note the times of frames."""
-        if frames.performer == GOOD:
+        if frames.performer in (GOOD, NEXT_GOOD):
             self.times += frames.times.tolist()
 
     def send(self, events: Sequence[Event]) -> None:
         """Note events."""
-        self.events += [event for event in events if event.performer == GOOD]
+        self.events += [event for event in events if event.performer == NEXT_GOOD]
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""
@@ -115,6 +144,7 @@ def main() -> int:
         f"a sender of {FPS:.0f} frames per second: {before:.1f} before, {during:.1f} during, {after:.1f} after"
     )
     print(f"memory: {low:.1f} MB before, at most {high:.1f} MB during, {end:.1f} MB after")
+    print(f"{result.drained:.1f} s after it nothing waited in the socket any more")
     print(f"of its next {NEXT} frames {NEXT - result.missing} arrived")
     same = result.key_frames == quiet.key_frames
     print(
@@ -125,41 +155,46 @@ def main() -> int:
     return 0 if same and result.key_frames and result.missing == 0 and high - low < 5 else 1
 
 
-def flooded(rate: float, seconds: float, phase: float = PHASE, drain: float = 0.0) -> Result:
+def flooded(rate: float, seconds: float, phase: float = PHASE) -> Result:
     """Run a pipeline and a good sender, and flood the port.
 
     Args:
         rate: Datagrams of rubbish per second; 0 for none.
         seconds: How long.
         phase: Seconds before the flood, and of the take after it.
-        drain: Seconds after the flood that a busy machine gets to empty the socket, before frames must arrive.
     """
     mossar_stream.precompile()  # or the first frames would wait for compilers
     context = multiprocessing.get_context("spawn")
     source, listening = OscSource(parse_url("osc://127.0.0.1:0")), Listening()
-    ready, over = context.Event(), context.Event()
+    signals = Signals(*(context.Event() for _ in Signals._fields))
     told: Any = context.Queue()
     senders = [
-        context.Process(target=_behave, args=(source.port, seconds, phase, ready, over, told), daemon=True),
-        context.Process(target=_flood, args=(source.port, rate, seconds, ready, told), daemon=True),
+        context.Process(target=_behave, args=(source.port, phase, signals, told), daemon=True),
+        context.Process(target=_flood, args=(source.port, rate, seconds, signals, told), daemon=True),
     ]
     for sender in senders:
         sender.start()
+    facts: dict[str, float] = dict([told.get(timeout=_PATIENCE)])
 
     def tick() -> None:
         listening.tick()
-        if over.is_set():
-            pipeline.stop()
+        late = time.monotonic() - facts["began"] - listening.newest
+        if signals.flooded.is_set() and late < _CAUGHT_UP:
+            signals.drained.set()
+        if signals.sent.is_set():
+            while "last" not in facts:
+                facts.update([told.get(timeout=_PATIENCE)])
+            if listening.newest >= facts["last"] or late > _PATIENCE:
+                pipeline.stop()
 
     pipeline = Pipeline([source], [listening], tick=tick)
     pipeline.run()
-    facts: dict[str, Any] = dict(told.get(timeout=10) for _ in range(4))
     for sender in senders:
         sender.join()
-    return _result(listening, facts, phase, drain, source.counters.kernel_drops)
+    return _result(listening, facts, phase, source.counters.kernel_drops)
 
 
-def _result(listening: Listening, facts: dict[str, Any], phase: float, drain: float, drops: int) -> Result:
+def _result(listening: Listening, facts: dict[str, float], phase: float, drops: int) -> Result:
     """Return what was seen; the times of frames are seconds since the good sender began."""
     began, flood_began, flood_ended = facts["began"], facts["flood began"], facts["flood ended"]
     times = np.array(listening.times)
@@ -174,7 +209,7 @@ def _result(listening: Listening, facts: dict[str, Any], phase: float, drain: fl
         [size for moment, size in listening.memory if a <= moment < b] or [0]
         for a, b in ((began, flood_began), (flood_began, flood_ended), (flood_ended, float("inf")))
     ]
-    next_frame = int(np.ceil((last + drain) * FPS))
+    next_frame = round(facts["next frame"])
     due = [k / FPS for k in range(next_frame, next_frame + NEXT)]
     missing = sum(not bool((np.abs(times - moment) < 1e-6).any()) for moment in due)
     final: list[tuple[str, float]] = [
@@ -182,7 +217,8 @@ def _result(listening: Listening, facts: dict[str, Any], phase: float, drain: fl
         for event in listening.events
         if isinstance(event, KeyFrameEvent) and event.status == "final" and event.time >= calm
     ]
-    return Result(rates, (used[0][-1], max(used[1]), used[2][-1]), missing, final, facts["flood"], drops)
+    used_memory = used[0][-1], max(used[1]), used[2][-1]
+    return Result(rates, used_memory, next_frame / FPS - last, missing, final, facts["flood"], drops)
 
 
 def _resumed(times: Sequence[float]) -> float:
@@ -191,30 +227,44 @@ def _resumed(times: Sequence[float]) -> float:
     return pauses[-1] if pauses else 0.0
 
 
-def _behave(port: int, seconds: float, phase: float, ready: Signal, over: Signal, told: Any) -> None:
-    """Send the same motion to and fro, and once more after a pause."""
+def _behave(port: int, phase: float, signals: Signals, told: Any) -> None:
+    """Send the same motion to and fro until the flood is over and taken in, and once more after a pause."""
     items = list(DemoSource(5, seconds=phase, speed="max").items())
     meta = msgspec.structs.replace(next(item for item in items if isinstance(item, Meta)), performer=GOOD)
     motion = np.concatenate([item.positions for item in items if isinstance(item, Frames)])
     sink = OscFrameSink(parse_url(f"osc://127.0.0.1:{port}?profile=mossar"))
     sink.announce(meta)
+    sink.announce(msgspec.structs.replace(meta, performer=NEXT_GOOD))
     began = time.monotonic()
     told.put(("began", began))
-    until = phase + seconds + NEXT / FPS + 2.0
-    frames = round(until * FPS)
-    for k in [*range(frames), *range(frames + round(_PAUSE * FPS), frames + round((_PAUSE + phase) * FPS))]:
-        if k == round(phase * FPS):
-            ready.set()
+
+    def send(k: int, place: int, who: str = GOOD) -> None:
         time.sleep(max(0.0, began + k / FPS - time.monotonic()))
         # To and fro: a jump back to the beginning would be a motion of its own where frames before it are lost.
-        place = (k if k < frames else k - frames - round(_PAUSE * FPS)) % (2 * len(motion))
+        place %= 2 * len(motion)
         place = min(place, 2 * len(motion) - 1 - place)
-        sink.send_frames(Frames(motion[place : place + 1], np.array([k / FPS]), performer=GOOD))
-    time.sleep(_PAUSE)
-    over.set()
+        sink.send_frames(Frames(motion[place : place + 1], np.array([k / FPS]), performer=who))
+
+    k = 0
+    given_up = math.inf
+    while not signals.drained.is_set() and time.monotonic() < given_up:
+        if k == round(phase * FPS):
+            signals.ready.set()
+        if signals.flooded.is_set():
+            given_up = min(given_up, time.monotonic() + _PATIENCE)
+        send(k, k)
+        k += 1
+    told.put(("next frame", k))
+    for following in range(k, k + NEXT):
+        send(following, following)
+    first = k + NEXT + round(_PAUSE * FPS)
+    for place in range(round(phase * FPS)):
+        send(first + place, place, NEXT_GOOD)
+    told.put(("last", (first + round(phase * FPS) - 1) / FPS))
+    signals.sent.set()
 
 
-def _flood(port: int, rate: float, seconds: float, ready: Signal, told: Any) -> None:
+def _flood(port: int, rate: float, seconds: float, signals: Signals, told: Any) -> None:
     """Send rubbish when the other sender is ready for it."""
     rng = random.Random(1)  # noqa: S311 - not for secrets
     sent = 0
@@ -222,7 +272,7 @@ def _flood(port: int, rate: float, seconds: float, ready: Signal, told: Any) -> 
         wire.connect(("127.0.0.1", port))
         batches = [_rubbish(rng, size) for size in _SIZES for _ in range(8)]
         together = _cuts(wire)
-        ready.wait()
+        signals.ready.wait()
         began = time.monotonic()
         while (now := time.monotonic() - began) < seconds:
             if sent >= rate * now:
@@ -232,6 +282,7 @@ def _flood(port: int, rate: float, seconds: float, ready: Signal, told: Any) -> 
         told.put(("flood began", began))
         told.put(("flood ended", time.monotonic()))
         told.put(("flood", sent / seconds))
+        signals.flooded.set()
 
 
 def _rubbish(rng: random.Random, size: int) -> list[bytes]:

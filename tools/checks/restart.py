@@ -2,7 +2,9 @@
 
 A run of the built-in performers is killed (-9) at a random moment and started again. What a consumer has heard in
 the end, after dropping what repeats an id and a rev, must be what an undisturbed run says; and so must the file of
-events, without dropping anything.
+events, without dropping anything. Every other time that there is a snapshot the power goes, too: the file of events is
+then shorter than what was written, at a random place. It must lack what the disk lost and nothing else, and the second
+run must say so.
 """
 
 import argparse
@@ -38,6 +40,8 @@ class Moment(msgspec.Struct, frozen=True):
         repeated: Events that were heard twice.
         equal: Whether the consumer heard what it should.
         file_equal: Whether the file of events is what it should be.
+        lost: Bytes of it that the snapshot counts on and the disk lost, None if the power stayed.
+        told: Whether the second run spoke of them, as it must if there are any.
     """
 
     seconds: float
@@ -45,13 +49,27 @@ class Moment(msgspec.Struct, frozen=True):
     repeated: int
     equal: bool
     file_equal: bool
+    lost: int | None
+    told: bool
+
+    @property
+    def right(self) -> bool:
+        """Whether all was as it must be."""
+        return self.equal and self.file_equal and self.told == bool(self.lost)
+
+
+class _Cut(msgspec.Struct, frozen=True):
+    """What a power cut left of a file of events."""
+
+    lost: int | None = None  # bytes that the snapshot counts on
+    lines: tuple[str, ...] = ()  # lines in them
 
 
 def main() -> int:
     """Kill and restart as often as asked for, print a line for each, and return 1 if a set differed."""
     parser = argparse.ArgumentParser(
         prog="python -m checks.restart",
-        description="Kill runs with -9 and restart them; the events must be those of an undisturbed run.",
+        description="Kill runs with -9, cut the power, and restart them; no event that was kept may be lost or changed.",
     )
     parser.add_argument("--times", metavar="N", type=int, default=50)
     parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the moments")
@@ -60,17 +78,17 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         equal = 0
         for i, moment in enumerate(killed_at_random(Path(folder), given.times, given.seconds, given.seed), 1):
-            right = moment.equal and moment.file_equal
-            equal += right
+            equal += moment.right
             place = (
                 "before the first snapshot" if moment.frames is None else f"snapshot at frame {moment.frames}"
             )
             print(
-                f"{i:>3}: killed after {moment.seconds:.2f} s, {place}, {moment.repeated} events repeated:"
-                f" {'equal' if right else 'DIFFERENT'}",
+                f"{i:>3}: killed after {moment.seconds:.2f} s, {place}, {moment.repeated} events repeated"
+                f"{'' if moment.lost is None else f', {moment.lost} bytes lost'}:"
+                f" {'as it must be' if moment.right else 'DIFFERENT'}",
                 flush=True,
             )
-    print(f"{equal} of {given.times} event sets are identical")
+    print(f"{equal} of {given.times} event sets are as they must be")
     return 0 if equal == given.times else 1
 
 
@@ -92,15 +110,28 @@ def killed_at_random(folder: Path, times: int, seconds: float, seed: int) -> Ite
     whole = _lines(_run(folder, "whole", [take, "--speed", SPEED]))
     longest = time.monotonic() - started
     rng = random.Random(seed)  # noqa: S311 - not for secrets
+    power_goes = True
     while times:
-        moment = _killed(folder, take, whole, rng.uniform(0.0, longest))
+        share = rng.random() if power_goes else None
+        moment = _killed(folder, take, whole, rng.uniform(0.0, longest), share)
         if moment is not None:
             times -= 1
+            power_goes ^= moment.frames is not None
             yield moment
 
 
-def _killed(folder: Path, take: Path, whole: Sequence[str], seconds: float) -> Moment | None:
-    """Run, kill after so many seconds, run again to the end; return None if the first run was quicker."""
+def _killed(
+    folder: Path, take: Path, whole: Sequence[str], seconds: float, share: float | None
+) -> Moment | None:
+    """Run, kill after so many seconds, run again to the end; return None if the first run was quicker.
+
+    Args:
+        folder: Of the files.
+        take: The recording.
+        whole: Lines of an undisturbed run.
+        seconds: When the run is killed.
+        share: Of the file of events that a power cut leaves, None for no such cut.
+    """
     for name in ("state", "state.new", "events.jsonl"):
         (folder / name).unlink(missing_ok=True)
     again = [take, "--to", "-", "--to", folder / "events.jsonl", "--snapshot", folder / "state"]
@@ -109,6 +140,8 @@ def _killed(folder: Path, take: Path, whole: Sequence[str], seconds: float) -> M
     kept = read_snapshot(folder / "state")
     if kept is not None and kept.complete:
         return None
+    counted_on = kept.sinks.get(str(folder / "events.jsonl"), 0) if kept else None
+    cut = _Cut() if share is None or counted_on is None else _cut(folder / "events.jsonl", share, counted_on)
     second = _run(folder, "second", [*again, "--speed", "max"])
     heard = [*_lines(first), *_lines(second)]
     return Moment(
@@ -116,7 +149,23 @@ def _killed(folder: Path, take: Path, whole: Sequence[str], seconds: float) -> M
         sum(kept.sources[0].frames.values()) if kept else None,
         len(heard) - len({_key(line) for line in heard}),
         {_key(line): line for line in heard} == {_key(line): line for line in whole},
-        sorted(_lines(folder / "events.jsonl")) == sorted(whole),
+        sorted([*_lines(folder / "events.jsonl"), *cut.lines]) == sorted(whole),
+        cut.lost,
+        b"are lost" in (folder / "second.err").read_bytes(),
+    )
+
+
+def _cut(events: Path, share: float, counted_on: int) -> _Cut:
+    """Leave a share of a file, and return what of it the snapshot counts on and is gone."""
+    data = events.read_bytes()
+    left = round(share * len(data))
+    events.write_bytes(data[:left])
+    if left >= counted_on:
+        return _Cut(0)
+    whole = data[:left].rfind(b"\n") + 1  # behind what a line was cut off from, the next run goes on
+    gone = data[whole:counted_on].decode().split("\n")[:-1]
+    return _Cut(
+        counted_on - whole, tuple(line for line in gone if json.loads(line).get("event") not in _CLOCK)
     )
 
 
@@ -124,14 +173,19 @@ def _run(folder: Path, name: str, arguments: Sequence[object], kill_after: float
     """Run `mossar run`; return the file with its standard output."""
     out = folder / f"{name}.out"
     command = [sys.executable, "-m", "mossar_tools", "run", *map(str, arguments)]
-    with out.open("wb") as file, subprocess.Popen(command, stdout=file) as running:  # noqa: S603 - our own
+    errors = out.with_suffix(".err")
+    with (
+        out.open("wb") as file,
+        errors.open("wb") as said,
+        subprocess.Popen(command, stdout=file, stderr=said) as running,  # noqa: S603 - our own
+    ):
         try:
             status = running.wait(kill_after)
         except subprocess.TimeoutExpired:
             running.kill()
             return out
     if status != 0:
-        raise SystemExit(f"mossar run ended with status {status}")
+        raise SystemExit(f"mossar run ended with status {status}: {errors.read_text()}")
     return out
 
 

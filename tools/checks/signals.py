@@ -1,11 +1,15 @@
 """Signals at random moments of the start of `mossar run`, cold and warm: each must end it, soon and in order.
 
     python -m checks.signals --starts 200 --cold 0.5 --seed 1
+    python -m checks.signals --starts 1000 --results starts.jsonl --at-most 100    # ten times, whenever there is time
 
 A start is cold when no kernel lies on disk, so that the signal comes while modules are imported or kernels compiled;
-warm when all do, so that it comes while they are loaded, or when the run has begun. The package is copied, so that
-the kernels of the installed one are left alone. Ends with status 1 if a start did not end within the limit, with
-another status than 130 or 143, or with more than one line on standard error after the handlers are there.
+warm when all do, so that it comes while they are loaded, or when the run has begun. The package is copied twice, so
+that the kernels of the installed one are left alone. Ends with status 1 if a start did not end within the limit, with
+another status than 130 or 143, or with a traceback or words of a crash after the handlers are there.
+
+With `--results` each start is written down, and those that stand there are not repeated: so a long check can be run in
+parts, and the last line sums up all of them. What happens in start 17 depends on the seed and on 17 alone.
 """
 
 import argparse
@@ -17,8 +21,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+
+import msgspec
 
 import mossar_adapters
 import mossar_stream
@@ -31,12 +37,20 @@ EXPECTED = {
 PACKAGES = (mossar_stream, mossar_adapters, mossar_tools)
 GRACE = 60.0  # s after which a process that does not end is killed
 BAD_WORDS = ("internal error", "Segmentation", "Fatal", "Exception ignored", "terminate called")
+WARM = """
+from mossar_stream import Segmenter, Settings, Skeleton, precompile
+precompile()
+Segmenter(Skeleton(("a", "b"), (-1, 0)), Settings(repetitions=True))
+"""
+COMMAND = ("run", "osc://127.0.0.1:0", "--to", "-")
+MORE = ((), (), (), ("--repetitions",))  # kernels of their own
 
 
-class Outcome(NamedTuple):
+class Outcome(msgspec.Struct, frozen=True):
     """What became of one start."""
 
-    number: signal.Signals
+    index: int
+    number: int  # of the signal
     cold: bool
     after: float  # s from the start to the signal
     took: float  # s from the signal to the end
@@ -47,9 +61,11 @@ class Outcome(NamedTuple):
         """Return what is wrong, nothing if all is well."""
         if self.took > limit:
             return f"took {self.took:.1f} s"
-        if self.status not in EXPECTED[self.number]:
+        if self.status not in EXPECTED[signal.Signals(self.number)]:
             return f"status {self.status}"
-        found = [word for word in BAD_WORDS if word in self.words]
+        # Before there was a handler, Python says where it was interrupted.
+        bad = BAD_WORDS if self.status < 0 else (*BAD_WORDS, "Traceback")
+        found = [word for word in bad if word in self.words]
         return f"said {found[0]!r}" if found else ""
 
 
@@ -64,27 +80,42 @@ def main() -> int:
     parser.add_argument("--longest-cold", type=float, default=12.0, help="latest signal of a cold start, s")
     parser.add_argument("--longest-warm", type=float, default=2.5, help="latest signal of a warm start, s")
     parser.add_argument("--limit", type=float, default=2.0, help="within which a start must end, s")
+    parser.add_argument(
+        "--results", metavar="FILE", type=Path, help="write each start here, and go on behind them"
+    )
+    parser.add_argument("--at-most", metavar="N", type=int, help="starts of this call; the others remain")
     options = parser.parse_args()
-    rng = random.Random(options.seed)  # noqa: S311 - repeatable, not secret
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what runs behind them ignore it
+    outcomes = _read(options.results)
     with tempfile.TemporaryDirectory() as folder:
-        place = _copies(Path(folder))
-        outcomes = []
-        for index in range(options.starts):
-            cold = rng.random() < options.cold
-            longest = options.longest_cold if cold else options.longest_warm
-            number = rng.choice(list(EXPECTED))
-            outcomes.append(start(place, number, rng.uniform(0.0, longest), cold=cold))
-            fault = outcomes[-1].fault(options.limit)
+        for outcome in _starts(Path(folder), options, {outcome.index for outcome in outcomes}):
+            outcomes.append(outcome)
+            _write(options.results, outcome)
+            fault = outcome.fault(options.limit)
             if fault:
-                print(f"start {index}: {fault}: {outcomes[-1]}", flush=True)
+                print(f"start {outcome.index}: {fault}: {outcome}", flush=True)
     return _report(outcomes, options.limit)
 
 
-def start(place: Path, number: signal.Signals, after: float, *, cold: bool) -> Outcome:
+def _starts(folder: Path, options: argparse.Namespace, known: set[int]) -> Iterator[Outcome]:
+    """Yield what becomes of the starts that are still to be made."""
+    places = {cold: _copies(folder / ("cold" if cold else "warm")) for cold in (True, False)}
+    subprocess.run([sys.executable, "-c", WARM], env=_environment(places[False]), check=True)  # noqa: S603
+    due = [index for index in range(options.starts) if index not in known]
+    for index in due[: options.at_most]:
+        rng = random.Random(f"{options.seed} {index}")  # noqa: S311 - repeatable, not secret
+        cold = rng.random() < options.cold
+        longest = options.longest_cold if cold else options.longest_warm
+        number, after = rng.choice(list(EXPECTED)), rng.uniform(0.0, longest)
+        yield start(places[cold], index, number, after, cold=cold)
+
+
+def start(place: Path, index: int, number: signal.Signals, after: float, *, cold: bool) -> Outcome:
     """Start a run, send it a signal, and see what becomes of it.
 
     Args:
         place: Where the copied packages are.
+        index: Of the start.
         number: Which signal.
         after: s.
         cold: Whether kernels are removed before.
@@ -92,9 +123,7 @@ def start(place: Path, number: signal.Signals, after: float, *, cold: bool) -> O
     if cold:
         for folder in place.rglob("kernels-*"):
             shutil.rmtree(folder)
-    elif not any(place.rglob("kernels-*/*/*.nbc")):
-        subprocess.run([sys.executable, "-c", WARM], env=_environment(place), check=True)  # noqa: S603
-    command = [sys.executable, "-m", "mossar_tools", "run", "osc://127.0.0.1:0", "--to", "-"]
+    command = [sys.executable, "-m", "mossar_tools", *COMMAND, *MORE[index % len(MORE)]]
     process = subprocess.Popen(  # noqa: S603 - our own interpreter
         command,
         env=_environment(place),
@@ -111,10 +140,21 @@ def start(place: Path, number: signal.Signals, after: float, *, cold: bool) -> O
     except subprocess.TimeoutExpired:
         process.kill()
         _, words = process.communicate()
-    return Outcome(number, cold, after, time.monotonic() - sent, process.returncode, words)
+    return Outcome(index, number, cold, after, time.monotonic() - sent, process.returncode, words)
 
 
-WARM = "import mossar_stream; mossar_stream.precompile()"
+def _read(results: Path | None) -> list[Outcome]:
+    """Return the starts of former calls; a line that a crash cut off is left out, and made again."""
+    if results is None or not results.exists():
+        return []
+    lines = results.read_bytes().split(b"\n")[:-1]
+    return [msgspec.json.decode(line, type=Outcome) for line in lines if line]
+
+
+def _write(results: Path | None, outcome: Outcome) -> None:
+    if results is not None:
+        with results.open("ab") as file:
+            file.write(msgspec.json.encode(outcome) + b"\n")
 
 
 def _copies(folder: Path) -> Path:

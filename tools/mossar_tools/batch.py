@@ -87,6 +87,7 @@ def report_of(
                 "key_frames": own.key_frames,
                 "segments": chosen_of(own, options.keep).segments,
             }
+            | ({"repetitions": own.repetitions} if result.settings.repetitions else {})
             for name, own in result.limbs.items()
         }
     return report
@@ -100,9 +101,8 @@ def rows_of(
     if not result.settings.repetitions:
         return parts
     blank = dict.fromkeys(COUNTED, "")
-    return [row | blank for row in parts] + [
-        _row_of_repetition(loaded, event) for event in result.repetitions
-    ]
+    every = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
+    return [row | blank for row in parts] + [_row_of_repetition(loaded, event) for event in every]
 
 
 def columns_of(options: Options) -> tuple[str, ...]:

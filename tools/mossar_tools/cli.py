@@ -126,7 +126,19 @@ class Parser(argparse.ArgumentParser):
         """Raise what is wrong instead of ending the program."""
         unknown = message.rpartition("unrecognized arguments: ")[2].split(" ")[0].partition("=")[0]
         known = self._option_string_actions if message.startswith("unrecognized") else ()
+        if message.startswith("the following"):
+            message += f"; try {first_example(self.epilog or '')}"
         raise UsageError(f"{message}{did_you_mean(unknown, known)} (see {self.prog} --help)")
+
+
+def first_example(epilog: str) -> str:
+    r"""Return the first command of a help's examples, without what is said of it.
+
+    Example:
+        >>> first_example("examples:\n  mossar evaluate demo:      without any data\n")
+        'mossar evaluate demo:'
+    """
+    return epilog.partition("\n")[2].strip().splitlines()[0].partition("   ")[0]
 
 
 def did_you_mean(wrong: str, right: Iterable[str]) -> str:

@@ -161,8 +161,13 @@ def _check_settings(path: str, options: Options, without: Options) -> None:
         raise UsageError(f"{path}: {error}") from None
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say how to segment."""
+def add_settings(parser: argparse.ArgumentParser, *, body_only: bool = False) -> None:
+    """Add the options that say how to segment.
+
+    Args:
+        parser: Of the command.
+        body_only: Whether the command tells of the body's key frames and segments alone.
+    """
     group = parser.add_argument_group("how to segment")
     group.add_argument("--preset", choices=PRESETS, help="where settings start from (default: default)")
     group.add_argument(
@@ -175,6 +180,16 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         type=setting,
         help="any setting, as in --set window=0.3; may be given several times",
     )
+    if not body_only:
+        _add_channels(group)
+    group.add_argument(
+        "--config",
+        metavar="FILE.toml",
+        help="a file with these options: long names without dashes, [settings] for --set",
+    )
+
+
+def _add_channels(group: Any) -> None:
     group.add_argument("--repetitions", action="store_true", help="count how often movements are repeated")
     group.add_argument(
         "--limbs",
@@ -182,11 +197,6 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="",
         help="key frames of each limb, too: arms, legs and trunk, or those that are named with their joints",
-    )
-    group.add_argument(
-        "--config",
-        metavar="FILE.toml",
-        help="a file with these options: long names without dashes, [settings] for --set",
     )
 
 

@@ -25,7 +25,7 @@ _LOOK: Final = 0.1  # s between two looks at whether other work is done; some sy
 _STACK: Final = 2**26  # bytes; compilers are recursive, and other threads have little room by default
 _DELICATE: Final = ("numba", "llvmlite", "importlib", "_frozen_importlib", "_frozen_importlib_external")
 _deferred: list[int] = []  # signals that are looked at again
-_abandoned: list[threading.Thread] = []  # threads that a signal did not wait for
+_abandoned: list[object] = []  # other threads' work that a signal did not wait for
 
 
 class Stop:
@@ -84,18 +84,17 @@ def interruptibly(work: Callable[[], T]) -> T:
         except BaseException as error:  # noqa: BLE001 - for the thread that waits
             failures.append(error)
         finally:
+            _abandoned.remove(run)
             done.release()
 
+    _abandoned.append(run)  # before it starts: a signal may come at any line
     before = threading.stack_size(_STACK)
     try:
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
+        threading.Thread(target=run, daemon=True).start()
     finally:
         threading.stack_size(before)
-    _abandoned.append(thread)
     while not done.acquire(timeout=_LOOK):
         pass
-    _abandoned.remove(thread)
     if failures:
         raise failures[0]
     return results[0]
@@ -103,7 +102,7 @@ def interruptibly(work: Callable[[], T]) -> T:
 
 def leave(status: int) -> int:
     """Return an exit status; end the process with it if a thread still compiles, which would crash at the usual end."""
-    if any(thread.is_alive() for thread in _abandoned):
+    if _abandoned:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()

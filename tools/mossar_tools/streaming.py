@@ -130,12 +130,9 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     """
     from mossar_stream import Segmenter
 
+    anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
     with saying_if_cold(settings):
-        if moves is None:
-            Segmenter(Skeleton(("a", "b"), (-1, 0)), settings.replace(limbs=False))
-        else:
-            still = np.zeros((1, len(moves.skeleton), 3), np.float32)
-            Segmenter(moves.skeleton, settings, moves=moves).push(still, [0.0])
+        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False), moves=moves))
 
 
 @contextlib.contextmanager

@@ -11,6 +11,7 @@ from mossar_adapters.annotations.tiers import (
     Tier,
     key_frame_tier,
     move_tier,
+    of_limb,
     repetition_tier,
     segment_tier,
 )
@@ -115,9 +116,11 @@ class AnnotationSink:
         )
         tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
         tiers += [move_tier(moves, origin)] if moves else []
-        tiers += [repetition_tier(counted, origin)] if counted else []
+        for channel in sorted({event.channel for event in counted}, key=lambda name: (name != BODY, name)):
+            own = [event for event in counted if event.channel == channel]
+            tiers.append(of_limb(channel, repetition_tier(own, origin)))
         for limb in sorted({event.channel for event in every} - {BODY}):
             tier = segment_tier([event for event in every if event.channel == limb], None, origin)
-            tiers.append(Tier(f"{limb} {tier.name}", tier.marks, tier.moments))
+            tiers.append(of_limb(limb, tier))
         prefix = f"{performer} " if len(self._events) > 1 else ""
         return [Tier(prefix + tier.name, tier.marks, tier.moments) for tier in tiers]

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import msgspec
 
 from mossar_stream import (
+    BODY,
     KeyFrame,
     KeyFrameEvent,
     MossarError,
@@ -75,6 +76,11 @@ def repetition_tier(events: Iterable[RepetitionEvent], origin: float) -> Tier:
         if event.start is not None and event.end is not None
     ]
     return Tier(REPETITIONS, apart(marks))
+
+
+def of_limb(channel: str, tier: Tier) -> Tier:
+    """Return a tier by the name that it has for a limb; the body's stays as it is."""
+    return tier if channel == BODY else Tier(f"{channel} {tier.name}", tier.marks, tier.moments)
 
 
 def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:

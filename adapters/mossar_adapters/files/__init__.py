@@ -28,6 +28,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def __getattr__(name: str) -> object:
     # What can segment is loaded when it is first used: opening a recording need not wait for the compiler.
     if name not in {"LoadedRecording", "load", "read"}:

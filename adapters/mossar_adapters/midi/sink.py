@@ -10,7 +10,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.midi.player import Player
 from mossar_adapters.midi.ports import open_port
 from mossar_adapters.source import Meta
-from mossar_stream import Event, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
+from mossar_stream import BODY, Event, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
 
 OPTIONS = {
     "name": "name of the virtual port; default mossar",
@@ -68,7 +68,7 @@ class MidiSink:
                 case KeyFrameEvent(status="confirmed"):
                     channel = self._channel(event.performer)
                     self._player.note(channel, self._notes[event.kind], VELOCITY, LENGTH)
-                case RepetitionEvent():
+                case RepetitionEvent(channel=channel) if channel == BODY:
                     self._keep_time(event)
                 case StreamEvent(event="ended" | "stalled") if event.performer == self._leader:
                     self._player.rest()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
 SILENCE = 3.0  # s without a frame after which a source explains itself
+_SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _LOOK = 0.02  # s between two looks
 
@@ -47,6 +48,11 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._received: dict[int, int] = {}  # messages of each silent source when its silence began
         self._explained: set[int] = set()  # sources whose silence was explained
+        self._nobody: dict[
+            str, tuple[int, int]
+        ] = {}  # frames of each performer and those without anybody, before
+        self._empty: set[str] = set()  # performers of whom it was said that nobody is seen
+        self._nobody_due = 0.0  # monotonic s
         self._full: set[int] = set()  # sources whose queue was said to be full
         self._counted: dict[
             str, tuple[int, float]
@@ -75,7 +81,10 @@ class Upkeep:
     def keep(self, performers: Container[str]) -> None:
         """Stop watching all others."""
         self._watch.keep(performers)
-        self._counted = {name: counted for name, counted in self._counted.items() if name in performers}
+        for table in (self._counted, self._nobody):
+            for name in [name for name in table if name not in performers]:
+                del table[name]
+        self._empty = {name for name in self._empty if name in performers}
 
     def leave(self, performer: str) -> None:
         """Stop watching a performer who has left."""
@@ -89,6 +98,9 @@ class Upkeep:
         self._looked = now
         self._look_for_stalls(pipeline, now)
         self._look_for_silence(pipeline, now)
+        if now >= self._nobody_due:
+            self._nobody_due = now + SILENCE
+            self._look_for_nobody(pipeline)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
             self.send_stats(pipeline)
@@ -112,7 +124,7 @@ class Upkeep:
         stats = pipeline.pool[performer].stats
         first, last = pipeline.times.get(performer, (0.0, 0.0))
         frames, since = self._counted.get(performer, (1, first))
-        fps = (stats["frames"] - frames) / (last - since) if last > since else 0.0
+        fps = (stats["frames"] - frames) / (last - since) if last - since > _SHORTEST else 0.0
         self._counted[performer] = (stats["frames"], last)
         return StatsEvent(
             performer=performer,
@@ -131,6 +143,7 @@ class Upkeep:
 
     def end(self, pipeline: "Pipeline") -> None:
         """Send the last stats, say what was lost, and write the last snapshot."""
+        self._look_for_nobody(pipeline)
         if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
             for outlet in pipeline.outlets:
                 outlet.settle()
@@ -219,6 +232,19 @@ class Upkeep:
                     "%s: frames come faster than they are used; the oldest are dropped", feed.source.name
                 )
 
+    def _look_for_nobody(self, pipeline: "Pipeline") -> None:
+        """Say once of each performer that frames come in which there is nobody."""
+        for performer in pipeline.pool.names:
+            stats = pipeline.pool[performer].stats
+            frames, unseen = self._nobody.get(performer, (0, 0))
+            self._nobody[performer] = stats["frames"], stats["unseen"]
+            if performer not in self._empty and 0 < stats["frames"] - frames == stats["unseen"] - unseen:
+                self._empty.add(performer)
+                _log.warning(
+                    "%s: frames come, but nobody is in them: all joints are missing, or more than 100 km off",
+                    performer,
+                )
+
     def _silence(self, feed: Feed, before: int) -> str:
         """Return what is known of why no frames come: what never came is another matter than what stopped.
 
@@ -245,6 +271,15 @@ def _in_words(event: StatsEvent) -> str:
     words = [event.performer, f"{event.frames} frames", f"{event.fps:.1f} fps"]
     if event.latency_p50_ms is not None:
         words.append(f"latency {event.latency_p50_ms:.2f} ms median, {event.latency_p99_ms:.2f} ms 99 %")
-    names = ("out_of_order", "outliers", "held", "gaps", "malformed", "kernel_drops", "queue_dropped")
+    names = (
+        "out_of_order",
+        "outliers",
+        "held",
+        "gaps",
+        "unseen",
+        "malformed",
+        "kernel_drops",
+        "queue_dropped",
+    )
     words += [f"{getattr(event, name)} {name.replace('_', ' ')}" for name in names if getattr(event, name)]
     return ", ".join(words)

@@ -22,6 +22,7 @@ CURVE_OPTIONS = {
     "clients": "folder with the CURVE public keys (.key) of those who may connect",
 }
 MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
+HANDSHAKE_MS = 3000  # a connection that says nothing holds a descriptor as long
 RECONNECT_MS, RECONNECT_MAX_MS = 50, 2000  # back-off between attempts
 LINGER_MS = 500  # a sender's last messages may take this long; a dead receiver costs no more
 
@@ -52,6 +53,7 @@ def open_socket(
     opened = context.socket(kind)
     opened.setsockopt(zmq.LINGER, 0 if kind == zmq.SUB else LINGER_MS)
     opened.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE)
+    opened.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
     opened.setsockopt(zmq.RECONNECT_IVL, RECONNECT_MS)
     opened.setsockopt(zmq.RECONNECT_IVL_MAX, RECONNECT_MAX_MS)
     for name, value in options.items():

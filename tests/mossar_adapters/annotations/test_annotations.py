@@ -1,9 +1,12 @@
 """Annotations: each format is opened by a reader that is not ours, and what is read back is what was written."""
 
 import csv
+import tempfile
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
@@ -68,6 +71,64 @@ def test_what_is_written_is_read_back(tmp_path: Path, suffix: str) -> None:
     for mark, known in zip(tiers["key frames"].marks, TIERS[1].marks, strict=True):
         assert (mark.start, mark.label) == (known.start, known.label)
         assert mark.end - mark.start == pytest.approx(slack)
+
+
+WORDS = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), min_size=1, max_size=12)
+
+
+@st.composite
+def tiers(draw: st.DrawFn) -> list[Tier]:
+    """Return tiers as exports have them: whole milliseconds, stretches that do not overlap, moments apart."""
+    names = draw(st.lists(WORDS.filter(lambda name: ":" not in name), min_size=1, max_size=3, unique=True))
+    found = []
+    for name in names:
+        edges = sorted(draw(st.sets(st.integers(0, 100_000), min_size=2, max_size=8)))
+        moments = draw(st.booleans())
+        pairs = zip(edges, edges if moments else edges[1:], strict=False)
+        marks = tuple(Mark(a / 1000, b / 1000, draw(WORDS)) for a, b in pairs)
+        found.append(Tier(name, marks, moments=moments))
+    return found
+
+
+@given(tiers=tiers(), suffix=st.sampled_from([".eaf", ".TextGrid", ".txt"]))
+@settings(deadline=None, max_examples=60)
+def test_nothing_is_lost_on_the_way_there_and_back(tiers: list[Tier], suffix: str) -> None:
+    if suffix != ".txt":
+        pytest.importorskip("pympi")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"take{suffix}"
+        write_annotations(path, tiers, 101.0)
+        back = {tier.name: tier for tier in read_annotations(path)}
+    assert set(back) == {tier.name for tier in tiers}
+    for tier in tiers:
+        found = back[tier.name].marks
+        assert [mark.label for mark in found] == [mark.label for mark in tier.marks]
+        assert [mark.start for mark in found] == pytest.approx([mark.start for mark in tier.marks], abs=1e-6)
+        least = 0.001 if tier.moments and suffix == ".eaf" else 0.0  # ELAN knows no moments
+        ends = [mark.end + least for mark in tier.marks]
+        assert [mark.end for mark in found] == pytest.approx(ends, abs=1e-6)
+
+
+def test_events_of_bids_are_opened_by_pandas_with_every_stretch_and_moment(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_csv(written(tmp_path, ".tsv"), sep="\t")
+    expected = sorted(
+        (mark.start, mark.end - mark.start, tier.name.replace(" ", "_"), mark.label)
+        for tier in TIERS
+        for mark in tier.marks
+    )
+    found = sorted(table[["onset", "duration", "trial_type", "value"]].itertuples(index=False, name=None))
+    assert [row[2:] for row in found] == [row[2:] for row in expected]
+    assert [row[:2] for row in found] == [pytest.approx(row[:2], abs=1e-6) for row in expected]
+
+
+def test_labels_of_audacity_are_opened_by_pandas_with_every_stretch_and_moment(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_csv(written(tmp_path, ".txt"), sep="\t", header=None, names=["start", "end", "label"])
+    expected = sorted(
+        (mark.start, mark.end, f"{tier.name}: {mark.label}") for tier in TIERS for mark in tier.marks
+    )
+    assert sorted(table.itertuples(index=False, name=None)) == expected
 
 
 def test_exports_of_label_studio_are_read(tmp_path: Path) -> None:

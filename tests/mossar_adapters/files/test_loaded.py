@@ -52,6 +52,9 @@ def test_results_print_as_a_summary_and_as_html(path):
     assert "<hand>" not in shown
     assert shown.count("<tr>") == min(12, count + 1) + 1
     assert result.at(count=1)._repr_html_().count("<tr>") == 3
+    lines = repr(result.at(count=1)).splitlines()
+    assert lines[0] == "Segmentation: 1 key frames, 2 segments"
+    assert len(lines) == 3
 
 
 def test_results_become_dataframes(path):
@@ -78,4 +81,4 @@ def test_results_are_drawn(path):
 
 def test_dir_shows_the_public_face_only():
     assert set(dir(mossar_stream)) == {*mossar_stream.__all__, "__version__"}
-    assert set(mossar_adapters.files.__all__) >= {"read", "open_recording"}
+    assert set(dir(mossar_adapters.files)) == set(mossar_adapters.files.__all__) >= {"read", "open_recording"}

@@ -123,6 +123,14 @@ def test_stats_tell_frames_rate_and_delays(stage):
     assert 0 < stats.latency_p50_ms <= stats.latency_p99_ms
 
 
+def test_a_clock_of_nonsense_has_no_infinite_rate(stage):
+    sink = stage.Collected()
+    pose = np.zeros((2, 2, 3), np.float32)
+    frames = Frames(pose, np.array([0.0, 5e-324]))
+    Pipeline([stage.Script([stage.meta(), frames])], [sink], upkeep=Upkeep(stats=9.0)).run()
+    assert [event.fps for event in sink.of(StatsEvent)] == [0.0]
+
+
 def test_a_sink_that_fails_does_not_stop_the_others(stage, caplog):
     class Broken(stage.Collected):
         def send(self, events):
@@ -214,6 +222,17 @@ def test_silence_is_explained(stage, caplog, monkeypatch):
     with caplog.at_level(logging.WARNING, "mossar"):
         Pipeline([source], [stage.Collected()]).run()
     assert caplog.messages == ["osc://127.0.0.1:9: listening; no datagram came yet"]
+
+
+@pytest.mark.parametrize("nowhere", [np.nan, 3e5])
+def test_frames_in_which_nobody_is_are_counted_and_told_of_once(stage, caplog, nowhere):
+    nobody = np.full((30, 2, 3), nowhere, np.float32)
+    items = [stage.meta(), *(Frames(nobody, (30 * k + np.arange(30)) / 60) for k in range(5))]
+    sink = stage.Collected()
+    Pipeline([stage.Script(items)], [sink], upkeep=Upkeep(stats=9.0)).run()
+    stats = [event for event in sink.events if isinstance(event, StatsEvent)]
+    assert stats[-1].unseen == stats[-1].frames == 150
+    assert caplog.text.count("p1: frames come, but nobody is in them") == 1
 
 
 @pytest.mark.parametrize(

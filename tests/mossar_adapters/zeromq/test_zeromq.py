@@ -1,4 +1,5 @@
 import json
+import socket
 import time
 
 import msgspec
@@ -62,8 +63,8 @@ def subscriber():
         return socket
 
     yield connect
-    for socket in sockets:
-        socket.close()
+    for opened in sockets:
+        opened.close()
     context.term()
 
 
@@ -264,6 +265,16 @@ def test_a_subscriber_that_never_reads_does_not_stop_the_others(subscriber):
     started = time.monotonic()
     sink.close()
     assert time.monotonic() - started < 1.5
+
+
+def test_who_connects_and_says_nothing_is_hung_up_on(monkeypatch):
+    monkeypatch.setattr("mossar_adapters.zeromq.endpoint.HANDSHAKE_MS", 200)
+    sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
+    port = int(sink.endpoint.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port), timeout=5) as idle:
+        while idle.recv(100):  # the greeting, then the end
+            pass
+    sink.close()
 
 
 def test_curve_keys_keep_strangers_out(hear, tmp_path, subscriber):

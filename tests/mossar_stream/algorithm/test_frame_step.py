@@ -17,7 +17,14 @@ def pushed(core, times, **settings):
 def test_repeated_and_late_frames_are_dropped_and_counted(core):
     segmenter, changes = pushed(core, [0, 0.1, 0.1, 0.05, 0.2, -0.7, 0.3])
     assert changes == [("started", 0, "")]
-    assert segmenter.stats == {"frames": 7, "out_of_order": 3, "outliers": 0, "held": 0, "gaps": 0}
+    assert segmenter.stats == {
+        "frames": 7,
+        "out_of_order": 3,
+        "outliers": 0,
+        "held": 0,
+        "gaps": 0,
+        "unseen": 0,
+    }
     assert (segmenter.state.frame, segmenter.state.time) == (6, 0.3)
 
 

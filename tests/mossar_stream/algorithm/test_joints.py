@@ -128,7 +128,22 @@ def test_no_coordinate_is_a_million_metres():
     positions[5:9, 1, 0] = 1e6
     curve, stats = velocities(positions)
     assert curve.max() < 0.2
-    assert stats["held"] == 4
+    assert (stats["held"], stats["outliers"]) == (4, 4)
+
+
+@pytest.mark.filterwarnings("ignore:performer p1 is")
+@pytest.mark.parametrize("nowhere", [np.nan, 2e5, np.inf])
+def test_frames_without_anybody_are_counted(nowhere):
+    positions = walkers()
+    positions[10:] = nowhere
+    _, stats = velocities(positions)
+    assert stats["unseen"] == len(positions) - 10
+    _, stats = velocities(np.full_like(positions, nowhere))
+    assert stats["unseen"] == len(positions)
+    assert (stats["outliers"] > 0) == (not np.isnan(nowhere))
+    some = walkers()
+    some[:, 1] = nowhere
+    assert velocities(some)[1]["unseen"] == 0
 
 
 def test_no_displacement_counts_across_a_gap_in_time():
@@ -137,7 +152,14 @@ def test_no_displacement_counts_across_a_gap_in_time():
     segmenter.push(positions[:5], np.arange(5) / FPS)
     segmenter.push(positions[30], 0.7)
     assert segmenter.state.value == 0
-    assert segmenter.stats == {"frames": 6, "out_of_order": 0, "outliers": 0, "held": 0, "gaps": 1}
+    assert segmenter.stats == {
+        "frames": 6,
+        "out_of_order": 0,
+        "outliers": 0,
+        "held": 0,
+        "gaps": 1,
+        "unseen": 0,
+    }
     segmenter.push(positions[31], 0.72)
     assert segmenter.state.value == pytest.approx(0.03, rel=1e-5)
 

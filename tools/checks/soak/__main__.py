@@ -1,6 +1,7 @@
 """The program: `python -m checks.soak --minutes 10`."""
 
 import argparse
+import contextlib
 import resource
 import sys
 import tempfile
@@ -9,16 +10,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from checks.soak.measure import Sample, early_and_late, files, memory, threads
+from checks.soak.neighbours import Neighbours
 from checks.soak.receivers import OscReceiver, Receiver, Subscriber
 from checks.soak.stage import FPS, MAX_PAUSE, Stage
 from checks.soak.truth import Truth
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo.body import SKELETON
+from mossar_adapters.metrics import Metrics
 from mossar_adapters.osc.event_sink import OscSink
 from mossar_adapters.pipeline import Outcome, Pipeline, Upkeep
 from mossar_adapters.replay.msk_sink import MskFrameSink
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
+from mossar_adapters.websocket import WebSocketSink
 from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream import Event, Segmenter, Settings
@@ -117,7 +121,8 @@ def soak(folder: Path, seconds: float, seed: int) -> int:
     recording = MskFrameSink(parse_url(str(folder / "take.msk")))
     receivers = (Subscriber(published.endpoint, truth), osc)
     sinks: list[Sink | FrameSink] = [Comparing(truth), published, recording]
-    sinks.append(OscSink(parse_url(f"osc://127.0.0.1:{osc.port}")))
+    pages = WebSocketSink(parse_url("ws://127.0.0.1:0"))
+    sinks += [OscSink(parse_url(f"osc://127.0.0.1:{osc.port}")), pages]
     watcher = Watcher(stage, truth, seconds)
     pipeline = Pipeline(
         [source],
@@ -126,18 +131,25 @@ def soak(folder: Path, seconds: float, seed: int) -> int:
         upkeep=Upkeep(stats=5.0, snapshot=folder / "state"),
         tick=lambda: watcher.tick(pipeline),
     )
-    for receiver in receivers:
-        receiver.start()
-    stage.start()
-    outcome = pipeline.run()
-    for receiver in receivers:
-        receiver.stop()
+    with contextlib.closing(Metrics(pipeline, 0)) as metrics:
+        neighbours = Neighbours(metrics.port, pages.port)
+        for beginner in (*receivers, neighbours, stage):
+            beginner.start()
+        outcome = pipeline.run()
+        for ender in (*receivers, neighbours):
+            ender.stop()
     stage.close()
-    return _judge(stage, truth, watcher.samples, outcome, receivers)
+    stage.faults.injected.update(neighbours.counted)
+    return _judge(stage, truth, watcher.samples, outcome, receivers, neighbours)
 
 
 def _judge(
-    stage: Stage, truth: Truth, samples: list[Sample], outcome: Outcome, receivers: Sequence[Receiver]
+    stage: Stage,
+    truth: Truth,
+    samples: list[Sample],
+    outcome: Outcome,
+    receivers: Sequence[Receiver],
+    neighbours: Neighbours,
 ) -> int:
     """Print what was found, and return the exit status."""
     hours = stage.sent / FPS / 3600
@@ -158,6 +170,7 @@ def _judge(
         (stage.sent != outcome.frames, "frames were lost"),
         (truth.missing + truth.wrong > 0, "events were lost or false"),
         (any(receiver.heard == 0 for receiver in receivers), "a receiver heard nothing"),
+        (bool(neighbours.faults), f"neighbours did harm: {', '.join(sorted(set(neighbours.faults)))}"),
         (grown > MOST_GROWTH, f"memory grew by more than {MOST_GROWTH >> 20} MB"),
         (late.files > early.files + 4 or late.threads > early.threads + 2, "handles or threads were left"),
     ]

@@ -1,5 +1,6 @@
 """Stage: performers come and go, and send their frames over a network that is not to be relied on."""
 
+import math
 import random
 import threading
 import time
@@ -8,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.soak import strangers
 from checks.soak.faults import Faults
 from checks.soak.truth import Truth
 from mossar_adapters.address import parse_url
@@ -25,6 +27,7 @@ TOGETHER = 3  # performers on stage
 _ACT = 600  # frames of each performer, between two changes on stage
 _FLOW, _BURST = 300, 1200  # frames under way: usually, and in a burst; the pipeline's queue holds 2048
 _PATIENCE = 60.0  # s that frames may be under way
+_FAR = 10_000.0  # m from the origin that a performer may stand
 _AWAY = 2000.0  # s by which the clock of a performer who comes back has gone on
 
 
@@ -47,6 +50,8 @@ class Stage:
         self._truth, self._arrived = truth, arrived
         self._clock = dict.fromkeys(NAMES, 0.0)  # of each sender, s
         self._on_stage: list[str] = []
+        self._places: dict[str, tuple[float, NDArray[np.float64]]] = {}  # rad about the vertical, (3,) m
+        self._flood_due = 0.0  # monotonic s
         self._publisher = Publisher(parse_url(url))
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._play, name="stage", daemon=True)
@@ -75,7 +80,11 @@ class Stage:
             for name in NAMES:
                 self._publisher.announce(self.meta[name])
                 self._end_take(name)  # everybody is known from the beginning: nothing is to grow later
+                self._truth.leave(name)  # on a slow machine the wall clock ends some of these takes
+            self._flood(strangers.FIRST)
             while not self._stopped.is_set():
+                if time.monotonic() > self._flood_due:
+                    self._flood(strangers.LATER)
                 self._change_performers()
                 self._act()
             for name in NAMES:
@@ -91,11 +100,33 @@ class Stage:
             self.faults.injected["performers left"] += 1
         coming = self._rng.choice([name for name in NAMES if name not in self._on_stage])
         self._on_stage.append(coming)
+        self._publisher.announce(self.meta[coming])  # who was silent for long may have been forgotten
+        self._places[coming] = self._place()
         self._clock[coming] += _AWAY  # ends the take before, unless the wall clock has done so
+
+    def _place(self) -> tuple[float, NDArray[np.float64]]:
+        """Return how a performer is turned and where it stands while on stage."""
+        if self._rng.random() < 0.5:
+            return 0.0, np.zeros(3)
+        self.faults.injected["turned and shifted"] += 1
+        x, z = self._rng.uniform(-_FAR, _FAR), self._rng.uniform(-_FAR, _FAR)
+        return self._rng.uniform(0.0, 2 * math.pi), np.array([x, 0.0, z])
+
+    def _flood(self, count: int) -> None:
+        """Let strangers come who are never seen again; they take the places of those idle for longest."""
+        self.faults.injected["strangers"] += count
+        pose = np.array([[0, 1, 0], [0.3, 1, 0]], np.float32)
+        for i, name in enumerate(strangers.names(self._rng, count)):
+            self._publisher.announce(strangers.meta(name))
+            self._send(name, pose, 0.0)
+            if i % 20 == 0:
+                self._wait_until_under_way(_FLOW)
+        self._flood_due = time.monotonic() + strangers.PERIOD
 
     def _end_take(self, name: str) -> None:
         """Send a frame that is so late that it ends the take before."""
         moment, pose = self._clock[name] + _AWAY, self._motions[0][:1]
+        self._clock[name] = moment
         self._truth.follow(name, pose, np.array([moment]))
         self._send(name, pose[0], moment)
 
@@ -109,7 +140,8 @@ class Stage:
             begin = self._rng.randrange(len(motion) - _ACT)
             times = self._clock[name] + np.arange(1, _ACT + 1) / FPS
             self._clock[name] = float(times[-1])
-            delivered[name] = self.faults.deliver(motion[begin : begin + _ACT], times)
+            frames = placed(motion[begin : begin + _ACT], *self._places[name])
+            delivered[name] = self.faults.deliver(frames, times)
             self._truth.follow(name, *delivered[name])
         luck = self._rng.random()
         limit = _BURST if luck < 0.1 else _FLOW
@@ -139,6 +171,20 @@ class Stage:
             if time.monotonic() > give_up:
                 raise TimeoutError(f"{self.sent - self._arrived()} frames did not arrive")
             time.sleep(0.002)
+
+
+def placed(positions: NDArray[np.float32], angle: float, shift: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return positions turned about the vertical (y) and shifted.
+
+    Args:
+        positions: (n, J, 3) m.
+        angle: rad.
+        shift: (3,) m.
+    """
+    cos, sin = math.cos(angle), math.sin(angle)
+    turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    there: NDArray[np.float64] = positions @ turn.T + shift
+    return there.astype(np.float32)
 
 
 def _motions(seed: int) -> tuple[dict[str, Meta], list[NDArray[np.float32]]]:

@@ -26,6 +26,9 @@ MEASURES: Final[Measures] = {
         "one frame: how long Segmenter.push takes, remerge on", "mossar_tools.bench.push:measure"
     ),
     "moves": Measure("moves: what recognising them adds to a push", "mossar_tools.bench.moves:measure"),
+    "repetitions": Measure(
+        "repetitions: what counting them adds to a push", "mossar_tools.bench.repetitions:measure"
+    ),
     "performers": Measure(
         "many performers in one process, default remerge, events delivered",
         "mossar_tools.bench.crowd:measure",

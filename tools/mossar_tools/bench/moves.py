@@ -1,11 +1,6 @@
-"""Moves: what recognising moves adds to a frame, and how long a push takes at most, with as many examples as a game has.
+"""Moves: what recognising moves adds to a frame, and how long a push takes at most, with a game's number of examples."""
 
-Pushes with and without moves take turns, block by block, so that neighbours disturb both of them alike.
-"""
-
-import time
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,27 +8,13 @@ from numpy.typing import NDArray
 from mossar_stream import Moves, Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement, Target
 from mossar_tools.bench.motion import Motion, performer
-from mossar_tools.bench.push import WARM_UP, interruptions_of_thread, singles
+from mossar_tools.bench.turns import waits
 from mossar_tools.bench.work import Work
 
 JOINTS, EXAMPLES, EACH = 21, 28, 2
 SECONDS = 1.0  # of an example
 MORE = 2.0  # µs that a frame may take longer on average
 LONGEST = 500.0  # µs, p99.9 of a push
-BLOCK = 64  # pushes in turn
-processor_time = getattr(time, "thread_time", time.process_time)
-
-
-class Waits(NamedTuple):
-    """How long pushes took.
-
-    Args:
-        mean: s of processor time a push.
-        wall: (n,) s, each push by the wall clock, in blocks without an interruption; all of them if there is none.
-    """
-
-    mean: float
-    wall: NDArray[np.float64]
 
 
 def measure(work: Work) -> Iterator[Measurement]:
@@ -41,7 +22,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     seconds = work.some(120, 8)
     motion = performer(seconds, joints=JOINTS)
     moves = examples_of(performer(120, joints=JOINTS, seed=2))  # shorter ones rest in some stretches
-    runs = [waits(motion, moves, work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
+    runs = [waits(motion, _pair(motion, moves), work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
     means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
     high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
     what = f"{motion.name}, {len(moves)} examples, {JOINTS} joints"
@@ -52,6 +33,10 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield Measurement("moves", f"{what}: p99.9", "us", high, target=Target(LONGEST), clock="wall")
     plain, own = (Segmenter(motion.skeleton, Settings(), moves=found).state_bytes for found in (None, moves))
     yield Measurement("moves", "memory of a performer, besides the examples", "kB", ((own - plain) / 1000,))
+
+
+def _pair(motion: Motion, moves: Moves) -> list[Segmenter]:
+    return [Segmenter(motion.skeleton, Settings(), fps=motion.fps, moves=own) for own in (None, moves)]
 
 
 def examples_of(motion: Motion) -> Moves:
@@ -71,34 +56,3 @@ def _liveliest(motion: Motion, begin: int, length: int) -> NDArray[np.float32]:
     paths = np.convolve(steps, np.ones(length - 1), "valid")
     first = begin + int(np.argmax(paths))
     return motion.positions[first : first + length]
-
-
-def waits(motion: Motion, moves: Moves, frames: int) -> tuple[Waits, Waits]:
-    """Push frames one by one, and return how long that took without moves and with them."""
-    pair = [Segmenter(motion.skeleton, Settings(), fps=motion.fps, moves=own) for own in (None, moves)]
-    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
-    for positions, moment in (next(stream) for _ in range(WARM_UP)):
-        for segmenter in pair:
-            segmenter.push(positions, moment)
-    spent, took, undisturbed = [0.0, 0.0], np.zeros((2, frames)), np.ones((2, frames), np.bool_)
-    interruptions = interruptions_of_thread()
-    for start in range(0, frames, BLOCK):
-        block = [next(stream) for _ in range(min(BLOCK, frames - start))]
-        here = slice(start, start + len(block))
-        for which, segmenter in enumerate(pair):
-            before, cpu = interruptions(), processor_time()
-            took[which, here] = _timed(segmenter, block)
-            spent[which] += processor_time() - cpu
-            undisturbed[which, here] = interruptions() == before
-    calm = [own[free] if free.any() else own for own, free in zip(took, undisturbed, strict=True)]
-    return Waits(spent[0] / frames, calm[0]), Waits(spent[1] / frames, calm[1])
-
-
-def _timed(segmenter: Segmenter, block: list[tuple[NDArray[np.float32], float]]) -> list[float]:
-    push, clock = segmenter.push, time.perf_counter
-    found = []
-    for positions, moment in block:
-        began = clock()
-        push(positions, moment)
-        found.append(clock() - began)
-    return found

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="IN", help="a folder, or a URL such as s3://bucket/folder")
     parser.add_argument("target", metavar="OUT", help="where the tables go: a folder or a URL")
     parser.add_argument("--resume", action="store_true", help="go on where a job was cut short")
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 

@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
     )
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_messages(parser)
 
 

@@ -171,7 +171,13 @@ def _tiers(
     options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
 ) -> "list[Tier]":
     """Return what annotators see: the level that was chosen, the other named ones, moves and repetitions."""
-    from mossar_adapters.annotations.tiers import key_frame_tier, move_tier, repetition_tier, segment_tier
+    from mossar_adapters.annotations.tiers import (
+        key_frame_tier,
+        move_tier,
+        of_limb,
+        repetition_tier,
+        segment_tier,
+    )
     from mossar_stream import LEVEL_NAMES, segment_recording
 
     origin = float(loaded.times[0]) if len(loaded.times) else 0.0
@@ -185,7 +191,11 @@ def _tiers(
             )
             tiers.append(segment_tier(again.segments, other, origin))
     tiers += [move_tier(result.moves, origin)] if result.moves else []
-    tiers += [repetition_tier(result.repetitions, origin)] if result.settings.repetitions else []
+    if result.settings.repetitions:
+        tiers.append(repetition_tier(result.repetitions, origin))
+        tiers += [
+            of_limb(name, repetition_tier(own.repetitions, origin)) for name, own in result.limbs.items()
+        ]
     return tiers
 
 

@@ -36,7 +36,9 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
-    parser.add_argument("sources", metavar="SOURCE", nargs="*", help="a stream or a recording")
+    parser.add_argument(
+        "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
+    )
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
@@ -61,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
     add_speed(parser, "max for recordings, 1 for demo:")
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 
@@ -158,6 +160,7 @@ def _discover(options: Options, console: Console) -> int:
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
+    from mossar_tools.signals import interruptibly
     from mossar_tools.streaming import saying_if_cold
 
     picture = Outputs.of(options).picture
@@ -165,7 +168,7 @@ def _discover(options: Options, console: Console) -> int:
     moves = moves_for(options.file, whole.skeleton) if options.names else None
     settings = options.settings(range="file")
     with saying_if_cold(settings):
-        kinds, left_out = discover(whole, settings)
+        kinds, left_out = interruptibly(lambda: discover(whole, settings))
     for line in lines_of(kinds):
         console.line(line)
     if left_out:

@@ -27,6 +27,7 @@ EXAMPLES = """  mossar tune walk.bvh                                  how many k
   mossar tune walk.bvh --plot walk.png                  with the picture of the hierarchy
   mossar tune walk.bvh --per-minute 20 --save settings.toml
   mossar tune walk.bvh --labels walk.json --save settings.toml
+  mossar tune walk.bvh --labels walk.eaf --tier steps   what was annotated in ELAN
   mossar run osc://0.0.0.0:39539 --config settings.toml
 """
 SHOWN = 12  # rows of the table
@@ -37,10 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="RECORDING", help="a recording, or demo:")
     group = parser.add_argument_group("what to choose by, and what to put out")
     group.add_argument("--per-minute", metavar="N", type=positive, help="so many key frames a minute")
-    group.add_argument("--labels", metavar="FILE", help="true cuts of it, as mossar evaluate takes them")
+    group.add_argument(
+        "--labels",
+        metavar="FILE",
+        help="true cuts of it, as mossar evaluate takes them: .json, .eaf, .TextGrid, .txt",
+    )
+    group.add_argument(
+        "--tier", metavar="NAME", help="of --labels: where the cuts are (default: segments LEVEL)"
+    )
     group.add_argument("--save", metavar="FILE", help="write the settings to a file for --config")
     add_plot(group)
-    add_settings(parser)
+    add_settings(parser, body_only=True)
     add_body(parser)
     add_messages(parser)
 
@@ -121,7 +129,9 @@ def _chosen(recording: LoadedRecording, result: "Result", options: Options, cons
     from mossar_tools.evaluation.metrics import score
     from mossar_tools.evaluation.takes import cuts_of
 
-    cuts, tolerance = cuts_of(Path(options.labels), recording.times)
+    level = result.settings.level
+    wanted = level if isinstance(level, str) else "motion"
+    cuts, tolerance = cuts_of(Path(options.labels), recording.times, wanted, options.tier)
     start, duration = float(recording.times[0]), 60.0 * _minutes(recording)
     scores = [
         score(

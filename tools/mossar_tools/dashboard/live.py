@@ -29,7 +29,7 @@ _UNREAD = 256  # looks kept for the page
 _BURST = 240.0  # Hz, of looks after a stall
 _REMEMBERED = 64  # performers whose last look is remembered
 
-_COUNTS = ("out_of_order", "outliers", "held", "gaps")
+_COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
 
 
 _Act = Callable[["Pool"], list[Event]]

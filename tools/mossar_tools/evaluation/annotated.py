@@ -41,6 +41,12 @@ def annotated_recordings(folder: Path, described: AbstractSet[Path]) -> Iterator
             yield path, beside[0]
 
 
+def is_annotated(path: Path) -> bool:
+    """Return whether a file is one of an annotation program, and no label file of ours."""
+    suffix = path.suffix.lower()
+    return suffix in SUFFIXES and not (suffix == ".json" and _is_no_list(path))
+
+
 def annotated_cuts(
     path: Path, wanted: str | None, level: str, times: NDArray[np.float64], gap: float
 ) -> list[Cut]:

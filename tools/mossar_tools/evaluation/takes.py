@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_stream import Frames, LevelName, Skeleton
-from mossar_tools.evaluation.annotated import annotated_cuts
+from mossar_tools.evaluation.annotated import annotated_cuts, is_annotated
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
 from mossar_tools.evaluation.matching import Cut
@@ -114,12 +114,24 @@ def all_frames(
     return np.concatenate(positions), np.concatenate(times)
 
 
-def cuts_of(path: Path, times: NDArray[np.float64]) -> tuple[list[Cut], float]:
-    """Return the cuts that a label file has for a recording, s, and their tolerance, s.
+def cuts_of(
+    path: Path, times: NDArray[np.float64], level: LevelName = "motion", tier: str | None = None
+) -> tuple[list[Cut], float]:
+    """Return the cuts that a label file or an annotation file has for a recording, s, and their tolerance, s.
+
+    Args:
+        path: The file.
+        times: Of the recording's frames, s.
+        level: What the cuts part, for annotations that do not say it.
+        tier: Of an annotation file; see `annotated_cuts`.
 
     Raises:
         LabelError: If it is no label file, or its cuts are not of this recording.
+        MossarError: If an annotation file cannot be read, or it is not clear which tier is meant.
     """
+    if is_annotated(path):
+        annotated = Labels("", annotations=path.name, tier=tier, level=level)
+        return _cuts(path, annotated, times), annotated.tolerance_s
     labels = read_labels(path)
     if labels is None:
         raise LabelError(f"{path}: no labels; there must be a recording and its cuts in it")

@@ -1,0 +1,28 @@
+"""Strangers: names without end, some of which nobody of good will would choose."""
+
+import random
+
+from mossar_adapters.source import Meta
+from mossar_stream import Event, Skeleton
+
+# How many come at once: as many as there is room for (256), then such as make others give way.
+FIRST, LATER = 232, 20
+PERIOD = 25.0  # s between two floods: longer than a take stays open, so that whoever gives way has none
+SKELETON = Skeleton(("hip", "hand"), (-1, 0))
+_BEGINNING = "stranger"
+_ENDS = ("", "   ", "\x1b[2J", "\r\nmossar: all is well", "\u00e9" * 80, "/0/12", "=1+1", "\u202e")
+
+
+def names(rng: random.Random, count: int) -> list[str]:
+    """Return names that nobody has had."""
+    return [f"{_BEGINNING}{rng.getrandbits(48):x}{rng.choice(_ENDS)}" for _ in range(count)]
+
+
+def meta(name: str) -> Meta:
+    """Return what a stranger says of itself."""
+    return Meta(name, SKELETON)
+
+
+def is_of_a_stranger(event: Event) -> bool:
+    """Tell whether an event is about one of them: nobody works out what must be said of those."""
+    return event.performer.startswith(_BEGINNING)

@@ -1,0 +1,63 @@
+"""Turns: how long pushes take without something and with it, block by block in turn: neighbours disturb both alike."""
+
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream import Segmenter
+from mossar_tools.bench.motion import Motion
+from mossar_tools.bench.push import WARM_UP, interruptions_of_thread, singles
+
+BLOCK = 64  # pushes in turn
+processor_time = getattr(time, "thread_time", time.process_time)
+
+
+class Waits(NamedTuple):
+    """How long pushes took.
+
+    Args:
+        mean: s of processor time a push.
+        wall: (n,) s, each push by the wall clock, in blocks without an interruption; all of them if there is none.
+    """
+
+    mean: float
+    wall: NDArray[np.float64]
+
+
+def waits(motion: Motion, pair: Sequence[Segmenter], frames: int) -> tuple[Waits, Waits]:
+    """Push frames one by one into each of two segmenters in turn, and return how long that took.
+
+    Args:
+        motion: Of both.
+        pair: The segmenter without something, and that with it.
+        frames: How many are measured; as many as warm up come before.
+    """
+    stream = singles(motion.chunks(WARM_UP + frames, 1 << 20))
+    for positions, moment in (next(stream) for _ in range(WARM_UP)):
+        for segmenter in pair:
+            segmenter.push(positions, moment)
+    spent, took, undisturbed = [0.0, 0.0], np.zeros((2, frames)), np.ones((2, frames), np.bool_)
+    interruptions = interruptions_of_thread()
+    for start in range(0, frames, BLOCK):
+        block = [next(stream) for _ in range(min(BLOCK, frames - start))]
+        here = slice(start, start + len(block))
+        for which, segmenter in enumerate(pair):
+            before, cpu = interruptions(), processor_time()
+            took[which, here] = _timed(segmenter, block)
+            spent[which] += processor_time() - cpu
+            undisturbed[which, here] = interruptions() == before
+    calm = [own[free] if free.any() else own for own, free in zip(took, undisturbed, strict=True)]
+    return Waits(spent[0] / frames, calm[0]), Waits(spent[1] / frames, calm[1])
+
+
+def _timed(segmenter: Segmenter, block: list[tuple[NDArray[np.float32], float]]) -> list[float]:
+    push, clock = segmenter.push, time.perf_counter
+    found = []
+    for positions, moment in block:
+        began = clock()
+        push(positions, moment)
+        found.append(clock() - began)
+    return found
