@@ -18,8 +18,8 @@ DWELL, HOMEWARD = (
 )  # how much speaks for an extreme where the movement dwells, and that is nearer to home
 STRAIGHTER = 0.08  # of the length of limbs: more hardly speaks louder
 LEAN = 0.05  # for leaving it as it is
-LONGEST_PAUSE = 0.5  # cycles, within a chain or bout
-SEAM = 0.2  # of a cycle, by which neighbours may overlap: more shows that one was found anew
+LONGEST_PAUSE = 0.5  # cycles, within a bout
+SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
 
 
 @kernel
@@ -88,4 +88,4 @@ def turn_chains(header):
 def _follows(before, cycle):
     """Return whether a cycle follows another without a seam."""
     gap, period = cycle.start - before.end, cycle.end - cycle.start
-    return -SEAM * period < gap <= LONGEST_PAUSE * period
+    return abs(gap) < SEAM * period
