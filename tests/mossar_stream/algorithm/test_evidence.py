@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mossar_stream import KeyFrameEvent, SegmentEvent, Segmenter, Settings, Skeleton, segment_recording
+from mossar_stream import KeyFrameEvent, Segmenter, SegmentEvent, Settings, Skeleton, segment_recording
 
 LABELLED = Path(__file__).parents[4] / "shared" / "data" / "labelled"
 SAME = 0.1  # s
