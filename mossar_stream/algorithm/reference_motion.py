@@ -20,6 +20,7 @@ from mossar_stream.similarity import evidence
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
+MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
 
@@ -62,7 +63,8 @@ class Motion:
 
     def __init__(self, positions: Array, fps: float, root: int) -> None:
         self.taken = taken_frames(np.arange(len(positions)) / fps)
-        poses = localise(np.asarray(positions, dtype=np.float64)[self.taken], root)
+        taken = np.asarray(positions, dtype=np.float64)[self.taken]
+        poses = localise(without_leaps(taken, self.taken / fps), root)
         self.moving_joints = max(1, poses.shape[1] - (1 if root >= 0 else 0))
         self.times = self.taken / fps
         self.dt = np.diff(self.times, prepend=0.0)
@@ -205,6 +207,18 @@ def without_gaps(positions: Array) -> Array:
     return np.nan_to_num(filled)
 
 
+def without_leaps(positions: Array, times: Array) -> Array:
+    """Return positions with joints that are faster than people held where they were, for a while."""
+    held, seen = positions.copy(), np.full(positions.shape[1], times[0])
+    for t in range(1, len(times)):
+        lasted = times[t] - seen
+        leaps = np.linalg.norm(positions[t] - held[t - 1], axis=1) > MAX_SPEED * lasted
+        leaps &= lasted <= MAX_GAP
+        held[t][leaps] = held[t - 1][leaps]
+        seen[~leaps] = times[t]
+    return held
+
+
 def algorithm_2(curve: Array, lines: Array, times: Array) -> list[tuple[int, int, int, float]]:
     """Return the key frames of Algorithm 2 with a line that moves, as (frame, found at, confirmed at, time).
 
@@ -257,12 +271,13 @@ def taken_frames(times: Array) -> NDArray[np.int64]:
 
 
 def joint_speeds(poses: Array, times: Array) -> Array:
-    """Return (n, J) m/s, over about a tenth of a second."""
-    speeds = np.zeros(poses.shape[:2])
+    """Return (n, J) m/s, over about a tenth of a second, from poses as they are kept."""
+    speeds, quanta = np.zeros(poses.shape[:2]), float(pose_history.PER_QUANTUM)
+    kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
         old = np.flatnonzero(times[:t] <= times[t] - facts.SPEED_WINDOW + pose_history.MARGIN)
         past = old[-1] if len(old) else 0
-        speeds[t] = np.linalg.norm(poses[t] - poses[past], axis=1) / (times[t] - times[past])
+        speeds[t] = np.linalg.norm(poses[t] - kept[past], axis=1) / (times[t] - times[past])
     return speeds
 
 
@@ -323,21 +338,22 @@ def periods(motion: Motion) -> tuple[NDArray[np.bool_], Array]:
         apart = np.maximum(apart - cycles.NOISE_APART * motion.noise[t] ** 2, 0.0)
         totals[i + 1] = totals[i]
         totals[i + 1, 1 : lags + 1] += apart
-        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2)
+        least = cycles.LEAST_APART * motion.noise[t] ** 2
+        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2, least)
         within = found > 0.0 and (within or depth < cycles.CERTAIN)
         last = found if found > 0.0 else last
         inside[t:], period[t:] = within, last
     return inside, period
 
 
-def _period(totals: Array, taken: int, still: float) -> tuple[float, float]:
+def _period(totals: Array, taken: int, still: float, least: float) -> tuple[float, float]:
     """Return the period, 0 if there is none, and how deep the normalised distance is there."""
     lags = np.arange(1, cycles.LAGS + 1)
     windows = np.maximum(3 * lags // 4, cycles.SHORTEST_WINDOW)
     there = np.clip(taken - lags, 0, windows)
     means = (totals[taken, lags] - totals[taken - there, lags]) / np.maximum(there, 1)
     below = np.cumsum(means)
-    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > 0.0)
+    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > lags * least)
     depth = np.concatenate([[1.0], np.where(there == windows, ratio, 2.0)])
     if not below[-1] / cycles.LAGS > still:
         return 0.0, 1.0

@@ -45,7 +45,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     Args:
         rate_limit: Frames are taken in about so often at most, Hz; those between are counted and passed over. 0 takes
-            all in, as does the `fixed` range.
+            all in, as do the `fixed` range and a `window` of one's own.
         window: Trailing velocity window, s (equation 1; the paper's is 1 s).
         smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
         smoothing_window: Length of the moving average, frames (wSize).
@@ -210,8 +210,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         share = float(str(window)) / float(str(values["window"]))
         usual = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * float(str(values["window"])))))
         values["range_floor"] = usual * share
-        if self.range == "fixed":
-            values["rate_limit"] = 0.0  # with it streams find what Algorithm 2 finds on all frames
+        if self.range == "fixed" or self.window is not None:
+            values["rate_limit"] = 0.0  # asked for is what Algorithm 2 finds on the velocity of all frames
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":

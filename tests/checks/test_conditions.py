@@ -22,7 +22,7 @@ def test_what_is_drawn_out_goes_through_the_same_poses(takes):
 
 def test_cuts_are_played_as_slowly_as_the_poses(takes):
     for take in takes:
-        assert f1(take, at_half_speed(take)) > 0.4
+        assert f1(take, at_half_speed(take)) > 0.3
         assert f1(take, as_recorded(take)) > 0.4
 
 

@@ -68,7 +68,8 @@ def drawn_out(take: Take, times: int) -> Played:
     places = np.arange(times * (len(take.positions) - 1) + 1)
     before = np.minimum(places // times, len(take.positions) - 2)
     share = ((places - times * before) / times).astype(np.float32)[:, None, None]
-    poses = take.positions[before] * (1.0 - share) + take.positions[before + 1] * share
+    way = np.where(share > 0.0, take.positions[before + 1] - take.positions[before], np.float32(0.0))
+    poses = np.where(share < 1.0, take.positions[before] + share * way, take.positions[before + 1])
     return Played(poses, take.fps * times)
 
 
