@@ -37,6 +37,8 @@ JOINT = np.dtype(
 @inline_kernel
 def is_due(track, time):
     """Tell whether a frame at `time` (s) is to become a pose; late ones are not, time that was set back begins anew."""
+    if not np.isfinite(time):
+        return False
     return track.poses == 0 or not -LATE <= time - track.time < TICK
 
 
