@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from mossar_stream.settings import (
         LEVEL_NAMES,
         SETTING_CHOICES,
-        SETTING_LIMITS,
         Center,
         Features,
         KernelForm,
@@ -58,6 +57,7 @@ if TYPE_CHECKING:
         Smoothing,
         VarianceFloor,
     )
+    from mossar_stream.settings.limits import SETTING_LIMITS
     from mossar_stream.similarity.comparison import Comparison
     from mossar_stream.skeleton import MAX_JOINTS, MAX_NAME, Skeleton
 
@@ -101,7 +101,6 @@ _NAMES = {
     "settings": (
         "LEVEL_NAMES",
         "SETTING_CHOICES",
-        "SETTING_LIMITS",
         "Center",
         "Features",
         "KernelForm",
@@ -114,6 +113,7 @@ _NAMES = {
         "Smoothing",
         "VarianceFloor",
     ),
+    "settings.limits": ("SETTING_LIMITS",),
     "similarity.comparison": ("Comparison",),
     "skeleton": ("MAX_JOINTS", "MAX_NAME", "Skeleton"),
 }

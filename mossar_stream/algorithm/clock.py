@@ -10,8 +10,9 @@ CLOCK = np.dtype(
         ("take", "i8"),
         ("open", "i8"),  # whether a take is open
         ("next_frame", "i8"),  # number of the next one
-        ("time", "f8"),  # s, of the last used frame
-        ("used_frame", "i8"),  # number of the last used frame
+        ("time", "f8"),  # s, of the last frame that came in time
+        ("used_frame", "i8"),  # its number
+        ("taken_time", "f8"),  # s, of the last one that was taken in; see `comes_too_soon`
     ],
 )
 COUNTERS = np.dtype(  # since the row was made
@@ -48,6 +49,19 @@ def place_in_time(clock, time, max_pause):
     if dt > max_pause or dt < -max_pause:
         return BEYOND
     return IN_VAIN if dt <= 0.0 else IN_TIME
+
+
+@inline_kernel
+def comes_too_soon(clock, time, spacing):
+    """Tell whether a frame follows the last one that was taken in by less than the spacing, s, and is passed over."""
+    return clock.open == 1 and time - clock.taken_time < spacing
+
+
+@inline_kernel
+def note_time(clock, time):
+    """Note a frame that came in time."""
+    clock.time = time
+    clock.used_frame = clock.next_frame
 
 
 @inline_kernel

@@ -26,6 +26,9 @@ PLACES = 64  # for LAGS + 1 poses, padded so that loops over them vectorise
 SHORTEST_LAG = 4  # a repetition is not shorter
 LONGEST_WINDOW, SHORTEST_WINDOW = 45, 10  # poses; three quarters of the lag between them
 DEEP, CERTAIN = 0.6, 0.25  # normalised distance at the period, to stay in cycles and to enter them
+# s², times the squared noise of a speed over 0.1 s: squared distance of poses that are the same but for noise, and the
+# mean of what lies beyond without which nothing moved.
+NOISE_APART, LEAST_APART = 0.013, 0.005
 STILL = 0.05  # mean squared distance, in A², below which nothing is repeated
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
@@ -70,7 +73,7 @@ def start_cycles(state, time):
 
 
 @inline_kernel
-def follow_cycles(cycles, scales, body, joints, time):
+def follow_cycles(cycles, scales, body, joints, time, noise):
     """Take the pose of a frame in if one is due, and look for a period.
 
     Args:
@@ -79,18 +82,19 @@ def follow_cycles(cycles, scales, body, joints, time):
         body: See joint_pages.py.
         joints: How many can move relative to the centre.
         time: s, of the frame.
+        noise: m/s, what the sensor's noise adds to the speed u (facts.py).
     """
     state = cycles.state
     if time < state.next_time - MARGIN:
         return
     state.next_time = max(state.next_time + SPACING, time)
-    _take_pose(cycles, body, joints)
-    _find_period(cycles, STILL * extent(scales) ** 2)
+    _take_pose(cycles, body, joints, NOISE_APART * noise * noise)
+    _find_period(cycles, STILL * extent(scales) ** 2, LEAST_APART * noise * noise)
 
 
 @kernel
-def _take_pose(cycles, body, joints):
-    """Keep a pose, and its distances from those before."""
+def _take_pose(cycles, body, joints, noise):
+    """Keep a pose, and its squared distances from those before, less what noise adds to them, m²."""
     state, sums = cycles.state, cycles.sums
     here = state.poses % (LAGS + 1)
     sums[:] = 0.0
@@ -103,7 +107,8 @@ def _take_pose(cycles, body, joints):
     line = cycles.distances[state.poses % LONGEST_WINDOW]
     line[0] = 0.0
     for lag in range(1, LAGS + 1):
-        line[lag] = sums[(state.poses - lag) % (LAGS + 1)] / joints if state.poses >= lag else 0.0
+        apart = sums[(state.poses - lag) % (LAGS + 1)] / joints - noise if state.poses >= lag else 0.0
+        line[lag] = max(apart, 0.0)
     state.poses += 1
 
 
@@ -123,8 +128,14 @@ def _add_squares(sums, kept, value):
 
 
 @kernel
-def _find_period(cycles, still):
-    """Set whether the performer is in a cycle, and its period."""
+def _find_period(cycles, still, least):
+    """Set whether the performer is in a cycle, and its period.
+
+    Args:
+        cycles: Cycles.
+        still: m², mean squared distance at all lags below which nothing is repeated.
+        least: m², that at the shorter lags below which there is no period.
+    """
     state = cycles.state
     _sum_distances(cycles)
     total = 0.0
@@ -133,7 +144,7 @@ def _find_period(cycles, still):
     for lag in range(1, LAGS + 1):
         mean, known = _mean_distance(cycles, lag)
         total += mean
-        later = (mean * lag / total if total > 0.0 else 1.0) if known else 2.0
+        later = (mean * lag / total if total > lag * least else 1.0) if known else 2.0
         # `value` belongs to the lag before, `last` to the one before that.
         is_minimum = value < DEEP and value <= last and value < later
         if period == 0.0 and lag - 1 >= SHORTEST_LAG and is_minimum:

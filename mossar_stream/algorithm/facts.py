@@ -41,9 +41,15 @@ def start_facts(facts, frame, time):
 
 
 @inline_kernel
-def smoothing_share(dt):
-    """Return the weight of the newest pose in the filtered one."""
-    return np.float32(dt / (dt + SMOOTHING)) if dt > 0.0 else np.float32(0.0)
+def smoothing_weights(dt):
+    """Return what is left of the filtered pose, and the weight of the newest displacement.
+
+    The filter is a first-order low-pass, exact for straight lines between the poses: it is late by SMOOTHING at any rate.
+    """
+    if dt <= 0.0:
+        return np.float32(1.0), np.float32(0.0)
+    kept = np.exp(-dt / SMOOTHING)
+    return np.float32(kept), np.float32(kept - (1.0 - kept) * SMOOTHING / dt)
 
 
 @kernel

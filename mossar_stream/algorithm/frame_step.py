@@ -16,7 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.arrival import welcome
-from mossar_stream.algorithm.clock import BEYOND, IN_VAIN, count_frame, place_in_time
+from mossar_stream.algorithm.clock import (
+    BEYOND,
+    IN_VAIN,
+    comes_too_soon,
+    count_frame,
+    note_time,
+    place_in_time,
+)
 from mossar_stream.algorithm.cycles import (
     CANDIDATES,
     LAGS,
@@ -27,7 +34,14 @@ from mossar_stream.algorithm.cycles import (
     follow_cycles,
     start_cycles,
 )
-from mossar_stream.algorithm.facts import EARLIER, note_place, note_speed, smoothing_share, start_facts
+from mossar_stream.algorithm.facts import (
+    EARLIER,
+    noise_of_speed,
+    note_place,
+    note_speed,
+    smoothing_weights,
+    start_facts,
+)
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.noise import calm_noise, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -53,6 +67,9 @@ from mossar_stream.jit.simd import page_product
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
     LIVE,
+    MOVED_X,
+    MOVED_Y,
+    MOVED_Z,
     PAGE,
     POINT,
     POSE_X,
@@ -77,6 +94,7 @@ STOPS = 5
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
+UNFILTERED = np.float32(0.0), np.float32(0.0)  # weights of `_localise` for poses as they are
 
 
 class Arrays(NamedTuple):
@@ -127,6 +145,10 @@ def advance(
         place = place_in_time(clock, time, plan.max_pause)
         if place == BEYOND:
             return STOPS * i + TAKE_ENDS
+        if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
+            note_time(clock, time)
+            count_frame(clock, state.counters)
+            continue
         if (
             place != IN_VAIN
             and clock.open == 1
@@ -189,13 +211,13 @@ def _take_in(state, a, frame, time):
     """Take one frame in, all the way to its summary."""
     plan, clock = state.plan, state.clock
     first = clock.open == 0
-    dt = 0.0 if first else min(time - clock.time, plan.max_gap)
+    dt = 0.0 if first else min(time - clock.taken_time, plan.max_gap)
     if first:
         _open_take(state, a, time)
     velocity = _velocity(state, a, frame, time, dt, first)
     value, scale = normalise(state.range, plan, state.noise.floor, velocity, dt)
-    clock.time = time
-    clock.used_frame = clock.next_frame
+    note_time(clock, time)
+    clock.taken_time = time
     count_frame(clock, state.counters)
     if first:
         start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
@@ -235,8 +257,8 @@ def _velocity(state, a, frame, time, dt, first):
     if first:
         start_joints(a.joints, frame, time)
     else:
-        state.counters.gaps += 1 if time - clock.time > plan.max_gap else 0
-        displacement = step_joints(a.joints, frame, clock.time, time)
+        state.counters.gaps += 1 if time - clock.taken_time > plan.max_gap else 0
+        displacement = step_joints(a.joints, frame, clock.taken_time, time)
     if plan.smoothing == FILTERED:
         displacement = filter_joints(plan, body, a.filtered, dt)
     if plan.evidence == 1:
@@ -288,7 +310,8 @@ def _describe(state, a, dt, first):
         offset = np.float32(SPEED_OFFSET_SHARE * usual_speed(state.scales))
     if state.joints.arrived == 1:
         welcome(a.joints, a.segment, a.history, a.cycles, a.filtered, np.log(offset))
-    _localise(a.joints, smoothing_share(dt) if evidence else np.float32(1.0))
+    kept, moved = smoothing_weights(dt) if evidence else UNFILTERED
+    _localise(a.joints, kept, moved)
     squares = follow_speeds(a.history, body, clock.time, offset)
     if plan.evidence == 1:
         _follow_evidence(state, a, squares, dt, first)
@@ -314,33 +337,36 @@ def _follow_evidence(state, a, squares, dt, first):
     else:
         follow_scales(state.scales, squares / state.joints.moving, dt)
     note_speed(state.facts, state.scales, state.clock.time)
-    follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time)
+    noise = noise_of_speed(state.noise, plan.moving_joints)
+    follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time, noise)
 
 
 @inline_kernel
-def _localise(joints, share):
+def _localise(joints, kept, moved):
     """Set the positions relative to the centre (paper 3.1.1); joints that do not count lie in it.
 
     Args:
         joints: Joints.
-        share: Weight of the new pose in the low-pass filtered one; 1 is no filter.
+        kept: What is left of the low-pass filtered pose; 0 is no filter.
+        moved: Weight of the newest displacement in the filtered pose.
     """
     plan, body = joints.plan, joints.body
     cx, cy, cz = center_of(plan, joints.state, body)
     for first in range(0, plan.padded_joints, PAGE):
         page = page_of(body, first)
-        _shift(page, cx, cy, cz, share)
+        _shift(page, cx, cy, cz, (kept, moved))
         _keep_paths(page)
 
 
 @inline_kernel
-def _shift(page, cx, cy, cz, share):
-    kept = np.float32(1.0) - share
+def _shift(page, cx, cy, cz, weights):
+    kept, moved = weights
+    new = np.float32(1.0) - kept
     for j in range(PAGE):
-        live = share * page[j + LIVE]
-        page[j + POSE_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live
-        page[j + POSE_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live
-        page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live
+        live, step = new * page[j + LIVE], moved * page[j + LIVE]
+        page[j + POSE_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live + page[j + MOVED_X] * step
+        page[j + POSE_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live + page[j + MOVED_Y] * step
+        page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live + page[j + MOVED_Z] * step
 
 
 @inline_kernel

@@ -20,6 +20,7 @@ from mossar_stream.similarity import evidence
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
+MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
 
@@ -61,14 +62,15 @@ class Motion:
     """
 
     def __init__(self, positions: Array, fps: float, root: int) -> None:
-        poses = localise(np.asarray(positions, dtype=np.float64), root)
+        self.taken = taken_frames(np.arange(len(positions)) / fps)
+        taken = np.asarray(positions, dtype=np.float64)[self.taken]
+        poses = localise(without_leaps(taken, self.taken / fps), root)
         self.moving_joints = max(1, poses.shape[1] - (1 if root >= 0 else 0))
-        self.times = np.arange(len(poses)) / fps
+        self.times = self.taken / fps
         self.dt = np.diff(self.times, prepend=0.0)
         self.curve, self.range, self.noise = velocity(poses, self.times, self.moving_joints)
         self.poses = filtered(poses, self.dt)
-        self.kept = kept_frames(self.times)
-        self.speeds = joint_speeds(self.poses, self.times, self.kept)
+        self.speeds = joint_speeds(self.poses, self.times)
         self.speed = np.sqrt((self.speeds**2).sum(axis=1) / self.moving_joints)
         self.usual = usual_speeds(self.speed, self.dt)
         self.extent, self.away = surroundings(self)
@@ -81,7 +83,7 @@ class Motion:
         """Yield the key frames of Algorithm 2 with what is known of them."""
         before = 0
         for frame, found, confirmed, time in algorithm_2(self.curve, SIG_THRESHOLD * self.range, self.times):
-            marks = self.kept[self.kept < found][::-1]
+            marks = np.arange(found)[::-1]
             told = int(marks[np.argmin(np.abs(self.times[marks] - (time - facts.EARLIER)))])
             before = told if before < told else frame
             extent, usual = self.extent[confirmed], self.usual[confirmed]
@@ -126,7 +128,7 @@ class Motion:
         return time * np.array(terms)  # type: ignore[no-any-return]
 
     def final(self, weights: Weights = IN_FORCE) -> list[int]:
-        """Return where the final key frames are told to be, frames."""
+        """Return where the final key frames are told to be, frames of the recording."""
         finals: list[int] = []
         left, undecided, judged, last = 0, [], 0, -np.inf
         verdicts: dict[int, int] = {}
@@ -151,7 +153,8 @@ class Motion:
             verdicts[judged], last = self._judge(judged, noted, len(self.times) - 1, last)
             judged += 1
         kept = self._kept(undecided, left, len(self.times), weights, verdicts)
-        return finals + [self.candidates[number].told for number in undecided if number in kept]
+        finals += [self.candidates[number].told for number in undecided if number in kept]
+        return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
@@ -204,6 +207,18 @@ def without_gaps(positions: Array) -> Array:
     return np.nan_to_num(filled)
 
 
+def without_leaps(positions: Array, times: Array) -> Array:
+    """Return positions with joints that are faster than people held where they were, for a while."""
+    held, seen = positions.copy(), np.full(positions.shape[1], times[0])
+    for t in range(1, len(times)):
+        lasted = times[t] - seen
+        leaps = np.linalg.norm(positions[t] - held[t - 1], axis=1) > MAX_SPEED * lasted
+        leaps &= lasted <= MAX_GAP
+        held[t][leaps] = held[t - 1][leaps]
+        seen[~leaps] = times[t]
+    return held
+
+
 def algorithm_2(curve: Array, lines: Array, times: Array) -> list[tuple[int, int, int, float]]:
     """Return the key frames of Algorithm 2 with a line that moves, as (frame, found at, confirmed at, time).
 
@@ -237,30 +252,32 @@ def algorithm_2(curve: Array, lines: Array, times: Array) -> list[tuple[int, int
 
 
 def filtered(poses: Array, dt: Array) -> Array:
-    """Return the poses behind a first-order low-pass filter."""
+    """Return the poses behind a first-order low-pass filter, exact for straight lines between them."""
     result = poses.copy()
     for t in range(1, len(poses)):
-        share = dt[t] / (dt[t] + facts.SMOOTHING)
-        result[t] = result[t - 1] + share * (poses[t] - result[t - 1])
+        late, kept = facts.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t], np.exp(-dt[t] / facts.SMOOTHING)
+        # A line is followed at a distance, `late`; what differed from it fades.
+        result[t] = poses[t] - late + kept * (result[t - 1] - (poses[t - 1] - late))
     return result
 
 
-def kept_frames(times: Array) -> NDArray[np.int64]:
-    """Return which frames' poses are kept, about 30 Hz."""
-    kept = [0]
+def taken_frames(times: Array) -> NDArray[np.int64]:
+    """Return which frames are taken in, about 30 Hz; the others are passed over."""
+    taken = [0]
     for t in range(1, len(times)):
-        if times[t] - times[kept[-1]] >= pose_history.SPACING:
-            kept.append(t)
-    return np.array(kept)
+        if times[t] - times[taken[-1]] >= pose_history.SPACING - pose_history.MARGIN:
+            taken.append(t)
+    return np.array(taken)
 
 
-def joint_speeds(poses: Array, times: Array, kept: NDArray[np.int64]) -> Array:
-    """Return (n, J) m/s, over about a tenth of a second, from a kept pose."""
-    speeds = np.zeros(poses.shape[:2])
+def joint_speeds(poses: Array, times: Array) -> Array:
+    """Return (n, J) m/s, over about a tenth of a second, from poses as they are kept."""
+    speeds, quanta = np.zeros(poses.shape[:2]), float(pose_history.PER_QUANTUM)
+    kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
-        old = kept[(kept < t) & (times[kept] <= times[t] - facts.SPEED_WINDOW + pose_history.MARGIN)]
+        old = np.flatnonzero(times[:t] <= times[t] - facts.SPEED_WINDOW + pose_history.MARGIN)
         past = old[-1] if len(old) else 0
-        speeds[t] = np.linalg.norm(poses[t] - poses[past], axis=1) / (times[t] - times[past])
+        speeds[t] = np.linalg.norm(poses[t] - kept[past], axis=1) / (times[t] - times[past])
     return speeds
 
 
@@ -281,10 +298,8 @@ def surroundings(motion: Motion) -> tuple[Array, Array]:
     extent, away = np.empty(len(poses)), np.zeros(len(poses))
     mean, home = poses[0].copy(), poses[0].copy()
     spread, weight, dwelt = scales.PRIOR_EXTENT**2, 1.0, scales.PRIOR_DWELT
-    stood = np.diff(motion.times[motion.kept], prepend=0.0)
-    durations = dict(zip(motion.kept.tolist(), stood.tolist(), strict=True))
     for t, pose in enumerate(poses):
-        dt = durations.get(t, 0.0)
+        dt = motion.dt[t]
         if dt > 0.0:
             dwelling = dt / (1.0 + (motion.speed[t] / (scales.SLOW * motion.usual[t])) ** 2)
             dwelt = dwelt * np.exp2(-dt / scales.HOME_HALF_LIFE) + dwelling
@@ -320,23 +335,25 @@ def periods(motion: Motion) -> tuple[NDArray[np.bool_], Array]:
     for i, t in enumerate(taken):
         lags = min(i, cycles.LAGS)
         apart = ((poses[i] - poses[i - lags : i][::-1]) ** 2).sum(axis=(1, 2)) / motion.moving_joints
+        apart = np.maximum(apart - cycles.NOISE_APART * motion.noise[t] ** 2, 0.0)
         totals[i + 1] = totals[i]
         totals[i + 1, 1 : lags + 1] += apart
-        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2)
+        least = cycles.LEAST_APART * motion.noise[t] ** 2
+        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2, least)
         within = found > 0.0 and (within or depth < cycles.CERTAIN)
         last = found if found > 0.0 else last
         inside[t:], period[t:] = within, last
     return inside, period
 
 
-def _period(totals: Array, taken: int, still: float) -> tuple[float, float]:
+def _period(totals: Array, taken: int, still: float, least: float) -> tuple[float, float]:
     """Return the period, 0 if there is none, and how deep the normalised distance is there."""
     lags = np.arange(1, cycles.LAGS + 1)
     windows = np.maximum(3 * lags // 4, cycles.SHORTEST_WINDOW)
     there = np.clip(taken - lags, 0, windows)
     means = (totals[taken, lags] - totals[taken - there, lags]) / np.maximum(there, 1)
     below = np.cumsum(means)
-    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > 0.0)
+    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > lags * least)
     depth = np.concatenate([[1.0], np.where(there == windows, ratio, 2.0)])
     if not below[-1] / cycles.LAGS > still:
         return 0.0, 1.0

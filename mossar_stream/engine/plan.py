@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm import pose_history
 from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
-from mossar_stream.algorithm.pose_history import history_size
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SCRATCH_ROWS
 from mossar_stream.memory.joint_pages import pad
@@ -20,6 +20,9 @@ SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
 MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
+EARLY = (
+    0.8  # share of 1 / rate_limit by which frames that are taken in are apart at least: they come with jitter
+)
 FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal rate
 
 
@@ -65,15 +68,26 @@ class Plan:
         )
         self.shape = Shape(
             joints=joints,
-            ring=ring or math.ceil(resolved.window * max(fps or ASSUMED_FPS, 1.0)) + 8,
+            ring=ring or math.ceil(resolved.window * min(max(fps or ASSUMED_FPS, 1.0), self.most_rate)) + 8,
             slot=similarity.slot_size(resolved, self.params),
             window=window or resolved.remerge_window,
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
-            history=history or history_size(kept),
+            history=history or pose_history.history_size(kept),
             counted=not offline,
             evidence=resolved.similarity == "evidence",
         )
+
+    @property
+    def spacing(self) -> float:
+        """By how much frames that are taken in are apart at least, s; the others are passed over."""
+        limit = self.settings.rate_limit
+        return EARLY / limit - pose_history.MARGIN if limit > 0.0 else 0.0
+
+    @property
+    def most_rate(self) -> float:
+        """How often frames are taken in at most, Hz."""
+        return 1.0 / self.spacing if self.spacing > 0.0 else math.inf
 
     @cached_property
     def row_bytes(self) -> int:
@@ -98,6 +112,7 @@ class Plan:
             and self.center == other.center
             and (mine.window, mine.smoothing, mine.range, mine.tempo)
             == (theirs.window, theirs.smoothing, theirs.range, theirs.tempo)
+            and mine.rate_limit == theirs.rate_limit
         )
 
     def prepare(self, row: NDArray[np.uint8], index: int) -> None:
@@ -137,6 +152,7 @@ class Plan:
             "range_half_life": chosen.range_half_life,
             "range_floor": chosen.range_floor * moving,
             "noise_margin": chosen.noise_margin if noisy else 0.0,
+            "spacing": self.spacing,
             # A source of few frames per second has no gaps for that.
             "max_gap": max(chosen.max_gap, FRAMES_OF_GAP / self.fps if self.fps else 0.0) + MARGIN,
             "max_speed": chosen.max_speed,

@@ -63,11 +63,13 @@ def second_process(module: str, argument: str) -> Iterator[None]:
 def is_possible(cache: Cache) -> bool:
     """Tell whether another process could help: a second core, a cache that it shares, an interpreter to run.
 
+    On the plain path processes compile in turns (`turns.py`), so that two are no quicker than one.
     In a program that embeds or freezes Python `sys.executable` is that program, which must not be started again.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     is_interpreter = Path(sys.executable or "").name.lower().startswith("python")
-    return cores > 1 and cache.lasts and is_interpreter and not getattr(sys, "frozen", False)
+    is_alone = getattr(sys, "frozen", False) or not is_accelerated()
+    return cores > 1 and cache.lasts and is_interpreter and not is_alone
 
 
 def _interpreter(module: str, cache: Cache, argument: str) -> subprocess.Popen[bytes]:

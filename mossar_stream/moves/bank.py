@@ -9,7 +9,7 @@ from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.limbs import limbs_of
-from mossar_stream.moves.measure import DIRECTIONS, describe
+from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, strangeness, warped
 from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
 from mossar_stream.moves.track import JOINT, SMOOTHED
@@ -61,6 +61,20 @@ def write_example(store, t, move, poses, path):
     bank.rows[at : at + DIRECTIONS] = bank.room.directions
     bank.rows[at + DIRECTIONS] = bank.room.box
     bank.rows[at + DIRECTIONS + 1] = bank.room.shares
+    bank.rows[at + DIRECTIONS + 2] = bank.room.stance
+
+
+@entry_point
+def compare_with_all(store, poses, path, costs):
+    """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
+    bank = open_store(store)
+    room, rows = bank.room, bank.rows
+    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
+    for t in range(bank.examples.size):
+        at = t * ROWS
+        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
+        factor *= strangeness(room, rows[at + DIRECTIONS + 2])
+        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.moves.bank import example_poses, make_store, path_of
+from mossar_stream.moves.bank import compare_with_all, example_poses, make_store, path_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.recogniser import STORE, STORE_BYTES, compare_with_all
+from mossar_stream.moves.recogniser import STORE, STORE_BYTES
 from mossar_stream.skeleton import Skeleton
 
 APART = -0.5  # natural logarithm of the mean cost between two kinds

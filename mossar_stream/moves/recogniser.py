@@ -26,6 +26,7 @@ from mossar_stream.moves.measure import (
     correction,
     describe,
     first_half,
+    strangeness,
     warped,
 )
 from mossar_stream.moves.padding import padded
@@ -53,7 +54,10 @@ HANDICAP = np.float32(np.exp(REVISED))
 
 DECISION = np.dtype(
     [
-        ("next_look", "f8"),  # s, when stretches are compared next
+        (
+            "next_look",
+            "f8",
+        ),  # s, when stretches are compared next; nothing happens before, if no move is open
         ("loud", "f8"),  # s, when speed was last above `LOUD`
         ("peak", "f8"),  # m/s, largest speed since the last onset or decision
         (
@@ -96,7 +100,7 @@ EXAMPLE = np.dtype(
         ("cost", "f4"),  # of the best stretch of this look; room to work in
     ],
 )
-ROWS = DIRECTIONS + 2  # of an example in `Bank.rows`: directions, box, shares
+ROWS = DIRECTIONS + 3  # of an example in `Bank.rows`: directions, box, shares, stance
 
 
 class Bank(NamedTuple):
@@ -112,7 +116,9 @@ class Bank(NamedTuple):
 # arrays of `Bank` and of `Description` in their order.
 STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
-ROOM_ROWS = POINTS + DIRECTIONS + 3  # of numbers: points, directions, shares, box, low; then size and warping
+ROOM_ROWS = (
+    POINTS + DIRECTIONS + 4
+)  # of numbers: points, directions, shares, stance, box, low; then size and warping
 
 
 def store_bytes(joints: int, examples: int) -> int:
@@ -159,6 +165,7 @@ def open_store(store):
         Description(
             part(store, at_room, np.float32, (POINTS, numbers)),
             part(store, at_room + POINTS * line, np.float32, (DIRECTIONS, numbers)),
+            part(store, after - 4 * line, np.float32, (numbers,)),
             part(store, after - 3 * line, np.float32, (numbers,)),
             part(store, after - 2 * line, np.float32, (numbers,)),
             part(store, after, np.float32, (1,)),
@@ -175,6 +182,7 @@ def recognise(
     positions: NDArray[np.float32],
     times: NDArray[np.float64],
     begin: int,
+    end: int,
 ) -> int:
     """Take frames in until there is news of a move.
 
@@ -184,19 +192,20 @@ def recognise(
         positions: (n, J, 3) float32 metres; NaN where a joint is missing.
         times: (n,) float64 s.
         begin: First frame to take in.
+        end: Frame to stop before.
 
     Returns:
-        Number of the frame that brought news, which stand in `state.happened`; n if none did.
+        Number of the frame that brought news, which stand in `state.happened`; `end` if none did.
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
     poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.room.box.size))
-    for i in range(begin, times.size):
+    for i in range(begin, end):
         if is_due(state.track, times[i]):
             _follow(state, poses, bank, positions[i], times[i])
             if state.happened != 0:
                 return i
-    return times.size
+    return end
 
 
 @kernel
@@ -227,10 +236,10 @@ def _is_look_due(decision, activity, was_moving, time):
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
     if speed > LOUD:
         decision.loud = time
-    if time < decision.next_look or time - decision.loud > QUIET or speed > FALLEN * decision.peak:
+    if time < decision.next_look:
         return False
     decision.next_look = time + LOOK_EVERY - 0.001  # times of frames are not exact
-    return True
+    return time - decision.loud <= QUIET and speed <= FALLEN * decision.peak
 
 
 @kernel
@@ -307,10 +316,13 @@ def _compare(state, bank, first, best):
         if revision and examples[t].move == state.found.move:
             continue
         at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
+        limit = min(examples[t].cost, min(best, bar) * RIVALS)
+        factor = strangeness(room, rows[at + DIRECTIONS + 2])
         if revision:
             factor *= HANDICAP
-        limit = min(examples[t].cost, min(best, bar) * RIVALS)
+        if LEAST * factor >= limit:
+            continue
+        factor *= correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
         if LEAST * factor >= limit:
             continue
         cost = factor * warped(room, rows[at : at + DIRECTIONS], limit / factor)
@@ -382,15 +394,3 @@ def _leading_limb(bank):
             if best < 0 or extent[limb] > extent[best]:
                 best = limb
     return best
-
-
-@entry_point
-def compare_with_all(store, poses, path, costs):
-    """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
-    bank = open_store(store)
-    room, rows = bank.room, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
-    for t in range(bank.examples.size):
-        at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
-        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)

@@ -14,6 +14,7 @@ from mossar_stream.moves.recogniser import (
     CONFIRMED,
     FINAL,
     JOINT_BYTES,
+    STATE,
     STATE_BYTES,
     STORE,
     STORE_BYTES,
@@ -27,6 +28,7 @@ from mossar_stream.moves.track import LATE, TICK
 from mossar_stream.skeleton import Skeleton
 
 WHOLE_BODY = "body"
+HELD = 8  # frames that wait at most until they are taken in together
 
 
 class Recognition:
@@ -53,17 +55,49 @@ class Recognition:
         self._joints = int(self.store[:8].view(np.int64)[0])
         self._memory = new_memory(self._joints)
         self._state: Any = state_of(self._memory)
-        self._track: Any = self._state["track"]
-        self._latest = -math.inf  # s, of the last pose
+        # Views of single numbers, because fields of records take a microsecond each.
+        fields = self._memory[:STATE_BYTES].view(STATE)
+        self._last_pose, self._poses = fields["track"]["time"], fields["track"]["poses"]
+        self._open_move, self._next_look = fields["found"]["move"], fields["decision"]["next_look"]
+        self._held = 0  # frames that wait: none of them can bring news
+        self._has_news = False  # of the frame that `hold` took in
+        self._positions = np.zeros((HELD + 1, len(skeleton), 3), np.float32)
+        self._times = np.zeros(HELD + 1)
+        self._latest = -math.inf  # s, of the last pose, or of the last frame that is to become one
+        self._due = -math.inf  # s, before which no frame can bring news
         # No frame: the kernel is compiled now, and never while frames come in.
-        nobody = np.zeros((0, len(skeleton), 3), np.float32)
-        recognise(self._memory, self.store, nobody, np.zeros(0), 0)
+        recognise(self._memory, self.store, self._positions, self._times, 0, 0)
         self._see()
 
     @property
     def bytes_taken(self) -> int:
         """Bytes of a performer, besides the examples that all share."""
-        return len(self._memory)
+        return len(self._memory) + self._positions.nbytes + self._times.nbytes
+
+    def hold(self, position: NDArray[np.float32], time: float) -> bool:
+        """Take one frame in; keep it for later if no news can come with it, which is quicker than a kernel's call.
+
+        Args:
+            position: (J, 3) or (1, J, 3) m; copied.
+            time: s.
+
+        Returns:
+            Whether it brings no news; if it does, `follow` says so when it is called with the frame.
+        """
+        since = time - self._latest
+        if 0.0 <= since < TICK:
+            return True  # it becomes no pose
+        if not TICK <= since <= LATE:
+            return False  # time went back or far on, or is none
+        held = self._held
+        self._positions[held] = position
+        self._times[held] = time
+        if time < self._due and held < HELD:
+            self._latest = time
+            self._held = held + 1
+            return True
+        self._has_news = not self._take_in(held + 1)
+        return not self._has_news
 
     def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
         """Take frames in until there is news; return the number of the frame that brought it, n if none did.
@@ -74,15 +108,41 @@ class Recognition:
             begin: First frame to take in.
         """
         count = len(times)
-        if count == 1 and begin == 0 and -LATE <= times[0] - self._latest < TICK:
-            return 1  # no pose is due, as the kernel would say after more time
-        stop: int = recognise(self._memory, self.store, positions, times, begin)
+        if count == 1 and begin == 0:
+            return self._follow_one(positions, times)
+        self._flush()
+        stop: int = recognise(self._memory, self.store, positions, times, begin, count)
         self._see()
         return stop
 
+    def _follow_one(self, positions: NDArray[np.float32], times: NDArray[np.float64]) -> int:
+        """Take one frame in with those that wait; return 0 if it brought news."""
+        if self._has_news:  # as `hold` has found
+            self._has_news = False
+            return 0
+        if -LATE <= times[0] - self._latest < TICK:
+            return 1  # no pose is due, as the kernel would say after more time
+        held = self._held
+        self._positions[held], self._times[held] = positions[0], times[0]
+        return int(self._take_in(held + 1))
+
+    def _take_in(self, count: int) -> bool:
+        """Take in the frames that wait, and tell whether the last one brings no news; others cannot."""
+        self._held = 0
+        stop: int = recognise(self._memory, self.store, self._positions, self._times, 0, count)
+        self._see()
+        return stop == count
+
+    def _flush(self) -> None:
+        """Take in the frames that wait."""
+        if self._held:
+            self._take_in(self._held)
+
     def _see(self) -> None:
-        """Note when the last pose was."""
-        self._latest = float(self._track["time"]) if self._track["poses"] else -math.inf
+        """Note when the last pose was, and until when nothing can happen."""
+        begun = self._poses[0] > 0
+        self._latest = float(self._last_pose[0]) if begun else -math.inf
+        self._due = float(self._next_look[0]) if begun and self._open_move[0] < 0 else -math.inf
 
     def news(self, take: int) -> list[MoveEvent]:
         """Return the events of the frame that `follow` stopped at.
@@ -102,6 +162,7 @@ class Recognition:
 
     def end(self) -> list[MoveEvent]:
         """Forget what is going on, as a take ends; return the event of a move that becomes final by that."""
+        self._flush()
         state = self._state
         events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
         number = int(state["found"]["number"])
@@ -149,6 +210,7 @@ class Recognition:
 
     def to_bytes(self) -> bytes:
         """Return what is remembered of the performer, for a snapshot."""
+        self._flush()
         return self._memory.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -165,6 +227,7 @@ class Recognition:
         if not _is_sound(memory, len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
         self._memory[:] = memory
+        self._held = 0
         self._see()
 
 

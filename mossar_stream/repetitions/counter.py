@@ -152,7 +152,7 @@ class RepetitionCounter:
         """Keep one frame for later if no look is due with it, which is quicker than a kernel's call.
 
         Args:
-            position: (J, 3) m; copied.
+            position: (J, 3) or (1, J, 3) m; copied.
             time: s.
 
         Returns:

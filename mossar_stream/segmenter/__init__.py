@@ -295,7 +295,7 @@ class Segmenter:
             elif not (positions.dtype is FLOAT32 and positions.flags.carray):
                 frame = self._one_frame
                 frame[0] = positions
-            if not self.is_followed or self._followers.hold(frame[0], float(times)):
+            if not self.is_followed or self._followers.hold(frame, float(times)):
                 events = engine.push_frame(row, frame, self._one_time)
                 if events is not None:
                     return events

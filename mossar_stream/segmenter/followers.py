@@ -14,6 +14,8 @@ from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCoun
 from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
 from mossar_stream.settings import Settings
 
+Hold = Callable[[NDArray[np.float32], float], bool]
+
 
 class Followers:
     """What follows the frames of one performer besides the segmentation of the body.
@@ -24,21 +26,33 @@ class Followers:
         new_limbs: Returns the limbs of a row's performer that settings call for.
 
     Attributes:
-        recognition: Of moves, or None.
         counter: Of repetitions, or None.
         limbs: Key frames of limbs, or None.
+        hold: Takes one frame of a take in, (1, J, 3) m and s, and tells whether nothing comes of it but what the body has
+            to say; if not, `push` must be called.
     """
 
     def __init__(
         self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs]
     ) -> None:
-        self.recognition = recognition
+        self._recognition = recognition
         self.counter: RepetitionCounter | None = None
         self.limbs: Limbs | None = None
         self._new_limbs = new_limbs
         self._tells_phase = row.plan.given.repetitions and row.plan.given.phase
         self._renew_counter(row)
         self._renew_limbs(row)
+        self._choose()
+
+    @property
+    def recognition(self) -> Recognition | None:
+        """What recognises moves, or None."""
+        return self._recognition
+
+    @recognition.setter
+    def recognition(self, recognition: Recognition | None) -> None:
+        self._recognition = recognition
+        self._choose()
 
     def __bool__(self) -> bool:
         return not (self.recognition is None and self.counter is None and self.limbs is None)
@@ -77,22 +91,19 @@ class Followers:
             self._renew_limbs(row)
         elif self.limbs is not None:
             events += self.limbs.change(given)
+        self._choose()
         return events
 
-    def hold(self, position: NDArray[np.float32], time: float) -> bool:
-        """Take one frame of a take in for a repetition counter that does nothing with it yet, and nothing else follows.
-
-        Args:
-            position: (J, 3) m.
-            time: s.
-
-        Returns:
-            Whether that is so; if not, `push` must be called.
-        """
-        counter = self.counter
-        if counter is None or self._tells_phase or self.recognition is not None or self.limbs is not None:
-            return False
-        return counter.hold(position, time)
+    def _choose(self) -> None:
+        """Choose what `hold` does; asking at each frame would take longer than most frames do."""
+        counter, recognition = self.counter, self.recognition
+        self.hold: Hold = _hold_nothing
+        if self.limbs is not None or self._tells_phase:
+            return
+        if counter is None and recognition is not None:
+            self.hold = recognition.hold
+        elif counter is not None and recognition is None:
+            self.hold = counter.hold
 
     def push(
         self,
@@ -234,3 +245,7 @@ class Followers:
             self.counter.restore(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
+
+
+def _hold_nothing(_position: NDArray[np.float32], _time: float) -> bool:
+    return False

@@ -11,6 +11,7 @@ import msgspec
 
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings.limb_groups import parse_groups
+from mossar_stream.settings.limits import SETTING_LIMITS
 from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
@@ -43,6 +44,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     """Everything that can be set on a segmenter.
 
     Args:
+        rate_limit: Frames are taken in about so often at most, Hz; those between are counted and passed over. 0 takes
+            all in, as do the `fixed` range and a `window` of one's own.
         window: Trailing velocity window, s (equation 1; the paper's is 1 s).
         smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
         smoothing_window: Length of the moving average, frames (wSize).
@@ -92,6 +95,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         4.4
     """
 
+    rate_limit: float | None = None
     window: float | None = None
     smoothing: Smoothing = "none"
     smoothing_window: int = 1
@@ -206,6 +210,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         share = float(str(window)) / float(str(values["window"]))
         usual = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * float(str(values["window"])))))
         values["range_floor"] = usual * share
+        if self.range == "fixed" or self.window is not None:
+            values["rate_limit"] = 0.0  # asked for is what Algorithm 2 finds on the velocity of all frames
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":
@@ -242,6 +248,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings with nothing left to a bundle."""
 
+    rate_limit: float
     window: float
     similarity: SimilarityName
     remerge_window: int
@@ -254,32 +261,6 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     post_roll: float
     tempo: bool
     remerge_seconds: float
-
-
-SETTING_LIMITS: dict[str, tuple[float, float]] = {
-    "window": (0.01, 10.0),
-    "smoothing_window": (1, 1000),
-    "one_euro_cutoff": (0.01, 100.0),
-    "one_euro_beta": (0.0, 1000.0),
-    "sig_threshold": (0.0, 1.0),
-    "range_min": (0.0, 1e6),
-    "range_max": (0.0, 1e6),
-    "range_half_life": (0.1, 1e6),
-    "range_floor": (0.0, 1e3),
-    "noise_margin": (0.0, 100.0),
-    "edges": (1, 45),
-    "layers": (1, 5),
-    "short_segment": (0.0, 60.0),
-    "refine": (0.0, 5.0),
-    "pre_roll": (0.0, 60.0),
-    "post_roll": (0.0, 60.0),
-    "max_key_frames": (0, 1_000_000),
-    "remerge_window": (1, 1024),
-    "remerge_seconds": (0.05, 1e9),
-    "max_gap": (0.0, 60.0),
-    "max_speed": (0.1, 1e4),
-    "max_pause": (0.05, 3600.0),
-}
 
 
 SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {

@@ -9,6 +9,7 @@ PRESETS: dict[str, dict[str, object]] = {
     "default": {},
     # The paper's values: 1 s window, θ = 0.01, Algorithm 3 with the normalised path kernel, N = 20, L = 1.
     "paper": {
+        "rate_limit": 0.0,
         "window": 1.0,
         "sig_threshold": 0.01,
         "range_floor": 0.0,
@@ -28,6 +29,7 @@ PRESETS: dict[str, dict[str, object]] = {
 
 _MOTION: dict[str, object] = {
     "similarity": "evidence",
+    "rate_limit": 30.0,
     "window": 0.1,
     "range_floor": 0.1 * 0.1,
     "features": {"positions": 0.5, "log_speed": 0.5},
@@ -43,6 +45,7 @@ _MOTION: dict[str, object] = {
 # Likelihood alone: level `posture`, and whoever asks for the likelihood at level `motion`.
 _POSTURE: dict[str, object] = {
     "similarity": "likelihood",
+    "rate_limit": 0.0,
     "window": 0.2,
     "features": {"positions": 0.75, "log_speed": 0.25},
     "short_segment": 0.0,
@@ -56,6 +59,7 @@ _POSTURE: dict[str, object] = {
 }
 _CLUSTER: dict[str, object] = {
     "similarity": "likelihood",
+    "rate_limit": 0.0,
     "window": 0.25,
     "features": {"distances": 0.25, "log_speed": 0.75},
     "short_segment": 1.0,

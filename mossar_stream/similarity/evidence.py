@@ -30,7 +30,7 @@ TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
 JOINTS = 7  # that count and can move relative to the centre
 
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.6, 11.0, 3.5, 1.0, 2.0
+CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 2.0, 11.0, 3.7, 1.2, 1.7
 EVEN = 3.0  # what evidence must outweigh
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike

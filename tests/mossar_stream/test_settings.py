@@ -4,7 +4,8 @@ import msgspec
 import pytest
 
 from mossar_stream import Settings, SettingsError
-from mossar_stream.settings import LEVEL_NAMES, SETTING_LIMITS, Features, VarianceFloor
+from mossar_stream.settings import LEVEL_NAMES, Features, VarianceFloor
+from mossar_stream.settings.limits import SETTING_LIMITS
 from mossar_stream.settings.presets import BUNDLES, PRESETS, STRENGTHS
 
 

@@ -58,7 +58,7 @@ class LeftOut(msgspec.Struct, frozen=True):
 
 
 def _f1(motion: Motion, take: Take, weights: Weights) -> float:
-    times = [float(motion.times[frame]) for frame in motion.final(weights)]
+    times = [frame / take.fps for frame in motion.final(weights)]
     cuts: Sequence[Cut] = take.cuts
     return 2 * len(match(times, cuts, take.tolerance)) / max(1, len(times) + len(cuts))
 

@@ -211,7 +211,8 @@ def _run(arguments: list[str], terminal: Console) -> int:
     if not arguments or arguments[0].startswith("-"):
         return _run_without_command(arguments or ["--help"], terminal)
     name = arguments[0]
-    return run_command(f"mossar {name}", command_called(name), arguments[1:], terminal)
+    command = interruptibly(lambda: command_called(name))  # some bring the compiler with them
+    return run_command(f"mossar {name}", command, arguments[1:], terminal)
 
 
 def _run_without_command(arguments: list[str], terminal: Console) -> int:

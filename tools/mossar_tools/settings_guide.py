@@ -20,6 +20,9 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
         "",
         "posture keeps every key frame, motion single moves, cluster activities; a number is a strength, larger keeps fewer",
     ),
+    "rate_limit": Guide(
+        "Hz", "lower: fewer frames are looked at, the others are passed over; 0 takes all in"
+    ),
     "window": Guide("s", "longer: a smoother velocity, fewer key frames, each later"),
     "smoothing": Guide(
         "", "none, moving_average of the velocity (the paper's), one_euro filter on the joints"

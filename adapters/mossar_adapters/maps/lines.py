@@ -4,7 +4,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.decoder import MapDecoder
-from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
+from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.source import Left, Meta
 from mossar_stream import FrameError, Frames
@@ -64,9 +64,10 @@ class LineDecoder:
             if found is None:
                 self.counters.ignored += 1
                 return
-            if isinstance(found, MetaMap) and self._batch.fps is None:
-                self._batch.fps = found.fps or None  # UNSET is false
-            self._batch.put(self._maps.receive(found, arrival))
+            said = self._maps.receive(found, arrival)
+            if isinstance(said, Meta) and self._batch.fps is None:
+                self._batch.fps = said.fps
+            self._batch.put(said)
             self.usable += isinstance(found, FrameMap)
         except FrameError as error:
             self._refuse(str(error))

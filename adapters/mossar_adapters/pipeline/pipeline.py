@@ -33,6 +33,7 @@ from mossar_stream import Event, Frames, Moves, Settings, SettingsError
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
+_TOLD = 20  # performers who cannot be followed and are told of
 _LEAVE = 1.0  # s given to a reader to end
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
 
@@ -95,6 +96,7 @@ class Pipeline:
         self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
         self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._refused: set[str] = set()  # newcomers for whom there is no room
+        self._unfollowed: set[str] = set()  # performers who cannot be followed
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -218,6 +220,7 @@ class Pipeline:
             kept = self.naming.names
             self.upkeep.keep(kept)
             self._refused &= kept
+            self._unfollowed &= kept
             self.stream_time.forget(kept)
             for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
                 for name in set(table) - kept:
@@ -233,21 +236,26 @@ class Pipeline:
 
     def _follow(self, name: str, meta: Meta, source: int) -> None:
         """Take a performer in, or its new skeleton."""
-        said = self._metas.get(name) is meta
         self._metas[name] = meta
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
-            if not said:
-                _log.warning(
-                    "%s: %s cannot be followed: %s", self._source_name(source), name, in_words(error)
-                )
+            self._tell_unfollowed(name, source, error)
             return
         self._refused.discard(name)
+        self._unfollowed.discard(name)
         self.latency.setdefault(name, Latency())
         self.send(events)
         for outlet in self.outlets:
             outlet.put(Parcel(msgspec.structs.replace(meta, performer=name)))
+
+    def _tell_unfollowed(self, name: str, source: int, error: Exception) -> None:
+        """Say once of a performer why it cannot be followed; of many, of the first ones."""
+        if name not in self._unfollowed and len(self._unfollowed) < _TOLD:
+            more = "" if len(self._unfollowed) < _TOLD - 1 else "; of others nothing is said any more"
+            where = self._source_name(source)
+            _log.warning("%s: %s cannot be followed: %s%s", where, name, in_words(error), more)
+        self._unfollowed.add(name)
 
     def _welcome(self, name: str, frames: Frames, arrival: Arrival) -> bool:
         """See that a performer is followed; return whether there is room."""

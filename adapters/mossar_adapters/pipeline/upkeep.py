@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
 SILENCE = 3.0  # s without a frame after which a source explains itself
+_SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _LOOK = 0.02  # s between two looks
 
@@ -123,7 +124,7 @@ class Upkeep:
         stats = pipeline.pool[performer].stats
         first, last = pipeline.times.get(performer, (0.0, 0.0))
         frames, since = self._counted.get(performer, (1, first))
-        fps = (stats["frames"] - frames) / (last - since) if last > since else 0.0
+        fps = (stats["frames"] - frames) / (last - since) if last - since > _SHORTEST else 0.0
         self._counted[performer] = (stats["frames"], last)
         return StatsEvent(
             performer=performer,

@@ -1,5 +1,7 @@
 """The decoder of JSON lines: the same frames in whatever pieces the bytes come."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -49,3 +51,17 @@ def test_a_line_without_end_takes_no_memory():
         assert len(decoder._rest) <= MAX_LINE
     assert decoder.counters.malformed == 7
     assert decoder.problem.endswith("bytes)")
+
+
+@pytest.mark.parametrize("fps", [-3, 0.0001, 1e300])
+def test_an_impossible_rate_is_refused_and_nobody_else_has_it(fps):
+    decoder = LineDecoder()
+    lines = [
+        {"type": "meta", "performer": "eve", "names": ["a", "b"], "fps": fps},
+        {"type": "frame", "performer": "ann", "t": 1.5, "xyz": [[0, 1, 0], [0, 2, 0]]},
+    ]
+    found = decoder.receive(b"".join(json.dumps(line).encode() + b"\n" for line in lines), 0.0)
+    meta, frames = found
+    assert (meta.performer, meta.fps) == ("ann", None)
+    assert frames.times.tolist() == [1.5]
+    assert decoder.counters.malformed == 1

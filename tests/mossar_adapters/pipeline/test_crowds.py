@@ -6,6 +6,7 @@ import time
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Left
 from mossar_stream import (
+    FrameError,
     SettingsError,
     StreamEvent,
 )
@@ -107,3 +108,17 @@ def test_an_error_of_one_performer_does_not_end_the_run(stage, monkeypatch, capl
     assert not outcome.errors
     assert stage.changes(sink) == [("bob", "started", ""), ("bob", "ended", "end of stream")]
     assert caplog.messages[0] == "script: ann cannot be followed: location=free is impossible here"
+
+
+def test_of_many_who_cannot_be_followed_the_first_are_told_of_each_once(stage, monkeypatch, caplog):
+    def refuse(*_):
+        raise FrameError("no")
+
+    items = [stage.meta(f"p{k}") for k in range(50)] * 2
+    pipeline = Pipeline([stage.Script(items)], [stage.Collected()])
+    monkeypatch.setattr(pipeline.pool, "announce", refuse)
+    pipeline.run()
+    said = [message for message in caplog.messages if "cannot be followed" in message]
+    assert said[0] == "script: p0 cannot be followed: no"
+    assert said[-1] == "script: p19 cannot be followed: no; of others nothing is said any more"
+    assert len(said) == 20

@@ -123,6 +123,14 @@ def test_stats_tell_frames_rate_and_delays(stage):
     assert 0 < stats.latency_p50_ms <= stats.latency_p99_ms
 
 
+def test_a_clock_of_nonsense_has_no_infinite_rate(stage):
+    sink = stage.Collected()
+    pose = np.zeros((2, 2, 3), np.float32)
+    frames = Frames(pose, np.array([0.0, 5e-324]))
+    Pipeline([stage.Script([stage.meta(), frames])], [sink], upkeep=Upkeep(stats=9.0)).run()
+    assert [event.fps for event in sink.of(StatsEvent)] == [0.0]
+
+
 def test_a_sink_that_fails_does_not_stop_the_others(stage, caplog):
     class Broken(stage.Collected):
         def send(self, events):

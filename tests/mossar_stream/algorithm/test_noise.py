@@ -80,7 +80,7 @@ def test_white_noise_is_told_from_motion(core):
     moving = np.cumsum(np.full((120, 4, 3), 0.01) * rng.uniform(0.5, 1, (1, 4, 3)), axis=0)
     found = []
     for positions in (still, moving):
-        segmenter = Segmenter(core.skeleton(4), Settings(), fps=60.0)
+        segmenter = Segmenter(core.skeleton(4), Settings(rate_limit=0.0), fps=60.0)
         segmenter.push(positions)
         found.append(segmenter.row.state["noise"]["estimate"].item())
     path = np.linalg.norm(np.diff(still[:, 1:] - still[:, :1], axis=0), axis=2).sum(axis=1).mean() * 60

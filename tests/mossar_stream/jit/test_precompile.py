@@ -24,7 +24,9 @@ def compile_something():
 def module(tmp_path, monkeypatch):
     """Return what writes the module that the other process calls."""
     if not subject.is_possible(cache()):
-        pytest.skip("there is one core only, or no cache that lasts")
+        pytest.skip(
+            "there is one core only, no cache that lasts, or the plain path, on which processes take turns"
+        )
     monkeypatch.syspath_prepend(tmp_path)
 
     def write(body):

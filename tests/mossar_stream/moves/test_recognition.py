@@ -1,12 +1,22 @@
 """Recognition: moves are told apart soon after they were made, the same however frames are cut, and nothing else."""
 
+import contextlib
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mossar_stream import MoveEvent, Moves, Performers, Segmenter, Skeleton, SnapshotError, segment_recording
+from mossar_stream import (
+    FrameError,
+    MoveEvent,
+    Moves,
+    Performers,
+    Segmenter,
+    Skeleton,
+    SnapshotError,
+    segment_recording,
+)
 from mossar_stream.events import to_json
 from mossar_stream.moves.recogniser import memory_bytes
 
@@ -153,6 +163,17 @@ def test_performers_share_moves_and_recordings_have_them(moves, take):
         assert [e.name for e in moves_among(events) if e.performer == performer] == wanted
     result = segment_recording(positions, FPS, PERSON, moves=moves)
     assert [event.name for event in result.moves] == wanted
+
+
+def test_frames_without_a_time_change_nothing(moves, take):
+    positions, times, truth = take
+    segmenter, events = Segmenter(PERSON, moves=moves), []
+    for i in range(len(times)):
+        if i % 50 == 49:
+            with contextlib.suppress(FrameError):
+                events += segmenter.push(positions[i], float("nan"))
+        events += segmenter.push(positions[i], float(times[i]))
+    assert [event.name for event in moves_among(events)] == [name for name, _, _ in truth]
 
 
 def test_moves_can_be_set_while_running(moves, take):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mossar_adapters.files import ReadOptions, open_recording
 from mossar_stream import KeyFrameEvent, Segmenter, Settings
 from mossar_tools.evaluation.takes import load_folder
 
@@ -56,6 +57,23 @@ def test_turned_by_37_degrees_nearly_all_key_frames_stay(takes, axis):
         again += found_again(straight, other, NEAR)
     assert whole > 100
     assert again >= 0.97 * whole
+
+
+def test_in_millimetres_all_key_frames_stay(takes, tmp_path):
+    for take in takes:
+        path = tmp_path / f"{take.name.replace('/', '-')}.npz"
+        names, parents = np.array(take.skeleton.names), np.array(take.skeleton.parents)
+        np.savez(
+            path,
+            positions=np.asarray(take.positions, float) * 1000,
+            fps=take.fps,
+            joint_names=names,
+            parents=parents,
+        )
+        read = open_recording(path, ReadOptions(unit="mm"))
+        positions = np.concatenate([frames.positions for frames in read.chunks()])
+        straight, other = final(take, take.positions), final(take, positions)
+        assert found_again(straight, other, NEAR) >= 0.97 * max(len(straight), len(other)), take.name
 
 
 def test_shifted_by_ten_kilometres_all_key_frames_stay_with_joints_missing_too(takes):

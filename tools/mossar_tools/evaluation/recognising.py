@@ -207,7 +207,7 @@ def adjusted_rand(one: Sequence[object], other: Sequence[object]) -> float:
     """Return how alike two groupings are: 1 for the same, 0 as by chance.
 
     Example:
-        >>> adjusted_rand("aabb", [1, 1, 2, 2]), adjusted_rand("aabb", [1, 2, 1, 2])
+        >>> adjusted_rand("aabb", [1, 1, 2, 2]), round(adjusted_rand("aabb", [1, 2, 1, 2]), 6)
         (1.0, -0.5)
     """
 

@@ -1,0 +1,27 @@
+"""Limits: between which numbers each setting must lie."""
+
+SETTING_LIMITS: dict[str, tuple[float, float]] = {
+    "rate_limit": (0.0, 1e4),
+    "window": (0.01, 10.0),
+    "smoothing_window": (1, 1000),
+    "one_euro_cutoff": (0.01, 100.0),
+    "one_euro_beta": (0.0, 1000.0),
+    "sig_threshold": (0.0, 1.0),
+    "range_min": (0.0, 1e6),
+    "range_max": (0.0, 1e6),
+    "range_half_life": (0.1, 1e6),
+    "range_floor": (0.0, 1e3),
+    "noise_margin": (0.0, 100.0),
+    "edges": (1, 45),
+    "layers": (1, 5),
+    "short_segment": (0.0, 60.0),
+    "refine": (0.0, 5.0),
+    "pre_roll": (0.0, 60.0),
+    "post_roll": (0.0, 60.0),
+    "max_key_frames": (0, 1_000_000),
+    "remerge_window": (1, 1024),
+    "remerge_seconds": (0.05, 1e9),
+    "max_gap": (0.0, 60.0),
+    "max_speed": (0.1, 1e4),
+    "max_pause": (0.05, 3600.0),
+}
