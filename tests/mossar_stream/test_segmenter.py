@@ -342,7 +342,7 @@ def test_a_performers_name_is_made_fit_for_ids():
 
 
 def test_a_clock_far_too_slow_takes_no_memory_without_end(core):
-    segmenter = Segmenter(core.skeleton(4), Settings(), fps=60.0)
+    segmenter = Segmenter(core.skeleton(4), Settings(rate_limit=0.0), fps=60.0)
     frames, times = core.moving_people(1, 60_000, 4, losses=False)[0], np.arange(60_000) * 1e-9
     segmenter.push(frames, times)
     assert len(segmenter.snapshot()) < 1 << 20
