@@ -38,7 +38,7 @@ def test_every_number_has_limits_and_the_message_names_them(name):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"speed": 1}, "no setting called 'speed'; there are window, smoothing"),
+        ({"speed": 1}, "no setting called 'speed'; there are rate_limit, window, smoothing"),
         ({"windwo": 1}, "no setting called 'windwo'"),
         ({"range": "widest"}, "setting range is 'widest'; it must be one of running, file, fixed, decay"),
         (
