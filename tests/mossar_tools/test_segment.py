@@ -280,3 +280,29 @@ def test_repetitions_are_told_to_people_and_drawn(mossar, raises, tmp_path):
         assert mossar("segment", raises, "--plot", path, *options)[0] == 0
         drawn.append(sum(path.read_text().count(f">{number}<") for number in range(1, 7)))
     assert drawn[1] >= drawn[0] + 6
+
+
+def test_moves_are_told_written_and_drawn(mossar, tmp_path):
+    moves, picture, labels = (tmp_path / name for name in ("moves.json", "take.svg", "take.txt"))
+    shown, take = (
+        f"demo:?moves={moves}&seed=4"
+        for moves in ("rest:2,punch_left,rest:2", "rest:1,kick_right,rest:1,punch_left,rest:2")
+    )
+    assert mossar("teach", moves, shown, "--name", "jab", "--times", 1)[0] == 0
+    found = json.loads(mossar("segment", take, "--moves", moves, "--json")[1])["moves"]
+    assert {move["name"] for move in found} == {"jab"}
+    assert f"jab, {found[0]['limb'].replace('_', ' ')}, from" in mossar("segment", take, "--moves", moves)[1]
+    given = "segment", take, "--moves", moves, "--plot", picture, "--export", labels
+    assert mossar(*given)[0] == 0
+    assert picture.read_text().count(">jab<") >= 1
+    assert labels.read_text().count("moves: jab") == len(found)
+    rows = list(csv.DictReader(mossar("segment", take, "--moves", moves, "--csv")[1].splitlines()))
+    assert tuple(rows[0]) == (*COLUMNS, "name", "score")
+    named = [row for row in rows if row["state"] == "move"]
+    assert [(float(row["start"]), row["name"]) for row in named] == [
+        (pytest.approx(move["start"], abs=1e-4), "jab") for move in found
+    ]
+    assert {row["name"] for row in rows if row["state"] != "move"} == {""}
+    status, _, err = mossar("segment", take, "--moves", tmp_path / "none.json")
+    assert status == 2
+    assert "none.json cannot be read" in err

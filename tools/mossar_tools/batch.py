@@ -18,12 +18,23 @@ import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, Tell
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
-from mossar_stream import BODY, MossarError, RepetitionEvent, Result, Segment, Segmentation, segment_recording
+from mossar_stream import (
+    BODY,
+    MossarError,
+    MoveEvent,
+    RepetitionEvent,
+    Result,
+    Segment,
+    Segmentation,
+    segment_recording,
+)
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
+from mossar_tools.moves_file import read_moves
 from mossar_tools.options import Options
 
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
+NAMED = ("name", "score")  # and with moves
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start
 
@@ -60,9 +71,16 @@ def segment_whole(
         MossarError: If it cannot be read, or the options do not fit it.
     """
     settings = options.settings(range="file")
+    moves = None if options.moves is None else read_moves(options.moves)
     loaded = load_recording(options, tell)
     result = segment_recording(
-        loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times, curves=curves
+        loaded.positions,
+        loaded.fps,
+        loaded.skeleton,
+        settings,
+        times=loaded.times,
+        curves=curves,
+        moves=moves,
     )
     return loaded, result, chosen_of(result, options.keep)
 
@@ -79,6 +97,8 @@ def report_of(
         "key_frames": result.key_frames,
         "segments": chosen.segments,
     }
+    if options.moves is not None:
+        report["moves"] = result.moves
     if result.settings.repetitions:
         report["repetitions"] = result.repetitions
     if result.settings.limbs:
@@ -96,27 +116,40 @@ def report_of(
 def rows_of(
     options: Options, loaded: LoadedRecording, result: Result, chosen: Segmentation
 ) -> list[dict[str, Any]]:
-    """Return what `--csv` has of a recording: a row for each segment, those of the body first, then repetitions."""
-    parts = _rows_of_parts(options, loaded, result, chosen)
-    if not result.settings.repetitions:
-        return parts
-    blank = dict.fromkeys(COUNTED, "")
-    every = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
-    return [row | blank for row in parts] + [_row_of_repetition(loaded, event) for event in every]
+    """Return what `--csv` has of a recording: segments, those of the body first, then repetitions, then moves."""
+    rows = _rows_of_parts(options, loaded, result, chosen)
+    counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
+    rows += [_row_of_repetition(loaded, event) for event in counted]
+    rows += [_row_of_move(loaded, event) for event in result.moves]
+    blank = dict.fromkeys(columns_of(options), "")
+    return [blank | row for row in rows]
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """Return the heading of what `--csv` has."""
-    return COLUMNS + (COUNTED if options.settings().repetitions else ())
+    counted = COUNTED if options.settings().repetitions else ()
+    return COLUMNS + counted + (() if options.moves is None else NAMED)
 
 
 def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:
-    start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
-    first, last = np.searchsorted(loaded.times, [start, end]).tolist()
-    part = Segment(first, last, start, end, "moving", (event.joint,) if event.joint else (), None)
-    row = segment_row(loaded.name, loaded.performer, event.take, part, Ending(), event.channel)
+    ends = event.start or 0.0, event.end or 0.0  # what is counted has both
+    row = _row_of(loaded, event.take, ends, (event.joint,) if event.joint else (), event.channel)
     counted = (event.count, event.total, _shown(event.period), _shown(event.tempo), _shown(event.amplitude))
-    return dict(zip(COLUMNS + COUNTED, [*row, *counted], strict=True)) | {"state": "repetition"}
+    return row | dict(zip(COUNTED, counted, strict=True)) | {"state": "repetition"}
+
+
+def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
+    row = _row_of(loaded, event.take, (event.start, event.end), (), BODY)
+    return row | {"state": "move", "limb": event.limb, "name": event.name, "score": _shown(event.score)}
+
+
+def _row_of(
+    loaded: LoadedRecording, take: int, ends: tuple[float, float], joints: tuple[str, ...], channel: str
+) -> dict[str, Any]:
+    first, last = np.searchsorted(loaded.times, ends).tolist()
+    part = Segment(first, last, *ends, "moving", joints, None)
+    row = segment_row(loaded.name, loaded.performer, take, part, Ending(), channel)
+    return dict(zip(COLUMNS, row, strict=True))
 
 
 def _shown(value: float | None) -> str:

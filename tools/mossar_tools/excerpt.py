@@ -30,6 +30,7 @@ class Excerpt(msgspec.Struct, frozen=True):
         limbs: Segments of each limb that lie in it.
         about: What the title says of it; None counts frames and key frames.
         repetitions: Begin, end (s) and number in the bout of those in it.
+        moves: Begin, end (s) and name of those in it.
     """
 
     start: float
@@ -47,6 +48,7 @@ class Excerpt(msgspec.Struct, frozen=True):
     limbs: dict[str, list[Segment]] = {}  # msgspec copies it
     about: str | None = None
     repetitions: list[tuple[float, float, int]] = []  # the same
+    moves: list[tuple[float, float, str]] = []  # the same
 
 
 def excerpt(
@@ -108,6 +110,11 @@ def excerpt(
             (event.start, event.end, event.count)
             for event in result.repetitions
             if event.start is not None and event.end is not None and start <= event.start < event.end <= end
+        ],
+        moves=[
+            (event.start, event.end, event.name)
+            for event in result.moves
+            if start <= event.start < event.end <= end
         ],
     )
 

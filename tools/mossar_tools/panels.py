@@ -1,5 +1,6 @@
 """Panels of a plot: the velocity curve, the segments, the tree. Each says what it has left out."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ MARK_GAP = 0.075  # between two marks on the curve
 JOIN_GAP = 0.06  # between two joins of the tree
 CUT_GAP = 0.035
 COUNT_GAP = 0.16  # a number
+NAME_GAP = 0.7  # a name
 BAR = 0.025  # a segment
 _GOLDEN = 0.6180339887  # multiples of it fill 0..1 evenly
 _POINTS = 160  # of the curve, an inch
@@ -84,6 +86,7 @@ def draw_segments(axes: Any, shown: Excerpt, width: float, palette: Palette) -> 
     """Draw the segments coloured by state, and true cuts where they are known; as `draw_curve`."""
     said = draw_strip(axes, "segments", shown.segments, shown, width, palette)
     said += _draw_repetitions(axes, shown, width, palette)
+    said += _draw_moves(axes, shown, width, palette)
     if len(shown.cuts) > width / CUT_GAP:
         return [*said, f"{len(shown.cuts)} true cuts, too near to one another"]
     axes.vlines(shown.cuts, -0.15, 1.15, color=palette.truth, lw=1.6, clip_on=False, zorder=5)
@@ -101,6 +104,22 @@ def _draw_repetitions(axes: Any, shown: Excerpt, width: float, palette: Palette)
         return ["the numbers of repetitions"]
     for start, end, count in shown.repetitions:
         axes.text((start + end) / 2, 0.5, str(count), ha="center", va="center", fontsize=FONT - 1, zorder=6)
+    return []
+
+
+def _draw_moves(axes: Any, shown: Excerpt, width: float, palette: Palette) -> LeftOut:
+    """Draw from when to when moves last, and their names where there is room."""
+    if not shown.moves:
+        return []
+    starts, ends = ([move[place] for move in shown.moves] for place in (0, 1))
+    axes.hlines([0.08] * len(starts), starts, ends, color=palette.level, lw=2.5, zorder=6)
+    gap = (shown.end - shown.start) / width
+    middles = [(start + end) / 2 for start, end, _ in shown.moves]
+    if any(b - a < NAME_GAP * gap for a, b in itertools.pairwise(middles)):
+        return ["the names of moves"]
+    for middle, (*_, name) in zip(middles, shown.moves, strict=True):
+        box = {"facecolor": palette.background, "alpha": 0.8, "lw": 0, "pad": 1.0}
+        axes.text(middle, 0.5, name, ha="center", va="center", fontsize=FONT - 1, zorder=6, bbox=box)
     return []
 
 

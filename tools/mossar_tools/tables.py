@@ -29,6 +29,8 @@ def segmentation_table(
         tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
         pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
         yield f"{len(result.repetitions)} repetitions{pace}"
+    for move in result.moves:
+        yield f"{move.name}, {move.limb.replace('_', ' ')}, from {move.start:.2f} s to {move.end:.2f} s"
     yield ""
     heading = f"{'start':>10}{'end':>10}{'length':>10}  {'state':<9}{'ended by':<10}{'strength':>9}  most active joints"
     yield console.colour(heading, "2")

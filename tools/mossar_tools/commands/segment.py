@@ -39,6 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment game.bvh --moves moves.json --limbs --plot game.png
   mossar segment walk.bvh --level cluster --cut clips/
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what to put out")
     add_output(group, "json", "all key frames with their strengths, and the segments")
     add_output(
-        group, "csv", "a row for each segment, and each repetition: when, which frames, what it is like"
+        group, "csv", "a row for each segment, repetition and move: when, which frames, what it is like"
     )
     group.add_argument(
         "--export",
@@ -63,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_plot(group)
     add_part(group)
+    group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
     add_body(parser)
