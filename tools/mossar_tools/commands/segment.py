@@ -39,7 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
-  mossar segment game.bvh --moves moves.json --limbs --plot game.png
+  mossar segment take.bvh --moves moves.json --limbs --plot take.png
   mossar segment walk.bvh --level cluster --cut clips/
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
