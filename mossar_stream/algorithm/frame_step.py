@@ -148,6 +148,7 @@ def advance(
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
             note_time(clock, time)
             count_frame(clock, state.counters)
+            state.counters.unseen += 1 if state.joints.present == 0 else 0  # as the last that was looked at
             continue
         if (
             place != IN_VAIN

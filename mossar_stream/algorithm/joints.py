@@ -41,6 +41,7 @@ JOINTS = np.dtype(
     [
         ("complete", "i8"),  # whether all joints were there in the last frame
         ("arrived", "i8"),  # whether one is there for the first time in this take
+        ("present", "i8"),  # how many were there in the last frame
         ("moving", "i8"),  # joints seen in this take that can move relative to the centre, at least 1
         # m, from the mean of the joints seen in this take to the centroid: who arrives must not move it.
         ("offset_x", "f8"),
@@ -92,6 +93,7 @@ def start_joints(joints, frame, time):
             state.complete = 0
             joints.counters.outliers += 1 if _is_far(frame[j]) else 0
         _hold(body, k)
+    joints.state.present = found
     joints.counters.unseen += 1 if found == 0 else 0
     for j in range(joints.plan.joints):
         body[place(j) + LIVE] = 1.0 if counts(joints, j) else 0.0
@@ -255,6 +257,7 @@ def _step_partial(joints, frame, time):
         if not there:
             joints.state.complete = 0
             counters.held += 1 if lasted <= plan.max_gap else 0
+    joints.state.present = found
     counters.unseen += 1 if found == 0 else 0
     if plan.center < 0 and counted > 0:
         cx /= counted

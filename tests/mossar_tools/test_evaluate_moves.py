@@ -16,7 +16,7 @@ ORDER = (PUNCH, RAISE, PUNCH)
 COMMANDS = [
     [0, 65, "punch_left"],
     [65, 145, "raise_right"],
-    [145, 240, "punch_left"],
+    [145, 260, "punch_left"],
 ]  # shown() rests for 50 frames
 
 

@@ -43,7 +43,7 @@ def save(path, count, joints, positions=None):
         (["run", "osc://127.0.0.1:99999"], "the port must be a number, 0 to 65535"),
         (["run", "demo:?bla=1"], "demo: has no option 'bla'"),
         (["run", "demo:", "--preset", "fast"], "argument --preset: invalid choice: 'fast'"),
-        (["run", "demo:", "--set", "foo=1"], "no setting called 'foo'; there are window"),
+        (["run", "demo:", "--set", "foo=1"], "no setting called 'foo'; there are rate_limit"),
         (["run", "demo:", "--set", "window"], "'window' is not of the form name=value"),
         (["run", "demo:", "--set", "window=99"], "setting window is 99.0; it must lie between 0.01 and 10"),
         (["run", "demo:", "--set", "similarity=x"], "it must be one of evidence, likelihood, path_kernel"),

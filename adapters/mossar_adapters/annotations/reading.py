@@ -94,6 +94,8 @@ def _read_textgrid(path: Path) -> list[Tier]:
             tiers.append(_tier(own.name, marks))
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, UnicodeError) as error:  # as above
         raise AnnotationError(f"{path}: no TextGrid: {error}") from None
+    except (StopIteration, RuntimeError):  # where pympi finds no line that it looks for
+        raise AnnotationError(f"{path}: no TextGrid: a line is missing") from None
     return tiers
 
 

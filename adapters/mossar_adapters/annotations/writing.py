@@ -73,7 +73,8 @@ def _write_textgrid(path: Path, tiers: Sequence[Tier], duration: float) -> None:
 
     grid = Praat.TextGrid(xmin=0, xmax=max([duration, *(m.end for t in tiers for m in t.marks)]))
     for tier in tiers:
-        own = grid.add_tier(tier.name, "TextTier" if tier.moments else "IntervalTier")
+        name = tier.name.replace('"', '""')  # as Praat wants it, which pympi does for labels only
+        own = grid.add_tier(name, "TextTier" if tier.moments else "IntervalTier")
         for mark in tier.marks:
             if tier.moments:
                 own.add_point(mark.start, mark.label, check=False)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 SILENCE = 3.0  # s without a frame after which a source explains itself
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
+_TOLD = 20  # performers of whom it is said that nobody is in their frames
 _LOOK = 0.02  # s between two looks
 
 _log = logging.getLogger("mossar.pipeline")
@@ -53,6 +54,7 @@ class Upkeep:
         ] = {}  # frames of each performer and those without anybody, before
         self._empty: set[str] = set()  # performers of whom it was said that nobody is seen
         self._nobody_due = 0.0  # monotonic s
+        self._told = 0  # how often that was said
         self._full: set[int] = set()  # sources whose queue was said to be full
         self._counted: dict[
             str, tuple[int, float]
@@ -240,10 +242,13 @@ class Upkeep:
             self._nobody[performer] = stats["frames"], stats["unseen"]
             if performer not in self._empty and 0 < stats["frames"] - frames == stats["unseen"] - unseen:
                 self._empty.add(performer)
-                _log.warning(
-                    "%s: frames come, but nobody is in them: all joints are missing, or more than 100 km off",
-                    performer,
-                )
+                self._told += 1
+                if self._told <= _TOLD:  # more, in a flood of names, would fill a pipe that nobody reads
+                    _log.warning(
+                        "%s: frames come, but nobody is in them: all joints are missing, or more than 100 km off%s",
+                        performer,
+                        "; others are not told of" if self._told == _TOLD else "",
+                    )
 
     def _silence(self, feed: Feed, before: int) -> str:
         """Return what is known of why no frames come: what never came is another matter than what stopped.
