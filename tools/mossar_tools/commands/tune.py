@@ -27,7 +27,7 @@ EXAMPLES = """  mossar tune walk.bvh                                  how many k
   mossar tune walk.bvh --plot walk.png                  with the picture of the hierarchy
   mossar tune walk.bvh --per-minute 20 --save settings.toml
   mossar tune walk.bvh --labels walk.json --save settings.toml
-  mossar tune walk.bvh --labels walk.eaf --tier steps   what was annotated in ELAN
+  mossar tune take.bvh --labels take.eaf --tier moves   what was annotated in ELAN
   mossar run osc://0.0.0.0:39539 --config settings.toml
 """
 SHOWN = 12  # rows of the table
