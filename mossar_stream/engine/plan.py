@@ -20,9 +20,8 @@ SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
 MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
-EARLY = (
-    0.8  # share of 1 / rate_limit by which frames that are taken in are apart at least: they come with jitter
-)
+# Share of 1 / rate_limit by which frames that are taken in are apart at least: they come with jitter.
+EARLY = 0.8
 FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal rate
 
 

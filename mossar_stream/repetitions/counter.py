@@ -1,6 +1,7 @@
 """Counter: the repetitions of one performer, frames in, events out."""
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,13 +17,15 @@ from mossar_stream.repetitions.timing import Timeline
 from mossar_stream.skeleton import Skeleton
 
 HELD = 64  # frames
-LONGEST_SILENCE = (
-    1.5  # cycles without a new one, after which there is no phase, besides the time between looks
-)
+# Cycles without a new one, after which there is no phase, besides the time between looks.
+LONGEST_SILENCE = 1.5
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
 FARTHEST = 2**48  # samples; no take is as long
+NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
+    ("period", "tempo", "start", "end", "amplitude", "joint")
+)
 
 __all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_recording"]
 
@@ -243,50 +246,36 @@ class RepetitionCounter:
         before, self._phase_told = self._phase_told, (time, phase is not None)
         if time == before[0] or (phase is None and not before[1]):
             return []
-        who = (self.performer, self.take)
-        return [PhaseEvent(performer=who[0], take=who[1], channel=BODY, time=time, phase=phase)]
+        return [PhaseEvent(performer=self.performer, take=self.take, channel=BODY, time=time, phase=phase)]
 
     def _event(self, number: int, status: RepetitionStatus, line: Timeline) -> RepetitionEvent:
         revision = self._revisions[number] = self._revisions.get(number, 0) + 1
-        who = (self.performer, self.take)
         channel = "" if self.channel == BODY else f"{self.channel}/"
-        if status == "withdrawn":
-            return RepetitionEvent(
-                performer=who[0],
-                id=f"{who[0]}/{channel}{who[1]}/r{number}",
-                rev=revision,
-                status=status,
-                take=who[1],
-                channel=self.channel,
-                count=0,
-                total=number - 1,
-                period=None,
-                tempo=None,
-                start=None,
-                end=None,
-                amplitude=None,
-                joint=None,
-                decided_time=self._latest,
-            )
-        place = number - self._dropped - 1
-        cycle, period = line[place], line.period(place)
+        withdrawn = status == "withdrawn"
         return RepetitionEvent(
-            performer=who[0],
-            id=f"{who[0]}/{channel}{who[1]}/r{number}",
+            performer=self.performer,
+            id=f"{self.performer}/{channel}{self.take}/r{number}",
             rev=revision,
             status=status,
-            take=who[1],
+            take=self.take,
             channel=self.channel,
-            count=cycle.number,
-            total=number,
-            period=period,
-            tempo=None if period is None else 60.0 / period,
-            start=self._origin + line.begin_of(place) / RATE,
-            end=self._origin + line.end_of(place) / RATE,
-            amplitude=cycle.amplitude,
-            joint=self._names[cycle.joint],
+            total=number - 1 if withdrawn else number,
             decided_time=self._latest,
+            **(NO_CYCLE if withdrawn else self._facts(number - self._dropped - 1, line)),
         )
+
+    def _facts(self, place: int, line: Timeline) -> dict[str, Any]:
+        """Return what an event says of a cycle."""
+        cycle, period = line[place], line.period(place)
+        return {
+            "count": cycle.number,
+            "period": period,
+            "tempo": None if period is None else 60.0 / period,
+            "start": self._origin + line.begin_of(place) / RATE,
+            "end": self._origin + line.end_of(place) / RATE,
+            "amplitude": cycle.amplitude,
+            "joint": self._names[cycle.joint],
+        }
 
     def snapshot(self) -> bytes:
         """Return everything the counter knows."""

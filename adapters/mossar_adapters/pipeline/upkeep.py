@@ -49,9 +49,8 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._received: dict[int, int] = {}  # messages of each silent source when its silence began
         self._explained: set[int] = set()  # sources whose silence was explained
-        self._nobody: dict[
-            str, tuple[int, int]
-        ] = {}  # frames of each performer and those without anybody, before
+        # Frames of each performer and those without anybody, before.
+        self._nobody: dict[str, tuple[int, int]] = {}
         self._empty: set[str] = set()  # performers of whom it was said that nobody is seen
         self._nobody_due = 0.0  # monotonic s
         self._told = 0  # how often that was said

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Moves, Segmenter, Settings
-from mossar_tools.bench.measurement import Measurement, Target
+from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.motion import Motion, performer
-from mossar_tools.bench.turns import waits
+from mossar_tools.bench.turns import added, waits
 from mossar_tools.bench.work import Work
 
 JOINTS, EXAMPLES, EACH = 21, 28, 2
@@ -23,14 +23,8 @@ def measure(work: Work) -> Iterator[Measurement]:
     motion = performer(seconds, joints=JOINTS)
     moves = examples_of(performer(120, joints=JOINTS, seed=2))  # shorter ones rest in some stretches
     runs = [waits(motion, _pair(motion, moves), work.some(50_000, 2000)) for _ in range(work.some(5, 1))]
-    means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
-    high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
     what = f"{motion.name}, {len(moves)} examples, {JOINTS} joints"
-    note = f"without: {float(np.median([off.mean for off, _ in runs])) * 1e6:.2f} us"
-    yield Measurement(
-        "moves", f"{what}: more on average", "us", means, means, Target(MORE), note=note, clock="cpu"
-    )
-    yield Measurement("moves", f"{what}: p99.9", "us", high, target=Target(LONGEST), clock="wall")
+    yield from added("moves", what, runs, MORE, LONGEST)
     plain, own = (Segmenter(motion.skeleton, Settings(), moves=found).state_bytes for found in (None, moves))
     yield Measurement("moves", "memory of a performer, besides the examples", "kB", ((own - plain) / 1000,))
 

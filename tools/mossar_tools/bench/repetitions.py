@@ -2,12 +2,10 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from mossar_stream import Segmenter, Settings
-from mossar_tools.bench.measurement import Measurement, Target
+from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.motion import performer
-from mossar_tools.bench.turns import waits
+from mossar_tools.bench.turns import added, waits
 from mossar_tools.bench.work import Work
 
 JOINTS = 21
@@ -21,11 +19,4 @@ def measure(work: Work) -> Iterator[Measurement]:
     for _ in range(work.some(5, 1)):
         pair = [Segmenter(motion.skeleton, Settings(repetitions=on), fps=motion.fps) for on in (False, True)]
         runs.append(waits(motion, pair, work.some(50_000, 2000)))
-    means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
-    high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
-    what = f"{motion.name}, {JOINTS} joints at {motion.fps:g} Hz"
-    note = f"without: {float(np.median([off.mean for off, _ in runs])) * 1e6:.2f} us"
-    yield Measurement(
-        "repetitions", f"{what}: more on average", "us", means, means, Target(MORE), note=note, clock="cpu"
-    )
-    yield Measurement("repetitions", f"{what}: p99.9", "us", high, clock="wall")
+    yield from added("repetitions", f"{motion.name}, {JOINTS} joints at {motion.fps:g} Hz", runs, MORE)

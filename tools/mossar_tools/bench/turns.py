@@ -1,13 +1,14 @@
 """Turns: how long pushes take without something and with it, block by block in turn: neighbours disturb both alike."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Segmenter
+from mossar_tools.bench.measurement import Measurement, Target
 from mossar_tools.bench.motion import Motion
 from mossar_tools.bench.push import WARM_UP, interruptions_of_thread, singles
 
@@ -51,6 +52,28 @@ def waits(motion: Motion, pair: Sequence[Segmenter], frames: int) -> tuple[Waits
             undisturbed[which, here] = interruptions() == before
     calm = [own[free] if free.any() else own for own, free in zip(took, undisturbed, strict=True)]
     return Waits(spent[0] / frames, calm[0]), Waits(spent[1] / frames, calm[1])
+
+
+def added(
+    part: str, what: str, runs: Sequence[tuple[Waits, Waits]], more: float, longest: float | None = None
+) -> Iterator[Measurement]:
+    """Yield what something adds to a push on average, and the 99.9 % quantile of the pushes with it.
+
+    Args:
+        part: Of the table.
+        what: Was measured.
+        runs: Without it and with it.
+        more: µs that a frame may take longer on average.
+        longest: µs that the quantile may be.
+    """
+    means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
+    high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
+    note = f"without: {float(np.median([off.mean for off, _ in runs])) * 1e6:.2f} us"
+    yield Measurement(
+        part, f"{what}: more on average", "us", means, means, Target(more), note=note, clock="cpu"
+    )
+    target = None if longest is None else Target(longest)
+    yield Measurement(part, f"{what}: p99.9", "us", high, target=target, clock="wall")
 
 
 def _timed(segmenter: Segmenter, block: list[tuple[NDArray[np.float32], float]]) -> list[float]:
