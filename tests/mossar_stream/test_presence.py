@@ -17,6 +17,8 @@ MEASURES = {
     "sum": Settings.build("paper", {"kernel_form": "sum"}),
     "damped": Settings(level="posture", similarity="path_kernel", kernel_form="damped", location="none"),
 }
+# The filtered pose of evidence, and the weight of the pairs that are there, are of single precision.
+WITHIN = {"evidence": 1e-6, "distances": 1e-7}
 SHIFTS = ((10_000.0, -48.0, 32.0), (7_777.3, -9_999.9, 3.2), (5.0, 0.0, 0.0))  # m
 
 
@@ -71,7 +73,8 @@ def test_joints_that_are_never_seen_change_nothing(name, root):
     with_them, without = strengths(more, MEASURES[name], root), strengths(seen, MEASURES[name], root)
     assert list(with_them) == list(without)
     assert len(without) > 5
-    np.testing.assert_allclose([*with_them.values()], [*without.values()], rtol=1e-6)
+    within = WITHIN.get(name, 1e-9)
+    np.testing.assert_allclose([*with_them.values()], [*without.values()], rtol=within)
 
 
 @pytest.mark.parametrize("name", MEASURES)
