@@ -182,6 +182,9 @@ def table():
         (["demo:?colour=red"], "demo"),
         (["demo:", "--plot", "strips.gif"], "pictures are"),
         (["demo:", "--set", "colour=red"], "no setting called"),
+        (["demo:", "--set", "level=cluster"], "the level is that of each recording's label"),
+        (["demo:", "--level", "cluster"], "unrecognized arguments: --level"),
+        (["demo:", "--grid", "--preset", "game"], "leave --preset out"),
     ],
 )
 def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
