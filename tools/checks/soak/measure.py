@@ -2,6 +2,7 @@
 
 import gc
 import os
+import statistics
 import threading
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def threads() -> int:
 
 
 class Held(msgspec.Struct, frozen=True):
-    """What a process held during a part of the time: the median of memory, the most of the others."""
+    """What a process held during a part of the time: medians, as clients and threads come and go all the time."""
 
     memory: int
     files: int
@@ -63,6 +64,5 @@ def early_and_late(samples: list[Sample]) -> tuple[Held, Held]:
 
 
 def _held(samples: list[Sample]) -> Held:
-    memories = sorted(sample.memory for sample in samples)
-    files_held, threads_held = max(s.files for s in samples), max(s.threads for s in samples)
-    return Held(memories[len(memories) // 2], files_held, threads_held)
+    kinds = ("memory", "files", "threads")
+    return Held(*(statistics.median_low([getattr(sample, kind) for sample in samples]) for kind in kinds))
