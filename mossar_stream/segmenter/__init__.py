@@ -288,14 +288,13 @@ class Segmenter:
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
-            if row.origin is None and positions.dtype is FLOAT32 and positions.flags.carray:
+            frame = self._one_frame
+            if row.origin is not None:
+                less(positions, row.origin, frame[0])
+            elif positions.dtype is FLOAT32 and positions.flags.carray:
                 frame = positions[None]
             else:
-                frame = self._one_frame
-                if row.origin is None:
-                    frame[0] = positions
-                else:
-                    less(positions, row.origin, frame[0])
+                frame[0] = positions
             if not self.is_followed or self._followers.hold(frame, float(times)):
                 events = engine.push_frame(row, frame, self._one_time)
                 if events is not None:
