@@ -52,30 +52,30 @@ def make_store(
 def write_example(store, t, move, poses, path):
     """Describe the whole of an example, number t; see `measure.describe`."""
     bank = open_store(store)
-    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.room)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.scratch)
     bank.examples[t].move = move
-    bank.examples[t].size = bank.room.size[0]
+    bank.examples[t].size = bank.scratch.size[0]
     at = t * ROWS
     # Number by number: for whole rows numba compiles the words of errors, too, which takes seconds.
     for d in range(bank.rows.shape[1]):
         for k in range(DIRECTIONS):
-            bank.rows[at + k, d] = bank.room.directions[k, d]
-        bank.rows[at + DIRECTIONS, d] = bank.room.box[d]
-        bank.rows[at + DIRECTIONS + 1, d] = bank.room.shares[d]
-        bank.rows[at + DIRECTIONS + 2, d] = bank.room.stance[d]
+            bank.rows[at + k, d] = bank.scratch.directions[k, d]
+        bank.rows[at + DIRECTIONS, d] = bank.scratch.box[d]
+        bank.rows[at + DIRECTIONS + 1, d] = bank.scratch.shares[d]
+        bank.rows[at + DIRECTIONS + 2, d] = bank.scratch.stance[d]
 
 
 @entry_point
 def compare_with_all(store, poses, path, costs):
     """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
     bank = open_store(store)
-    room, rows = bank.room, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
+    scratch, rows = bank.scratch, bank.rows
+    describe(poses, path, 0, path.size - 1, bank.joints.size, scratch)
     for t in range(bank.examples.size):
         at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
-        factor *= strangeness(room, rows[at + DIRECTIONS + 2])
-        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)
+        factor = correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
+        factor *= strangeness(scratch, rows[at + DIRECTIONS + 2])
+        costs[t] = factor * warped(scratch, rows[at : at + DIRECTIONS], NEVER)
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:
