@@ -36,6 +36,13 @@ def test_final_key_frames_of_clusters_are_accurate_and_in_time(takes):
     assert median(scores.delays) <= 5.0
 
 
+def test_final_key_frames_of_clusters_hold_with_four_angles(takes):
+    own = [take for take in takes if take.name.startswith("cmu86_angles/")]
+    scores = mean_scores([stream(take, Settings(), "final").scores(take) for take in own])
+    assert scores.f1 >= 0.75
+    assert median(scores.delays) <= 4.5
+
+
 def test_final_key_frames_of_motions_are_accurate_and_in_time(takes):
     scores = reached(takes, "motion", "final")
     assert scores.f1 >= 0.75
