@@ -228,6 +228,9 @@ def _propose_turns(header, samples, what, scratch, goal):
         count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
         if count < 2:
             continue
+        span = scratch.cycles[2, count - 1] - scratch.cycles[0, 0]
+        if span * share * MOST_PREFERRED <= winner.covered:
+            continue  # it cannot win
         describe_all(samples, k, scratch.cycles, count, described)
         halves = alternation(scratch.cycles, count, described) > HALVES
         for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
@@ -240,7 +243,10 @@ def _propose_turns(header, samples, what, scratch, goal):
             left, covered, clear = keep_alike(scores, kept, left, described.alike)
             if left == 0 or (width > 1 and _duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
-            covered *= share * _preference(header, samples, n, k, kept, left)
+            covered *= share
+            if covered * MOST_PREFERRED <= winner.covered:
+                continue  # it cannot win, and saying how preferred it is takes long
+            covered *= _preference(header, samples, n, k, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
                 scratch.best[:, :left] = kept[:, :left]

@@ -7,7 +7,9 @@ import numpy as np
 
 from mossar_stream.repetitions.state import RATE
 
-INTERVALS = 3  # between cycles, whose median is the period: one that was missed does not count
+# Between cycles, whose median is the period: one that was missed does not count, and four, for where samples fall makes
+# those of fast movements longer and shorter in turn.
+INTERVALS = 4
 
 
 class Cycle(NamedTuple):
@@ -58,11 +60,18 @@ class Timeline:
         return self._cycles[place - self._first]
 
     def period(self, place: int) -> float | None:
-        """Return the duration of a cycle, s, the median of the last ones of its bout; None for the first."""
-        back = min(self[place].number - 1, INTERVALS, place)
-        if back < 1:
+        """Return the duration of a cycle, s, the median of the last ones of its bout; None for the first.
+
+        While there are too few before it, those after it count, too.
+        """
+        begin = end = place
+        begin -= min(self[place].number - 1, INTERVALS, place)
+        if begin == end:
             return None
-        pairs = [(self[at - 1], self[at]) for at in range(place - back + 1, place + 1)]
+        beyond = min(begin + INTERVALS, self._first + len(self._cycles) - 1)
+        while end < beyond and self[end + 1].number > 1:
+            end += 1
+        pairs = [(self[at - 1], self[at]) for at in range(begin + 1, end + 1)]
         passed = [(two.out - one.out + two.back - one.back) / 2 for one, two in pairs]
         return max(median(passed) / RATE, 1 / RATE)
 

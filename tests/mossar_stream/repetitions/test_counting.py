@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.demo import performance, plan
-from mossar_adapters.demo.moves import squat
+from mossar_adapters.demo.moves import squat, wave
 from mossar_stream import (
     Event,
     PhaseEvent,
@@ -120,6 +120,20 @@ def test_a_change_of_the_performers_tempo_is_followed_within_three_cycles(
     assert len(after) >= 3
     assert before == pytest.approx([quick] * len(before), rel=0.03)
     assert after == pytest.approx([1.5 * quick] * len(after), rel=0.03)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_the_tempo_of_fast_movements_is_right_in_every_message(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    monkeypatch.setattr(plan, "_PACES", (0.9, 0.9))
+    monkeypatch.setitem(plan.REPEATED, "wave", (wave, 16, 16))
+    shown = performance(seed, fps=30.0, moves=("rest", "wave", "rest"))
+    segmenter = Segmenter(shown.skeleton, COUNTING, fps=30.0)
+    events = counted([*segmenter.push(shown.frames), *segmenter.end_take()])
+    periods = [event.period for event in events if event.period is not None]
+    assert len(periods) >= 15
+    assert periods == pytest.approx([0.45] * len(periods), rel=0.03)
 
 
 def test_limbs_are_counted_apart() -> None:
