@@ -173,6 +173,14 @@ def alternation(cycles, count, described):
 
 
 @kernel
+def copy_cycles(cycles, count, goal):
+    """Copy the first `count` cycles of one (3, SAMPLES) to another."""
+    for k in range(3):
+        for i in range(count):
+            goal[k, i] = cycles[k, i]
+
+
+@kernel
 def join_pairs(scores, cycles, count, first, joined):
     """Write cycles joined two by two from one of them on; return how many there are."""
     made, i = 0, first

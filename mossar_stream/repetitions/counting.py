@@ -1,4 +1,4 @@
-"""Counting: a look at the window every half second, and what it changes of what was counted before.
+"""Counting: a look at the window every second, and what it changes of what was counted before.
 
 Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
@@ -15,6 +15,7 @@ from mossar_stream.repetitions.alike import (
     POSTURES,
     Described,
     alternation,
+    copy_cycles,
     crossing,
     cycles_between,
     describe_all,
@@ -236,7 +237,7 @@ def _propose_turns(header, samples, what, scratch, goal):
         for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
             if way == 0:
                 left = count
-                kept[:, :count] = scratch.cycles[:, :count]
+                copy_cycles(scratch.cycles, count, kept)
             else:
                 left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, described)
@@ -249,7 +250,7 @@ def _propose_turns(header, samples, what, scratch, goal):
             covered *= _preference(header, samples, n, k, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
-                scratch.best[:, :left] = kept[:, :left]
+                copy_cycles(kept, left, scratch.best)
 
 
 @kernel
@@ -321,9 +322,7 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
                 before = _write(header, samples, component, proposed, oldest, before)
-                row = header.cycle[
-                    header.cycles - 1
-                ]  # what was not alike does not say when it passes half way
+                row = header.cycle[header.cycles - 1]  # what was not alike does not say when it is half way
                 row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
                 row.straighter = row.resting = 0.0
         before = _write(header, samples, component, cycles[:, i], oldest, before)
