@@ -19,10 +19,12 @@ from mossar_stream.repetitions.alike import (
     crossing,
     cycles_between,
     describe_all,
+    duration,
     dwelling,
     homing,
     join_pairs,
     keep_alike,
+    recurring,
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
@@ -40,7 +42,8 @@ HOMEWARD = 0.5  # and nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
 BONUS = 0.31  # for beginning where cycles were counted before
 UPRIGHT = 0.6  # for beginning where limbs are straighter
-MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT)
+RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
 RECENT = 40  # samples: what swings much less there than in the window followed another posture,
 MUCH_LESS = 0.6  # of the range of the window
 NEAR = 0.15  # of a cycle
@@ -242,7 +245,7 @@ def _propose_turns(header, samples, what, scratch, goal):
                 left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, described)
             left, covered, clear = keep_alike(scores, kept, left, described.alike)
-            if left == 0 or (width > 1 and _duration(kept, left) < LEAST_WIDTHS * width * left):
+            if left == 0 or (width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
             covered *= share
             if covered * MOST_PREFERRED <= winner.covered:
@@ -254,18 +257,10 @@ def _propose_turns(header, samples, what, scratch, goal):
 
 
 @kernel
-def _duration(cycles, count):
-    """Return how many samples cycles last together."""
-    total = 0
-    for i in range(count):
-        total += cycles[2, i] - cycles[0, i]
-    return total
-
-
-@kernel
 def _preference(header, samples, n, component, cycles, count):
-    """Return the weight of a proposal: it should begin where cycles began before, where it rests and limbs are straight, and at home."""
+    """Return the weight of a proposal: it recurs, begins where cycles began before, where it rests and limbs are straight, and at home."""
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
+    weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
     weight *= 1.0 + DWELL * dwelling(samples.smooth[component], cycles, count)
     weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
     return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
