@@ -1,7 +1,7 @@
 """A game that reacts to moves: what the loop of one looks like.
 
 Show the moves (`mossar teach moves.json SOURCE --name punch`), start
-`mossar run SOURCE --moves moves.json --emit move,stream --to zmq+bind://127.0.0.1:5556?encoding=json`, then this program;
+`mossar run SOURCE --moves moves.json --emit move,stream --to 'zmq+bind://127.0.0.1:5556?encoding=json'`, then this program;
 it ends with the take.
 """
 

@@ -1,6 +1,6 @@
 """Receive events over ZeroMQ: what a program that reacts looks like.
 
-Start `mossar run SOURCE --to zmq+bind://127.0.0.1:5556?encoding=json`, then this program; it ends with the take.
+Start `mossar run SOURCE --to 'zmq+bind://127.0.0.1:5556?encoding=json'`, then this program; it ends with the take.
 """
 
 import json

@@ -74,7 +74,6 @@ _NAMES = {
         "SEGMENT_STATES",
         "SEGMENT_STATUSES",
         "Event",
-        "Example",
         "KeyFrameEvent",
         "KeyFrameKind",
         "KeyFrameStatus",

@@ -1,9 +1,10 @@
-"""What tests of every package share: disks that are full or read-only, and on which path kernels are compiled."""
+"""What tests of every package share: on which path kernels are compiled, and when; disks that are full or read-only."""
 
 import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from mossar_stream.jit.acceleration import force_plain_path
@@ -13,11 +14,31 @@ if (
 ):  # before options are known: other conftest files import kernels as they are loaded
     force_plain_path()
 
+from mossar_stream import Moves, Segmenter, Settings, Skeleton, precompile
+
 
 def pytest_addoption(parser):
     parser.addoption(
         "--plain-path", action="store_true", help="compile kernels without numba's private parts"
     )
+
+
+def pytest_sessionstart(session):
+    """Compile once, on all cores, what otherwise every worker would compile for itself."""
+    if getattr(session.config.option, "numprocesses", None):  # workers have no option of this kind
+        compile_all()
+
+
+def compile_all():
+    """Compile the kernels of all measures, of repetitions and of moves, or find them on disk."""
+    for similarity in ("evidence", "path_kernel"):  # the likelihood's are among the first
+        precompile(Settings(similarity=similarity))
+    pair = Skeleton(("hip", "hand"), (-1, 0))
+    wave = np.zeros((120, 2, 3), np.float32)
+    wave[:, 1, 0] = np.sin(np.arange(120) / 20)
+    moves = Moves(pair)
+    moves.add("wave", wave, fps=60.0)
+    Segmenter(pair, Settings(repetitions=True), moves=moves)
 
 
 def mounted(folder, *options):

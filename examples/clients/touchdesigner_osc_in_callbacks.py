@@ -4,11 +4,8 @@ Start: mossar run SOURCE --to osc://127.0.0.1:9000. Make an OSC In DAT, paste th
 called `key_frames`, a Constant CHOP called `moving`: rows are appended to the one, the other is 1 from onset to offset.
 """
 
-STATUS, KIND, TIME = (
-    1,
-    2,
-    5,
-)  # of performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
+# Of the arguments performer, status, kind, take, frame, time, decided_time, velocity, strength, rev:
+STATUS, KIND, TIME = 1, 2, 5
 
 
 def onReceiveOSC(dat, rowIndex, message, bytes, timeStamp, address, args, peer):  # noqa: N802, A002, ANN001, ANN201, ARG001

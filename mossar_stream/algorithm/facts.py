@@ -11,7 +11,7 @@ SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 SPEED_WINDOW = 0.1  # s, over which speeds are taken
 SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
-APART = 0.25  # s between key frames that are told of when Algorithm 2 accepts them
+INTERVAL = 0.25  # s between key frames that are told of when Algorithm 2 accepts them
 QUICK = 3.0  # V; who is faster is in the midst of a move
 ABOVE_NOISE = 3.0  # times the sensor's noise that a speed must have reached before
 
@@ -105,7 +105,7 @@ def write_facts(summary, begin, facts, scales, noise, joints):
 
 
 @inline_kernel
-def is_telling(facts, scales, time, noise):
+def is_told(facts, scales, time, noise):
     """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise."""
     slow = facts.speed <= QUICK * usual_speed(scales)
-    return slow and time - facts.told_time >= APART - MARGIN and facts.peak >= ABOVE_NOISE * noise
+    return slow and time - facts.told_time >= INTERVAL - MARGIN and facts.peak >= ABOVE_NOISE * noise

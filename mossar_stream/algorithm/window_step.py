@@ -20,7 +20,7 @@ from mossar_stream.algorithm.cycles import (
 )
 from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
-from mossar_stream.algorithm.facts import is_telling, noise_of_speed, write_facts
+from mossar_stream.algorithm.facts import is_told, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
     NO_SLOT,
     OpenSegment,
@@ -246,7 +246,7 @@ def _add_key(w, slot, state, point, rev):
     write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
     note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD
-    if is_telling(facts, scales, point.time, noise):
+    if is_told(facts, scales, point.time, noise):
         told, facts.told_time, facts.peak = TOLD, point.time, 0.0
     frame, time = point.frame, point.time
     if facts.before < facts.frame:

@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
-from mossar_stream.jit.acceleration import is_accelerated
-from mossar_stream.jit.cache import open_cache
+from mossar_stream.jit.acceleration import open_own_cache
 from mossar_stream.jit.linked import publish
 from mossar_stream.jit.precompile import second_process
 from mossar_stream.memory.event_buffer import new_event_buffer
@@ -45,7 +44,7 @@ def warm_up(plan: Plan) -> None:
     """Compile the kernels for a plan, or load them, if that has not been done in this process."""
     if plan.settings.similarity in _ready:
         return
-    open_cache(accelerated=is_accelerated())
+    open_own_cache()
     memory = plan.new_rows(1)
     scratch, events = _publish_window_step(plan, memory)
     frames, times = _publish_frame_step(plan, memory)
@@ -62,7 +61,7 @@ def compile_part(folder: str, similarity: SimilarityName) -> None:
         folder: Of the cache.
         similarity: Measure to compile for.
     """
-    if folder == str(open_cache(accelerated=is_accelerated()).folder):
+    if folder == str(open_own_cache().folder):
         plan = _any_plan(similarity)
         _publish_frame_step(plan, plan.new_rows(1))
 

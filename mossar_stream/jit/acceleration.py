@@ -35,6 +35,15 @@ def is_accelerated() -> bool:
     return cache.exists(accelerated=True) or _trial_succeeds()
 
 
+def open_own_cache() -> cache.Cache:
+    """Open the cache of the path of this process; before the first entry point is compiled, or it would not be kept.
+
+    Raises:
+        MossarError: If nothing can be written anywhere.
+    """
+    return cache.open_cache(accelerated=is_accelerated())
+
+
 def _trial_succeeds() -> bool:
     try:
         return bool(import_module("mossar_stream.jit.trial").succeeds())

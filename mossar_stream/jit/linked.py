@@ -13,8 +13,7 @@ from typing import Any
 
 import numba
 
-from mossar_stream.jit.acceleration import is_accelerated
-from mossar_stream.jit.cache import open_cache
+from mossar_stream.jit.acceleration import is_accelerated, open_own_cache
 from mossar_stream.jit.decorators import entry_point
 
 _kernels: dict[str, tuple[Any, Any]] = {}  # by name: kernel, signature or type of the result
@@ -53,7 +52,7 @@ def publish(name: str, *arguments: Any) -> None:
     types = tuple(map(numba.typeof, arguments)) or signature.args
     if (name, types) in _published:
         return
-    open_cache(accelerated=is_accelerated())
+    open_own_cache()
     kernel.compile(types)
     if is_accelerated():
         from mossar_stream.jit.linked_calls import make_known  # noqa: PLC0415 - private parts

@@ -12,8 +12,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from mossar_stream.jit.acceleration import is_accelerated
-from mossar_stream.jit.cache import Cache, open_cache
+from mossar_stream.jit.acceleration import is_accelerated, open_own_cache
+from mossar_stream.jit.cache import Cache
 from mossar_stream.jit.listening import on_first_compile
 
 LONGEST = 120.0  # s; a process that takes longer is given up
@@ -41,7 +41,7 @@ def second_process(module: str, argument: str) -> Iterator[None]:
         argument: For it.
     """
     others: list[subprocess.Popen[bytes]] = []
-    cache = open_cache(accelerated=is_accelerated())
+    cache = open_own_cache()
 
     def start() -> None:
         if is_possible(cache):

@@ -5,13 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.jit.acceleration import open_own_cache
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, strangeness, warped
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.recogniser import ROWS, STORE, STORE_BYTES, open_store, store_bytes
+from mossar_stream.moves.recogniser import JOINT_BYTES, ROWS, STORE, STORE_BYTES, open_store, store_bytes
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton
 
@@ -34,10 +35,13 @@ def make_store(
         FrameError: If the stream lacks joints that the examples need.
     """
     _, ours, theirs = shared_joints(shown, streamed)
+    open_own_cache()
     numbers = padded(3 * len(ours))
     store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
     store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers
-    write_joints(store, _joint_records(theirs, streamed))
+    store[STORE_BYTES : STORE_BYTES + len(ours) * JOINT_BYTES].view(JOINT)[:] = _joint_records(
+        theirs, streamed
+    )
     for t, example in enumerate(examples):
         poses = example_poses(example, len(shown), ours, numbers)
         write_example(store, t, names.index(example.name), poses, path_of(poses))
@@ -45,36 +49,33 @@ def make_store(
 
 
 @entry_point
-def write_joints(store, records):
-    """Write where the joints of the examples are in the stream."""
-    open_store(store).joints[:] = records
-
-
-@entry_point
 def write_example(store, t, move, poses, path):
     """Describe the whole of an example, number t; see `measure.describe`."""
     bank = open_store(store)
-    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.room)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.scratch)
     bank.examples[t].move = move
-    bank.examples[t].size = bank.room.size[0]
+    bank.examples[t].size = bank.scratch.size[0]
     at = t * ROWS
-    bank.rows[at : at + DIRECTIONS] = bank.room.directions
-    bank.rows[at + DIRECTIONS] = bank.room.box
-    bank.rows[at + DIRECTIONS + 1] = bank.room.shares
-    bank.rows[at + DIRECTIONS + 2] = bank.room.stance
+    # Number by number: for whole rows numba compiles the words of errors, too, which takes seconds.
+    for d in range(bank.rows.shape[1]):
+        for k in range(DIRECTIONS):
+            bank.rows[at + k, d] = bank.scratch.directions[k, d]
+        bank.rows[at + DIRECTIONS, d] = bank.scratch.box[d]
+        bank.rows[at + DIRECTIONS + 1, d] = bank.scratch.shares[d]
+        bank.rows[at + DIRECTIONS + 2, d] = bank.scratch.stance[d]
 
 
 @entry_point
 def compare_with_all(store, poses, path, costs):
     """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
     bank = open_store(store)
-    room, rows = bank.room, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, room)
+    scratch, rows = bank.scratch, bank.rows
+    describe(poses, path, 0, path.size - 1, bank.joints.size, scratch)
     for t in range(bank.examples.size):
         at = t * ROWS
-        factor = correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
-        factor *= strangeness(room, rows[at + DIRECTIONS + 2])
-        costs[t] = factor * warped(room, rows[at : at + DIRECTIONS], NEVER)
+        factor = correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
+        factor *= strangeness(scratch, rows[at + DIRECTIONS + 2])
+        costs[t] = factor * warped(scratch, rows[at : at + DIRECTIONS], NEVER)
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:

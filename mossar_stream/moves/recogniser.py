@@ -97,33 +97,33 @@ EXAMPLE = np.dtype(
     [
         ("move", "i8"),  # that it is an example of
         ("size", "f4"),  # m, diagonal of its box
-        ("cost", "f4"),  # of the best stretch of this look; room to work in
+        ("cost", "f4"),  # of the best stretch of this look; scratch
     ],
 )
 ROWS = DIRECTIONS + 3  # of an example in `Bank.rows`: directions, box, shares, stance
 
 
 class Bank(NamedTuple):
-    """The examples of all moves, described for the joints of one stream, and room to work in; views of a store."""
+    """The examples of all moves, described for the joints of one stream, and scratch; views of a store."""
 
     joints: NDArray[np.void]  # (K,) JOINT
     examples: NDArray[np.void]  # (T,) EXAMPLE
     rows: NDArray[np.float32]  # (T·ROWS, D)
-    room: Description
+    scratch: Description
 
 
 # A store is one array of bytes, because every array that is handed to a kernel takes its time: this record, then the
 # arrays of `Bank` and of `Description` in their order.
 STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
-ROOM_ROWS = (
+SCRATCH_ROWS = (
     POINTS + DIRECTIONS + 4
 )  # of numbers: points, directions, shares, stance, box, low; then size and warping
 
 
 def store_bytes(joints: int, examples: int) -> int:
     """Return the bytes that examples take, described for so many joints."""
-    rows = examples * ROWS + ROOM_ROWS
+    rows = examples * ROWS + SCRATCH_ROWS
     floats = rows * padded(3 * joints) + 2 * (DIRECTIONS + 1) + 1
     return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + 4 * floats
 
@@ -155,16 +155,16 @@ def open_store(store):
     joints, examples, numbers = head.joints, head.examples, head.numbers
     at_examples = STORE_BYTES + joints * JOINT_BYTES
     at_rows = at_examples + examples * EXAMPLE_BYTES
-    at_room = at_rows + 4 * examples * ROWS * numbers
+    at_scratch = at_rows + 4 * examples * ROWS * numbers
     line = 4 * numbers
-    after = at_room + ROOM_ROWS * line
+    after = at_scratch + SCRATCH_ROWS * line
     return Bank(
         part(store, STORE_BYTES, JOINT, (joints,)),
         part(store, at_examples, EXAMPLE, (examples,)),
         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
         Description(
-            part(store, at_room, np.float32, (POINTS, numbers)),
-            part(store, at_room + POINTS * line, np.float32, (DIRECTIONS, numbers)),
+            part(store, at_scratch, np.float32, (POINTS, numbers)),
+            part(store, at_scratch + POINTS * line, np.float32, (DIRECTIONS, numbers)),
             part(store, after - 4 * line, np.float32, (numbers,)),
             part(store, after - 3 * line, np.float32, (numbers,)),
             part(store, after - 2 * line, np.float32, (numbers,)),
@@ -199,7 +199,7 @@ def recognise(
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
-    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.room.box.size))
+    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.scratch.box.size))
     for i in range(begin, end):
         if is_due(state.track, times[i]):
             _follow(state, poses, bank, positions[i], times[i])
@@ -287,7 +287,7 @@ def _look(state, poses, bank, last):
         first = max(state.activity.starts[i] - 1, state.track.first)
         if state.activity.starts[i] < 0 or not _may_begin(state, first, last):
             continue
-        describe(poses, state.track.path, first, last, bank.joints.size, bank.room)
+        describe(poses, state.track.path, first, last, bank.joints.size, bank.scratch)
         cost = _compare(state, bank, first, best)
         if cost < best:
             best, best_first = cost, first
@@ -309,7 +309,7 @@ def _may_begin(state, first, last):
 @kernel
 def _compare(state, bank, first, best):
     """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
-    room, examples, rows = bank.room, bank.examples, bank.rows
+    scratch, examples, rows = bank.scratch, bank.examples, bank.rows
     revision = first < state.decision.from_pose
     bar = min(BAR, np.float32(state.found.cost)) if revision else BAR
     for t in range(examples.size):
@@ -317,15 +317,15 @@ def _compare(state, bank, first, best):
             continue
         at = t * ROWS
         limit = min(examples[t].cost, min(best, bar) * RIVALS)
-        factor = strangeness(room, rows[at + DIRECTIONS + 2])
+        factor = strangeness(scratch, rows[at + DIRECTIONS + 2])
         if revision:
             factor *= HANDICAP
         if LEAST * factor >= limit:
             continue
-        factor *= correction(room, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
+        factor *= correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
         if LEAST * factor >= limit:
             continue
-        cost = factor * warped(room, rows[at : at + DIRECTIONS], limit / factor)
+        cost = factor * warped(scratch, rows[at : at + DIRECTIONS], limit / factor)
         if cost < examples[t].cost:
             examples[t].cost = cost
             best = min(best, cost)
@@ -370,7 +370,7 @@ def _confirm(state, poses, bank, first, last):
     found.first = first
     found.start = state.track.times[first % RING]
     found.end = found.time = state.time
-    describe(poses, state.track.path, first, last, bank.joints.size, bank.room)
+    describe(poses, state.track.path, first, last, bank.joints.size, bank.scratch)
     found.limb = _leading_limb(bank)
     state.happened |= CONFIRMED
     decision.from_pose = last
@@ -382,10 +382,10 @@ def _confirm(state, poses, bank, first, last):
 @kernel
 def _leading_limb(bank):
     """Return the limb whose joints fill the largest boxes in the first half of the stretch, -1 if there is none."""
-    first_half(bank.room)
-    extent = bank.room.row[0]
+    first_half(bank.scratch)
+    extent = bank.scratch.row[0]
     extent[:] = np.float32(0.0)
-    box = bank.room.box
+    box = bank.scratch.box
     best = -1
     for k in range(bank.joints.size):
         limb = bank.joints[k].limb

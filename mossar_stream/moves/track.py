@@ -120,7 +120,8 @@ def _mean(positions):
 def _average(track, poses, raw, number):
     """Average the poses since the gap that are younger than `SMOOTHED`, so that a sensor's noise adds little path."""
     pose = poses[number % RING]
-    pose[:] = raw[number % RAW]
+    for d in range(pose.size):
+        pose[d] = raw[number % RAW, d]
     count = 1
     while count < RAW and number - count >= track.first:
         if not track.times[number % RING] - track.times[(number - count) % RING] < SMOOTHED:

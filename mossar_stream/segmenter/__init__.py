@@ -288,12 +288,12 @@ class Segmenter:
         ):
             # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
             self._one_time[0] = times
-            frame = positions[None]
+            frame = self._one_frame
             if row.origin is not None:
-                less(positions, row.origin, self._one_frame[0])
-                frame = self._one_frame
-            elif not (positions.dtype is FLOAT32 and positions.flags.carray):
-                frame = self._one_frame
+                less(positions, row.origin, frame[0])
+            elif positions.dtype is FLOAT32 and positions.flags.carray:
+                frame = positions[None]
+            else:
                 frame[0] = positions
             if not self.is_followed or self._followers.hold(frame, float(times)):
                 events = engine.push_frame(row, frame, self._one_time)

@@ -234,7 +234,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             )
         similarity = self.similarity or str(BUNDLES[self.bundle]["similarity"])
         measure = self.kernel_form if similarity == "path_kernel" else similarity
-        return STRENGTHS[measure, self.bundle][level]
+        return STRENGTHS[measure][level]
 
     def resolved(self) -> "ResolvedSettings":
         """Return a copy in which every field left to the level's bundle has its value."""
@@ -370,7 +370,7 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):
         legal = f"; its parts are {', '.join(Features.__struct_fields__)}, each a number"
-    elif field in ("tempo", "repetitions"):
+    elif field in ("tempo", "repetitions", "phase"):
         legal = "; it must be true or false"
     if legal:
         return f"setting {field} is {values.get(field)!r}{legal}"

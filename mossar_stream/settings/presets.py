@@ -1,8 +1,8 @@
 """Presets and levels: named sets of settings, found by evaluation on labelled recordings.
 
 A preset is where settings start from. A level is a strength; a named level also brings a bundle of the settings
-that decide what a strength means. Moving the level of a running segmenter changes the strength only; the strength
-that a name stands for then depends on the bundle that the segmenter was started with.
+that decide what a strength means. Moving the level of a running segmenter changes the strength only, so a name that
+would bring another bundle than the one in force is refused (`Settings.strength`).
 """
 
 PRESETS: dict[str, dict[str, object]] = {
@@ -63,8 +63,8 @@ _CLUSTER: dict[str, object] = {
     "window": 0.25,
     "features": {"distances": 0.25, "log_speed": 0.75},
     "short_segment": 1.0,
-    "location": "candidates",
-    "refine": 1.0,
+    "location": "free",
+    "refine": 0.4,
     "pre_roll": 0.0,
     "post_roll": 0.0,
     "tempo": False,
@@ -74,16 +74,11 @@ _CLUSTER: dict[str, object] = {
 BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "posture": _POSTURE, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall
 
-# Strengths that the names stand for, by what computes them: (similarity or kernel form, bundle).
-STRENGTHS: dict[tuple[str, str], dict[str, float]] = {
-    ("evidence", "motion"): {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
-    ("evidence", "cluster"): {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
-    ("likelihood", "posture"): {"posture": 0.0, "motion": 0.45, "cluster": 1.0},
-    ("likelihood", "cluster"): {"posture": 0.0, "motion": 0.1, "cluster": 1.25},
-    ("damped", "posture"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
-    ("damped", "cluster"): {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
-    ("normalised", "posture"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
-    ("normalised", "cluster"): {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
-    ("sum", "posture"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
-    ("sum", "cluster"): {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
+# Strengths that the names stand for, by what computes them: similarity or kernel form.
+STRENGTHS: dict[str, dict[str, float]] = {
+    "evidence": {"posture": 0.0, "motion": 1.0, "cluster": 4.0},
+    "likelihood": {"posture": 0.0, "motion": 0.45, "cluster": 1.25},
+    "damped": {"posture": 0.0, "motion": 0.3, "cluster": 0.72},
+    "normalised": {"posture": 0.0, "motion": 0.7, "cluster": 0.95},
+    "sum": {"posture": 0.0, "motion": 0.018, "cluster": 0.03},
 }

@@ -1,5 +1,8 @@
 """Settings: names, limits, texts, presets and bundles."""
 
+import re
+from typing import get_args
+
 import msgspec
 import pytest
 
@@ -33,6 +36,14 @@ def test_every_number_has_limits_and_the_message_names_them(name):
         with pytest.raises(SettingsError, match=name):
             Settings(**{name: value})
     assert f"between {low:g} and {high:g}" in refusal(**{name: int(high) + 2})
+
+
+def test_every_setting_is_documented_and_every_number_has_limits():
+    arguments = Settings.__doc__.partition("Raises:")[0]
+    assert set(re.findall(r"^        (\w+): ", arguments, re.MULTILINE)) == set(Settings.__struct_fields__)
+    kinds = {field.name: field.type for field in msgspec.structs.fields(Settings)}
+    numbers = {name for name, kind in kinds.items() if {int, float} & {kind, *get_args(kind)}}
+    assert numbers - {"level"} == set(SETTING_LIMITS)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +168,7 @@ def test_levels_are_strengths_that_rise():
         assert values["posture"] == 0.0
         assert 0 < values["motion"] < values["cluster"]
     assert Settings().strength(0.123) == 0.123
-    assert Settings(level="cluster").strength("cluster") == STRENGTHS["likelihood", "cluster"]["cluster"]
+    assert Settings(level="cluster").strength("cluster") == STRENGTHS["likelihood"]["cluster"]
     with pytest.raises(SettingsError, match="level motion works with other settings than those in force"):
         Settings(level="cluster").strength("motion")
 

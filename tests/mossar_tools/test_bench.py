@@ -5,6 +5,7 @@ import pytest
 from mossar_adapters.extras import installed
 from mossar_tools.bench.measures import MEASURES
 from mossar_tools.cli import main
+from mossar_tools.commands.bench import EXAMPLES
 
 LEFT_OUT = {"start"}  # it starts processes; see below
 
@@ -54,6 +55,10 @@ def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
     err = capsys.readouterr().err
     assert problem in err
     assert len(err.splitlines()) == 1
+
+
+def test_the_help_names_every_part():
+    assert f"the parts: {' '.join(MEASURES)}\n" in EXAMPLES
 
 
 def test_peers_that_are_missing_are_one_line(capsys):

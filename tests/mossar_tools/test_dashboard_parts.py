@@ -27,7 +27,6 @@ from mossar_stream import (
     Skeleton,
     segment_recording,
 )
-from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.chart import chart
 from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.figures import HIDDEN, balls_of, bones_of
@@ -38,14 +37,15 @@ from mossar_tools.dashboard.overview import Outline, overview, place
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.recorder import Recorder
-from mossar_tools.dashboard.saving import as_toml
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
 from mossar_tools.dashboard.tables import marks_card
+from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 from mossar_tools.palette import LIGHT
+from mossar_tools.settings_file import as_toml
 
 
 @pytest.fixture(scope="module")
@@ -186,34 +186,34 @@ def finals(events):
 
 def test_what_is_asked_for_is_done_in_order_and_nothing_is_lost(medley):
     told = []
-    acts = Acts(told.append)
+    tasks = Tasks(told.append)
     show = RecordedShow([("p1", medley)], Settings(range="file"))
     show.set_count(3)
     asking = [
-        threading.Thread(target=lambda: [acts.ask(lambda: show.step_count(1)) for _ in range(4)])
+        threading.Thread(target=lambda: [tasks.ask(lambda: show.step_count(1)) for _ in range(4)])
         for _ in range(3)
     ]
     for thread in asking:
         thread.start()
     for thread in asking:
         thread.join()
-    acts.ask(lambda: None).result(20)
+    tasks.ask(lambda: None).result(20)
     assert show.kept == 15
 
     go, done = threading.Event(), []
-    acts.ask(lambda: go.wait(20))
+    tasks.ask(lambda: go.wait(20))
     for spot in range(50):
-        last = acts.ask_latest("slider", lambda spot=spot: done.append(spot))
-    acts.ask(lambda: show.change({"window": -1.0}))
-    end = acts.ask(lambda: done.append("end"))
-    assert acts.waits("slider")
+        last = tasks.ask_latest("slider", lambda spot=spot: done.append(spot))
+    tasks.ask(lambda: show.change({"window": -1.0}))
+    end = tasks.ask(lambda: done.append("end"))
+    assert tasks.waits("slider")
     go.set()
     end.result(20)
     assert last.done()
     assert done == [49, "end"]
     assert len(told) == 1
     assert "window" in told[0]
-    acts.close()
+    tasks.close()
     with pytest.raises(SettingsError):
         show.change({"window": -1.0})
 

@@ -36,6 +36,13 @@ def test_final_key_frames_of_clusters_are_accurate_and_in_time(takes):
     assert median(scores.delays) <= 5.0
 
 
+def test_final_key_frames_of_clusters_hold_with_four_angles(takes):
+    own = [take for take in takes if take.name.startswith("cmu86_angles/")]
+    scores = mean_scores([stream(take, Settings(), "final").scores(take) for take in own])
+    assert scores.f1 >= 0.75
+    assert median(scores.delays) <= 4.5
+
+
 def test_final_key_frames_of_motions_are_accurate_and_in_time(takes):
     scores = reached(takes, "motion", "final")
     assert scores.f1 >= 0.75
@@ -126,6 +133,15 @@ def test_tune_finds_the_strength_for_a_number_a_minute_and_saves_it(capsys, tmp_
     assert (len(segments) - 1) / minutes == pytest.approx(20, abs=3)
 
 
+def test_what_tune_saves_means_the_same_with_the_bundle_of_another_level(capsys, tmp_path):
+    saved = tmp_path / "settings.toml"
+    arguments = ["--level", "cluster", "--per-minute", "10", "--save", str(saved)]
+    assert main(["tune", "demo:?seed=3", *arguments]) == 0
+    count = int(capsys.readouterr().out.splitlines()[-1].split(": ")[1].split(" key frames")[0])
+    assert main(["segment", "demo:?seed=3", "--config", str(saved), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["segments"]) == count + 1
+
+
 def test_tune_chooses_by_labels(capsys, tmp_path):
     folder = labelled_sets(tmp_path)[0]
     assert (
@@ -173,6 +189,9 @@ def table():
         (["demo:?colour=red"], "demo"),
         (["demo:", "--plot", "strips.gif"], "pictures are"),
         (["demo:", "--set", "colour=red"], "no setting called"),
+        (["demo:", "--set", "level=cluster"], "the level is that of each recording's label"),
+        (["demo:", "--level", "cluster"], "unrecognized arguments: --level"),
+        (["demo:", "--grid", "--preset", "game"], "leave --preset out"),
     ],
 )
 def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):

@@ -56,6 +56,14 @@ def test_the_configuration_may_name_sources_and_lists(options):
     assert chosen.quiet
 
 
+def test_a_configuration_knows_options_by_the_names_that_users_know(segment_options, options):
+    assert segment_options("from = 2").plot_from == 2.0
+    assert options("demo:", config="from = 2").plot_from is None
+    for ours in ("plot_from = 2", "begin = 2"):
+        with pytest.raises(MossarError, match=r"there is no option .*; there are .*\bfrom\b"):
+            options("demo:", config=ours)
+
+
 def test_options_of_other_commands_may_stand_in_the_configuration(options):
     assert options("demo:", config='plot = "x.png"\nkeep = 3').plot is None
 

@@ -306,3 +306,12 @@ def test_moves_are_told_written_and_drawn(mossar, tmp_path):
     status, _, err = mossar("segment", take, "--moves", tmp_path / "none.json")
     assert status == 2
     assert "none.json cannot be read" in err
+
+
+def test_each_limb_has_a_tier_of_the_export(mossar, tmp_path):
+    labels = tmp_path / "take.txt"
+    assert mossar("segment", "demo:?seconds=8", "--limbs", "--export", labels)[0] == 0
+    limbs = ("left_arm", "right_arm", "left_leg", "right_leg", "trunk")
+    assert {f"{limb} segments" for limb in limbs} | {"segments motion"} <= {
+        tier.name for tier in read_annotations(labels)
+    }

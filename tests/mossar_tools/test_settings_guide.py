@@ -46,6 +46,15 @@ def test_where_a_value_comes_from_is_said(mossar):
     assert rows["sig_threshold"]["value"] == "0.03"
     assert rows["features.log_speed"]["value"] == "0.75"
     assert rows["max_gap"]["legal"] == "0 to 60"
+    for name in ("tempo", "repetitions", "phase"):
+        assert rows[name]["legal"] == "true, false"
+    assert rows["limbs"]["legal"].startswith("true, false or groups")
+
+
+def test_a_value_of_another_bundle_than_the_name_of_the_level_is_said_to_be_of_that(mossar):
+    out = mossar("settings", "--set", "similarity=likelihood", "--csv")[1]
+    rows = {row["name"]: row for row in csv.DictReader(out.splitlines())}
+    assert (rows["refine"]["value"], rows["refine"]["from"]) == ("0.3", "level posture")
 
 
 def test_a_table_comes_without_an_option(mossar):

@@ -43,7 +43,7 @@ COMMANDS: Final[dict[str, str]] = {
 }
 
 # Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "evaluate", "bench")
+_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer

@@ -55,7 +55,8 @@ def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str,
 def _names() -> set[str]:
     from mossar_tools.options import Options
 
-    return {*Options.__struct_fields__, "settings"} - {"set", "file", "target", "check"}
+    elsewhere = {"set", "file", "target", "check", "begin", "plot_from", "plot_to"}
+    return {*Options.__struct_fields__, "from", "settings"} - elsewhere
 
 
 def _known() -> set[str]:

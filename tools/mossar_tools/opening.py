@@ -80,7 +80,7 @@ def sink_of(
     return open_sink(url, settings=msgspec.to_builtins(settings), force=options.force, position=position)
 
 
-def check_apart(sources: Sequence[str], sinks: Sequence[str]) -> None:
+def check_no_clash(sources: Sequence[str], sinks: Sequence[str]) -> None:
     """Refuse to write a file that is read, or twice at once.
 
     Raises:

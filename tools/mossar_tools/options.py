@@ -161,18 +161,22 @@ def _check_settings(path: str, options: Options, without: Options) -> None:
         raise UsageError(f"{path}: {error}") from None
 
 
-def add_settings(parser: argparse.ArgumentParser, *, body_only: bool = False) -> None:
+def add_settings(
+    parser: argparse.ArgumentParser, *, body_only: bool = False, with_level: bool = True
+) -> None:
     """Add the options that say how to segment.
 
     Args:
         parser: Of the command.
         body_only: Whether the command tells of the body's key frames and segments alone.
+        with_level: Whether the level is the user's choice.
     """
     group = parser.add_argument_group("how to segment")
     group.add_argument("--preset", choices=PRESETS, help="where settings start from (default: default)")
-    group.add_argument(
-        "--level", metavar="LEVEL", help="posture, motion or cluster, or a number: the strength to keep"
-    )
+    if with_level:
+        group.add_argument(
+            "--level", metavar="LEVEL", help="posture, motion or cluster, or a number: the strength to keep"
+        )
     group.add_argument(
         "--set",
         metavar="NAME=VALUE",

@@ -136,23 +136,23 @@ def _lines(place: str | None, console: Console) -> Iterator[Callable[[str], None
     elif place == STANDARD_OUTPUT:
         yield lambda text: console.line(text.rstrip("\n")) if text else None
     else:
-        with _telling(place):
+        with _file_errors(place):
             file = Path(place).open("w", encoding="utf-8", newline="")  # noqa: SIM115 - closed below
 
         def write(text: str) -> None:
-            with _telling(place):
+            with _file_errors(place):
                 file.write(text)
 
         try:
             yield write
         finally:
-            with _telling(place):
+            with _file_errors(place):
                 file.close()
         console.say(f"written: {place}")
 
 
 @contextlib.contextmanager
-def _telling(place: str) -> Iterator[None]:
+def _file_errors(place: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:

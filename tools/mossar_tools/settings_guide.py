@@ -78,10 +78,10 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "max_gap": Guide("s", "longer: a missing joint is held longer before it is left out"),
     "max_speed": Guide("m/s", "smaller: more of a quick move is taken for an outlier"),
     "max_pause": Guide("s", "longer: a take survives longer pauses of its sender"),
-    "repetitions": Guide("true, false", "true: counts how often movements are repeated, and how fast"),
-    "phase": Guide("true, false", "true: with repetitions, tells of each frame where in the cycle it is"),
+    "repetitions": Guide("", "true: counts how often movements are repeated, and how fast"),
+    "phase": Guide("", "true: with repetitions, tells of each frame where in the cycle it is"),
     "limbs": Guide(
-        "true, false, groups",
+        "",
         "true: arms, legs and trunk have key frames of their own; or NAME=JOINT,...;...",
     ),
 }

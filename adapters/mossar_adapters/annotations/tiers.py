@@ -59,7 +59,7 @@ def segment_tier(parts: Iterable[Segment | SegmentEvent], level: object, origin:
         origin: Time of the first frame, s.
     """
     marks = [Mark(part.start_time - origin, part.end_time - origin, _label(part)) for part in parts]
-    return Tier(f"{SEGMENTS} {level}" if isinstance(level, str) else SEGMENTS, apart(marks))
+    return Tier(f"{SEGMENTS} {level}" if isinstance(level, str) else SEGMENTS, without_overlaps(marks))
 
 
 def key_frame_tier(keys: Iterable[KeyFrame | KeyFrameEvent], origin: float) -> Tier:
@@ -75,7 +75,7 @@ def repetition_tier(events: Iterable[RepetitionEvent], origin: float) -> Tier:
         for event in events
         if event.start is not None and event.end is not None
     ]
-    return Tier(REPETITIONS, apart(marks))
+    return Tier(REPETITIONS, without_overlaps(marks))
 
 
 def of_limb(channel: str, tier: Tier) -> Tier:
@@ -86,11 +86,12 @@ def of_limb(channel: str, tier: Tier) -> Tier:
 def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
     """Return the tier of moves; as `segment_tier`."""
     return Tier(
-        MOVES, apart([Mark(event.start - origin, event.end - origin, event.name) for event in events])
+        MOVES,
+        without_overlaps([Mark(event.start - origin, event.end - origin, event.name) for event in events]),
     )
 
 
-def apart(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+def without_overlaps(marks: Iterable[Mark]) -> tuple[Mark, ...]:
     """Return stretches in the order of time, none of which begins before the end of the one before."""
     kept: list[Mark] = []
     latest = 0.0

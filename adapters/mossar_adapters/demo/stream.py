@@ -76,19 +76,19 @@ def stream(
     asked = None if moves is None else [parse_move(move) for move in moves]
     requests = itertools.islice(default_moves(rng) if asked is None else iter(asked), most_moves)
     home = Stance(*place)
-    acted = _acted(beats(requests, rng, home, style.tempo), home, style.fps)
-    return _delivered(acted, Sensor(seed, style), seconds, performer_name(performer))
+    performed = _performed(beats(requests, rng, home, style.tempo), home, style.fps)
+    return _delivered(performed, Sensor(seed, style), seconds, performer_name(performer))
 
 
-def _acted(acts: Iterator[Beat], home: Stance, fps: float) -> Iterator[tuple[Floats, Floats, list[Cut]]]:
+def _performed(beats: Iterator[Beat], home: Stance, fps: float) -> Iterator[tuple[Floats, Floats, list[Cut]]]:
     """Yield true positions (n, J, 3), times (n,) and cuts (frame still open), n from 1 to `BLOCK`."""
     base, active, done = home.at_ease(), list[Stroke](), 0
     before, cuts = Beat("", 0.0, 0.0, (), None, ""), list[Cut]()
-    for act in itertools.chain(acts, [None]):
-        if act is not None and act.cut is not None:
-            cuts.append(Cut(act.cut, -1, before.name, act.name, act.cut_kind))
+    for beat in itertools.chain(beats, [None]):
+        if beat is not None and beat.cut is not None:
+            cuts.append(Cut(beat.cut, -1, before.name, beat.name, beat.cut_kind))
         # Strokes still unknown begin no earlier than the next move: up to there frames can be computed.
-        last = math.ceil((before.end if act is None else act.start) * fps - 1e-9)
+        last = math.ceil((before.end if beat is None else beat.start) * fps - 1e-9)
         for first in range(done, last, BLOCK):
             times = np.arange(first, min(first + BLOCK, last), dtype=np.float64) / fps
             yield joint_positions(_poses(base, active, times)), times, cuts
@@ -97,9 +97,9 @@ def _acted(acts: Iterator[Beat], home: Stance, fps: float) -> Iterator[tuple[Flo
         for stroke in [stroke for stroke in active if stroke.end < done / fps]:
             base = base + stroke.amount * stroke.lasting
             active.remove(stroke)
-        if act is not None:
-            active += act.strokes
-            before = act
+        if beat is not None:
+            active += beat.strokes
+            before = beat
 
 
 def _poses(base: Floats, active: list[Stroke], times: Floats) -> Floats:
@@ -112,12 +112,15 @@ def _poses(base: Floats, active: list[Stroke], times: Floats) -> Floats:
 
 
 def _delivered(
-    acted: Iterator[tuple[Floats, Floats, list[Cut]]], sensor: Sensor, seconds: float | None, performer: str
+    performed: Iterator[tuple[Floats, Floats, list[Cut]]],
+    sensor: Sensor,
+    seconds: float | None,
+    performer: str,
 ) -> Iterator[tuple[Frames, tuple[Cut, ...]]]:
     """Yield what arrives of the blocks, numbered, up to `seconds`; cuts come with the frame they lie on."""
     end = math.inf if seconds is None else seconds
     count, waiting = 0, list[Cut]()
-    for positions, times, cuts in acted:
+    for positions, times, cuts in performed:
         waiting += cuts
         if times[0] >= end:
             return

@@ -80,7 +80,7 @@ class OutputFile:
         Raises:
             OutputError: If the disk is full or gone.
         """
-        with self._telling():
+        with self._file_errors():
             self._file.write(data)
 
     def flush(self) -> None:
@@ -89,7 +89,7 @@ class OutputFile:
         Raises:
             OutputError: If the disk is full or gone.
         """
-        with self._telling():
+        with self._file_errors():
             self._file.flush()
 
     def sync(self) -> None:
@@ -98,7 +98,7 @@ class OutputFile:
         Raises:
             OutputError: If the disk is full or gone.
         """
-        with self._telling():
+        with self._file_errors():
             self._file.flush()
             try:
                 os.fsync(self._file.fileno())
@@ -116,11 +116,11 @@ class OutputFile:
         Raises:
             OutputError: If that is impossible, and was not told before.
         """
-        with self._telling():
+        with self._file_errors():
             self._file.close()
 
     @contextlib.contextmanager
-    def _telling(self) -> Iterator[None]:
+    def _file_errors(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:

@@ -76,7 +76,7 @@ OPTIONS: Final = {
 }
 _RATES: Final = (1.0, 120.0)  # Hz
 _IDLE: Final = 0.1  # s without anything after which the reader is told so
-_ROOM: Final = 256  # items that wait for the reader; then the oldest are dropped
+_CAPACITY: Final = 256  # items that wait for the reader; then the oldest are dropped
 _SHORTEST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0  # s between two attempts to get a lost camera back
 _FAREWELL: Final = 3.0  # s that `close` waits for the camera to stop
 
@@ -314,7 +314,7 @@ class OakSource:
     def _pass_on(self, pose: Floats, person: Person, moment: float) -> None:
         name = self._performer if person.number == 1 else f"{self._others}{person.number}"
         frame = np.vstack([pose, _pelvis(pose, person)])[None].astype(np.float32)
-        if self._inbox.qsize() >= _ROOM:
+        if self._inbox.qsize() >= _CAPACITY:
             with suppress(queue.Empty):
                 self._inbox.get_nowait()
                 self.counters.late += 1

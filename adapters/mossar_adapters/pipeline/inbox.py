@@ -13,7 +13,7 @@ import msgspec
 from mossar_adapters.source import Left, Meta
 from mossar_stream import Frames
 
-ROOM = 2048  # frames per source
+CAPACITY = 2048  # frames per source
 # Arrivals per source; metas and leavings are never dropped, so too many of them make a reader wait.
 MOST = 4096
 
@@ -44,13 +44,13 @@ class Inbox:
 
     Args:
         drops: For each source, whether its oldest frames are dropped when its queue is full.
-        room: Frames that a queue holds; one chunk always fits.
+        capacity: Frames that a queue holds; one chunk always fits.
     """
 
-    def __init__(self, drops: Sequence[bool], room: int = ROOM) -> None:
+    def __init__(self, drops: Sequence[bool], capacity: int = CAPACITY) -> None:
         self.dropped = [0] * len(drops)  # frames dropped of each source
         self._drops = list(drops)
-        self._room = room
+        self._capacity = capacity
         self._queues: list[deque[Arrival]] = [deque() for _ in drops]
         self._frames = [0] * len(drops)  # in each queue
         self._urgent: deque[Arrival] = deque()
@@ -127,7 +127,7 @@ class Inbox:
         return None
 
     def _is_full(self, source: int, count: int) -> bool:
-        return self._frames[source] > 0 and self._frames[source] + count > self._room
+        return self._frames[source] > 0 and self._frames[source] + count > self._capacity
 
     def _must_wait(self, source: int, count: int) -> bool:
         if len(self._queues[source]) >= MOST:

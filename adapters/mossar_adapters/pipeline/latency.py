@@ -1,6 +1,7 @@
 """Latency: how long from the arrival of a frame until the event it caused is handed over."""
 
 import threading
+from collections import deque
 
 import numpy as np
 
@@ -19,21 +20,19 @@ class Latency:
     """
 
     def __init__(self) -> None:
-        self._delays = np.zeros(KEPT)  # (KEPT,) float64, s, ring buffer
-        self._count = 0
+        self._delays: deque[float] = deque(maxlen=KEPT)  # s; whoever comes once holds little
         self._lock = threading.Lock()
 
     def add(self, seconds: float) -> None:
         """Take a delay in."""
         with self._lock:
-            self._delays[self._count % KEPT] = seconds
-            self._count += 1
+            self._delays.append(seconds)
 
     def quantiles_ms(self) -> tuple[float, float] | None:
         """Return the median and the 99th percentile in ms, None before the first delay."""
         with self._lock:
-            delays = self._delays[: min(self._count, KEPT)].copy()
-        if not len(delays):
+            delays = tuple(self._delays)
+        if not delays:
             return None
         median, high = np.quantile(delays, (0.5, 0.99)) * 1000
         return round(float(median), 3), round(float(high), 3)

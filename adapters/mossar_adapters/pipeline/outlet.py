@@ -19,7 +19,7 @@ from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames
 
-ROOM = 20_000  # events, or frames of a sink that takes frames
+CAPACITY = 20_000  # events, or frames of a sink that takes frames
 PATIENCE = 2.0  # s given to a sink at the end, to take what waits
 _CLOSING = 1.0  # s given to it to close
 _NAP = 0.1  # s, after which a wait looks whether the program is to end
@@ -56,7 +56,7 @@ class Outlet:
         delivered: Called with each parcel that was handed over, by the thread that did it.
         gives_up: Asked while waiting for room; True means that the program is to end.
         emission: Which events the sink gets; None for all.
-        room: What the queue holds.
+        capacity: What the queue holds.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Outlet:
         delivered: Callable[[Parcel], None] = lambda _: None,
         gives_up: Callable[[], bool] = lambda: False,
         emission: Emission | None = None,
-        room: int = ROOM,
+        capacity: int = CAPACITY,
     ) -> None:
         self.sink = sink
         self.dropped = 0  # events and frames that found no room
@@ -76,7 +76,7 @@ class Outlet:
         self._delivered = delivered
         self._gives_up = gives_up
         self._emission = emission or Emission()
-        self._room = room
+        self._capacity = capacity
         self._queue: deque[Parcel] = deque()
         self._size = 0
         self._busy = False
@@ -107,9 +107,9 @@ class Outlet:
             if self.prompt and not self._queue and not self._busy:
                 self._hand_over_now(parcel)
                 return
-            while self._waits and self._size >= self._room and not self._ended():
+            while self._waits and self._size >= self._capacity and not self._ended():
                 self._changed.wait(_NAP)
-            while self._size >= self._room and self._drop_oldest():
+            while self._size >= self._capacity and self._drop_oldest():
                 pass
             self._queue.append(parcel)
             self._size += parcel.size()

@@ -55,7 +55,7 @@ class Hub:
         self.asked = []
         hub = self
 
-        class Desk(BaseHTTPRequestHandler):
+        class Hub(BaseHTTPRequestHandler):
             def do_GET(self):
                 hub.asked.append(self.path.partition("?")[0])
                 if hub.asked[-1] == "/models" and not answer:
@@ -69,7 +69,7 @@ class Hub:
                 pass
 
         self.closed = threading.Event()
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Desk)
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Hub)
         self.place = f"http://127.0.0.1:{self.server.server_port}"
         threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
 

@@ -318,7 +318,7 @@ def test_a_program_that_ends_while_the_camera_runs_does_not_abort(studio, end, s
 
 
 def test_frames_that_nobody_reads_are_dropped_and_counted(studio, monkeypatch):
-    monkeypatch.setattr("mossar_adapters.oak.source._ROOM", 3)
+    monkeypatch.setattr("mossar_adapters.oak.source._CAPACITY", 3)
     stage, body = studio.Stage(), studio.standing()
     source = OakSource(connect=studio.opened(stage.camera))
     items = source.items()

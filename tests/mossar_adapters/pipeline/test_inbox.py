@@ -19,7 +19,7 @@ def arrival(source, item):
 
 
 def test_a_full_queue_of_a_live_source_drops_its_oldest_frames_and_counts_them():
-    inbox = Inbox([True], room=10)
+    inbox = Inbox([True], capacity=10)
     for first in range(0, 30, 5):
         inbox.put(arrival(0, frames(5, first)))
     assert inbox.dropped == [20]
@@ -27,7 +27,7 @@ def test_a_full_queue_of_a_live_source_drops_its_oldest_frames_and_counts_them()
 
 
 def test_metas_are_never_dropped():
-    inbox = Inbox([True], room=4)
+    inbox = Inbox([True], capacity=4)
     inbox.put(arrival(0, None))
     for _ in range(5):
         inbox.put(arrival(0, frames(4)))
@@ -50,7 +50,7 @@ def test_metas_without_end_make_even_a_live_reader_wait(monkeypatch):
 
 
 def test_a_full_queue_of_a_recording_makes_its_reader_wait():
-    inbox = Inbox([False], room=4)
+    inbox = Inbox([False], capacity=4)
     inbox.put(arrival(0, frames(4)))
     done = threading.Event()
     writer = threading.Thread(target=lambda: (inbox.put(arrival(0, frames(4))), done.set()))
@@ -63,7 +63,7 @@ def test_a_full_queue_of_a_recording_makes_its_reader_wait():
 
 
 def test_a_chunk_larger_than_the_queue_fits_into_an_empty_one():
-    inbox = Inbox([False, True], room=4)
+    inbox = Inbox([False, True], capacity=4)
     assert inbox.put(arrival(0, frames(100)))
     assert inbox.put(arrival(1, frames(100)))
 
@@ -89,7 +89,7 @@ def test_get_returns_none_after_the_timeout():
 
 
 def test_closing_lets_a_waiting_reader_go():
-    inbox = Inbox([False], room=1)
+    inbox = Inbox([False], capacity=1)
     inbox.put(arrival(0, frames(1)))
     results = []
     reader = threading.Thread(target=lambda: results.append(inbox.put(arrival(0, frames(1)))))

@@ -31,7 +31,7 @@ class Slow:
 
 def test_a_sink_that_takes_nothing_does_not_stall_a_live_stream():
     sink = Slow()
-    outlet = Outlet(sink, waits=False, room=10)
+    outlet = Outlet(sink, waits=False, capacity=10)
     outlet.start()
     start = time.monotonic()
     for take in range(1000):
@@ -45,7 +45,7 @@ def test_a_sink_that_takes_nothing_does_not_stall_a_live_stream():
 
 def test_a_slow_sink_of_a_recording_gets_everything():
     sink = Slow()
-    outlet = Outlet(sink, waits=True, room=3)
+    outlet = Outlet(sink, waits=True, capacity=3)
     outlet.start()
     threading.Timer(0.05, sink.let.set).start()
     for take in range(50):
@@ -56,7 +56,7 @@ def test_a_slow_sink_of_a_recording_gets_everything():
 
 
 def test_waiting_for_room_ends_when_the_program_is_to_end():
-    outlet = Outlet(Slow(), waits=True, room=1, gives_up=lambda: True)
+    outlet = Outlet(Slow(), waits=True, capacity=1, gives_up=lambda: True)
     outlet.start()
     start = time.monotonic()
     for take in range(5):
@@ -69,7 +69,7 @@ def test_a_sink_that_fails_is_left_alone_afterwards():
         def send(self, events):
             raise OSError(f"no space left for {len(events)} events")
 
-    outlet = Outlet(Broken(), waits=True, room=2)
+    outlet = Outlet(Broken(), waits=True, capacity=2)
     outlet.start()
     for take in range(10):
         outlet.put(events(take))

@@ -7,13 +7,12 @@ import numba
 import pytest
 
 from mossar_stream.jit import precompile as subject
-from mossar_stream.jit.acceleration import is_accelerated
-from mossar_stream.jit.cache import open_cache
+from mossar_stream.jit.acceleration import open_own_cache
 from mossar_stream.jit.precompile import second_process
 
 
 def cache():
-    return open_cache(accelerated=is_accelerated())
+    return open_own_cache()
 
 
 def compile_something():

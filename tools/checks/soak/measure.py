@@ -1,7 +1,9 @@
 """Measure: what a process holds on to."""
 
+import ctypes
 import gc
 import os
+import statistics
 import threading
 from pathlib import Path
 
@@ -33,8 +35,11 @@ class Sample(msgspec.Struct, frozen=True):
 
 
 def memory() -> int:
-    """Return the memory that the process holds (resident set), bytes."""
+    """Return the memory that the process holds (resident set), without what glibc only keeps for later, bytes."""
     gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * _PAGE
 
 
@@ -49,7 +54,7 @@ def threads() -> int:
 
 
 class Held(msgspec.Struct, frozen=True):
-    """What a process held during a part of the time: the median of memory, the most of the others."""
+    """What a process held during a part of the time: medians, as clients and threads come and go all the time."""
 
     memory: int
     files: int
@@ -63,6 +68,5 @@ def early_and_late(samples: list[Sample]) -> tuple[Held, Held]:
 
 
 def _held(samples: list[Sample]) -> Held:
-    memories = sorted(sample.memory for sample in samples)
-    files_held, threads_held = max(s.files for s in samples), max(s.threads for s in samples)
-    return Held(memories[len(memories) // 2], files_held, threads_held)
+    kinds = ("memory", "files", "threads")
+    return Held(*(statistics.median_low([getattr(sample, kind) for sample in samples]) for kind in kinds))

@@ -24,7 +24,7 @@ FPS = 60.0
 MAX_PAUSE = 20.0  # s; longer than a busy machine may keep a sender waiting
 NAMES = tuple(f"p{k}" for k in range(1, 25))
 TOGETHER = 3  # performers on stage
-_ACT = 600  # frames of each performer, between two changes on stage
+_STRETCH = 600  # frames of each performer, between two changes on stage
 _FLOW, _BURST = 300, 1200  # frames under way: usually, and in a burst; the pipeline's queue holds 2048
 _PATIENCE = 60.0  # s that frames may be under way
 _FAR = 10_000.0  # m from the origin that a performer may stand
@@ -86,7 +86,7 @@ class Stage:
                 if time.monotonic() > self._flood_due:
                     self._flood(strangers.LATER)
                 self._change_performers()
-                self._act()
+                self._perform()
             for name in NAMES:
                 self._end_take(name)
             self._wait_until_under_way(0)
@@ -130,17 +130,17 @@ class Stage:
         self._truth.follow(name, pose, np.array([moment]))
         self._send(name, pose[0], moment)
 
-    def _act(self) -> None:
+    def _perform(self) -> None:
         """Send a stretch of frames of everybody on stage, frame by frame in turn."""
         delivered = {}
         for name in self._on_stage:
             if name != self._on_stage[-1]:
                 self._clock[name] += self.faults.clock_jump()
             motion = self._rng.choice(self._motions)
-            begin = self._rng.randrange(len(motion) - _ACT)
-            times = self._clock[name] + np.arange(1, _ACT + 1) / FPS
+            begin = self._rng.randrange(len(motion) - _STRETCH)
+            times = self._clock[name] + np.arange(1, _STRETCH + 1) / FPS
             self._clock[name] = float(times[-1])
-            frames = placed(motion[begin : begin + _ACT], *self._places[name])
+            frames = placed(motion[begin : begin + _STRETCH], *self._places[name])
             delivered[name] = self.faults.deliver(frames, times)
             self._truth.follow(name, *delivered[name])
         luck = self._rng.random()

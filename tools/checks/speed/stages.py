@@ -28,9 +28,9 @@ class _Drive:
 
     def __init__(self, motion: Motion) -> None:
         self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
-        self.acting = 0.0  # s, remerge
-        self.telling = 0.0  # s, making event records
-        self.acts = 0
+        self.remerging = 0.0  # s, remerge
+        self.recording = 0.0  # s, making event records
+        self.calls = 0
         self.events = 0
 
     def run(self, chunks: list[Chunk]) -> None:
@@ -41,17 +41,17 @@ class _Drive:
                 code = advance(row.memory, 0, row.params, positions[done:], times[done:])
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
-                    self._act()
+                    self._update()
 
-    def _act(self) -> None:
+    def _update(self) -> None:
         began = _ticks()
         buffers = self._row.pool.buffers
         update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
-        acted = _ticks()
+        updated = _ticks()
         self.events += len(self._row.pool.take_events())
-        self.telling += _ticks() - acted
-        self.acting += acted - began
-        self.acts += 1
+        self.recording += _ticks() - updated
+        self.remerging += updated - began
+        self.calls += 1
 
 
 def measure(work: Work) -> Iterator[Measurement]:
@@ -70,18 +70,18 @@ def measure(work: Work) -> Iterator[Measurement]:
         drive = _Drive(motion)
         whole.append(timed(drive.run, chunks))
         drives.append(drive)
-    acting = [Took(drive.acting, drive.acting) for drive in drives]
-    telling = [Took(drive.telling, drive.telling) for drive in drives]
-    rest = _less(_less(_less(whole, splitting), acting), telling)
+    remerging = [Took(drive.remerging, drive.remerging) for drive in drives]
+    recording = [Took(drive.recording, drive.recording) for drive in drives]
+    rest = _less(_less(_less(whole, splitting), remerging), recording)
     note = "what joins the open segment, noise, tempo, poses kept"
     yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
-    yield duration(part, "remerge", "ns/frame", acting, each=frames)
-    yield duration(part, "event records", "ns/frame", telling, each=frames)
-    acts, events = (
-        max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("acts", "events")
+    yield duration(part, "remerge", "ns/frame", remerging, each=frames)
+    yield duration(part, "event records", "ns/frame", recording, each=frames)
+    calls, events = (
+        max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("calls", "events")
     )
-    note = f"{acts} calls, {events} events in {frames} frames"
-    yield duration(part, "remerge, each call", "us", acting, each=acts, note=note)
+    note = f"{calls} calls, {events} events in {frames} frames"
+    yield duration(part, "remerge, each call", "us", remerging, each=calls, note=note)
 
 
 def _less(runs: list[Took], others: list[Took]) -> list[Took]:

@@ -62,12 +62,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
     )
-    add_settings(parser, body_only=True)
+    add_settings(parser, body_only=True, with_level=False)
     add_messages(parser)
 
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
+    _refuse_what_would_change_nothing(options)
     settings = options.settings()
     outputs = Outputs.of(options)
     if len(options.sources) > 1:
@@ -106,6 +107,15 @@ def run(options: Options, console: Console) -> int:
         left_out = draw_strips(outputs.picture, groups, rows, settings, palette(dark=options.dark))
         console.say(f"drawn: {outputs.picture}" + (f" ({left_out} recordings left out)" if left_out else ""))
     return DONE
+
+
+def _refuse_what_would_change_nothing(options: Options) -> None:
+    if "level" in options.set:
+        raise UsageError("the level is that of each recording's label; --set level=... would change nothing")
+    if options.grid and options.preset == "game":
+        raise UsageError(
+            "--grid repeats the paper's experiments, with the paper's preset; leave --preset out"
+        )
 
 
 def _is_of_moves(options: Options) -> bool:

@@ -172,7 +172,7 @@ def _export(
 def _tiers(
     options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
 ) -> "list[Tier]":
-    """Return what annotators see: the level that was chosen, the other named ones, moves and repetitions."""
+    """Return what annotators see: the level that was chosen, the other named ones, moves, repetitions and limbs."""
     from mossar_adapters.annotations.tiers import (
         key_frame_tier,
         move_tier,
@@ -181,6 +181,7 @@ def _tiers(
         segment_tier,
     )
     from mossar_stream import LEVEL_NAMES, segment_recording
+    from mossar_tools.excerpt import chosen_of
 
     origin = float(loaded.times[0]) if len(loaded.times) else 0.0
     level = result.settings.level if options.keep is None else None
@@ -188,6 +189,7 @@ def _tiers(
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
             settings = msgspec.structs.replace(options, level=other).settings(range="file")
+            settings = settings.replace(limbs=False, phase=False, repetitions=False)
             again = segment_recording(
                 loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
             )
@@ -198,6 +200,8 @@ def _tiers(
         tiers += [
             of_limb(name, repetition_tier(own.repetitions, origin)) for name, own in result.limbs.items()
         ]
+    for name, own in result.limbs.items():
+        tiers.append(of_limb(name, segment_tier(chosen_of(own, options.keep).segments, None, origin)))
     return tiers
 
 

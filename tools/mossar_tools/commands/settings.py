@@ -21,6 +21,12 @@ EXAMPLES = """  mossar settings
 """
 
 LONG = 20  # characters of legal values that are not repeated in the table
+LEGAL = {  # what is neither a number, nor a choice, nor true or false
+    "level": "posture, motion, cluster or a strength from 0",
+    "features": "parts",
+    "variance_floor": "parts",
+    "limbs": "true, false or groups as in arm=LeftElbow,LeftHand",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,7 +92,7 @@ def _origin(name: str, options: Options, chosen: Settings) -> str:
     if name == "level" and options.level is not None:
         return "you"
     if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
-        return f"level {chosen.level}" if isinstance(chosen.level, str) else "level motion"
+        return f"level {chosen.bundle}"
     preset, default = Settings.build(options.preset), Settings()
     return "default" if getattr(preset, name) == getattr(default, name) else f"preset {options.preset}"
 
@@ -97,9 +103,7 @@ def _legal(name: str) -> str:
     if name in SETTING_LIMITS:
         low, high = SETTING_LIMITS[name]
         return f"{low:g} to {high:g}"
-    return {"level": "posture, motion, cluster or a strength from 0", "tempo": "true, false"}.get(
-        name, "parts"
-    )
+    return LEGAL.get(name, "true, false")
 
 
 def _shown(value: Any) -> str:

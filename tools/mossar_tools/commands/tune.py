@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
@@ -16,6 +15,7 @@ from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
+from mossar_tools.settings_file import as_toml
 from mossar_tools.values import positive
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def run(options: Options, console: Console) -> int:
         console.line(line)
     strength = _chosen(recording, result, options, console)
     if options.save is not None and strength is not None:
-        _save(Path(options.save), strength, options)
+        _save(Path(options.save), settings, strength)
         console.say(f"saved: {options.save}; use it with --config {options.save}")
     if outputs.picture is not None:
         from mossar_tools.plot import draw
@@ -161,16 +161,9 @@ def _between(ranked: "list[KeyFrame]", count: int) -> float:
     return (above + below) / 2.0
 
 
-def _save(path: Path, strength: float, options: Options) -> None:
-    """Write what --config takes: preset, level and the settings that were given."""
-    lines = [f'preset = "{options.preset}"', f'level = "{strength:.6g}"']
-    if options.set:
-        lines += ["", "[settings]"]
-        lines += [
-            f"{msgspec.json.encode(n).decode()} = {msgspec.json.encode(v).decode()}"
-            for n, v in options.set.items()
-        ]
+def _save(path: Path, settings: Settings, strength: float) -> None:
+    """Write what --config takes."""
     try:
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        path.write_text(as_toml(settings, strength, strength), encoding="utf-8")
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None

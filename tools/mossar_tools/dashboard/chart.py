@@ -19,7 +19,7 @@ _HEIGHT = STRIP - 36  # px of the drawing
 _AXIS = 16  # px of the time axis
 _STRIP = 20  # px of the segments
 _GAP = 6  # px between curve and segments
-_LANE = 9  # px of a limb's segments, with the gap above
+_LIMB_STRIP = 9  # px of a limb's segments, with the gap above
 _BOX = 1000.0  # units across
 
 SYMBOLS = {
@@ -66,8 +66,8 @@ def seeking(start: float, end: float) -> str:
     place = (
         f"({start:.3f}+Math.min(1,Math.max(0,(event.clientX-b.left)/b.width))*{end - start:.3f}).toFixed(3)"
     )
-    act = f"const b=this.getBoundingClientRect();{asking('mossar/seek', place)}"
-    return f'onpointerdown="{act}" onpointermove="if(event.buttons){{{act}}}"'
+    seek = f"const b=this.getBoundingClientRect();{asking('mossar/seek', place)}"
+    return f'onpointerdown="{seek}" onpointermove="if(event.buttons){{{seek}}}"'
 
 
 def visiting(time: float) -> str:
@@ -96,8 +96,8 @@ def _legend() -> str:
 
 
 def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: bool) -> str:
-    lanes = min(_LANE * len(glimpse.lanes), height / 3)
-    room = height - _STRIP - _GAP - 8 - lanes
+    limbs = min(_LIMB_STRIP * len(glimpse.limbs), height / 3)
+    room = height - _STRIP - _GAP - 8 - limbs
     curve, place = glimpse.curve, _placer(glimpse)
     value = np.nan_to_num(curve.value)
     high = max(
@@ -117,7 +117,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     baseline = top + 8 + room
     axis = f'<line class="axis" x1="0" x2="100%" y1="{baseline:.1f}" y2="{baseline:.1f}"/>'
     marks = "".join(_symbol(m, place(m.time), top + 8, room, high, seeks=seeks) for m in glimpse.marks)
-    strip = _segments(glimpse, baseline + _GAP) + _lanes(glimpse, baseline + _GAP + _STRIP, lanes)
+    strip = _segments(glimpse, baseline + _GAP) + _limb_strips(glimpse, baseline + _GAP + _STRIP, limbs)
     strip += _moves(glimpse, top + 8)
     head = ""
     if glimpse.now < glimpse.end:
@@ -174,21 +174,21 @@ def _segments(glimpse: Glimpse, top: float) -> str:
     return "".join(bars)
 
 
-def _lanes(glimpse: Glimpse, top: float, room: float) -> str:
+def _limb_strips(glimpse: Glimpse, top: float, room: float) -> str:
     """Return a thin strip for each limb, coloured by state."""
     span, parts = glimpse.end - glimpse.start, []
-    each = room / max(1, len(glimpse.lanes))
-    for place, (limb, stretches) in enumerate(glimpse.lanes.items()):
+    each = room / max(1, len(glimpse.limbs))
+    for place, (limb, stretches) in enumerate(glimpse.limbs.items()):
         y = top + place * each + 2
         for part in stretches:
             start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
             left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
             parts.append(
-                f'<rect class="lane {part.state}" x="{left:.2f}%" y="{y:.1f}" width="{max(width - 0.12, 0.05):.2f}%" '
+                f'<rect class="limb {part.state}" x="{left:.2f}%" y="{y:.1f}" width="{max(width - 0.12, 0.05):.2f}%" '
                 f'height="{each - 2:.1f}"><title>{escape(limb)}</title></rect>'
             )
         name = escape(limb.replace("_", " "))
-        parts.append(f'<text class="lane" x="4" y="{y + each - 3:.1f}">{name}</text>')
+        parts.append(f'<text class="limb" x="4" y="{y + each - 3:.1f}">{name}</text>')
     return "".join(parts)
 
 

@@ -10,12 +10,12 @@ from viser import ClientHandle, Icon, ViserServer
 
 from mossar_stream import LEVEL_NAMES, Smoothing
 from mossar_tools.console import LOGGER
-from mossar_tools.dashboard.acts import Acts
 from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.levels import highest_strength, level_words, needs_other_bundle
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
+from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.dashboard.teaching_panel import TeachingPanel
 from mossar_tools.palette import DARK, LIGHT
 
@@ -47,7 +47,7 @@ class Controls:
         self._touched: dict[int, float] = {}  # monotonic s at which widgets, by id, were last moved by hand
         self.dark = False  # whether pictures are for dark pages
         self.note = ""  # the last thing that was done or went wrong
-        self._acts = Acts(self._say)
+        self._tasks = Tasks(self._say)
         with self._gui.add_folder("Level"):
             self._add_level()
         if isinstance(show, RecordedShow):
@@ -80,12 +80,12 @@ class Controls:
 
     def close(self) -> None:
         """Forget what has been asked for and has not begun."""
-        self._acts.close()
+        self._tasks.close()
 
     def _set(self, handle: Any, value: float) -> None:
         """Move a slider, unless a person moves it or what they want of it is still to be done."""
         quiet = time.monotonic() - self._touched.get(id(handle), 0.0) > _QUIET
-        if handle.value != value and quiet and not self._acts.waits(id(handle)):
+        if handle.value != value and quiet and not self._tasks.waits(id(handle)):
             handle.value = value
 
     def _set_range(self, slider: Any, highest: float) -> None:
@@ -193,7 +193,7 @@ class Controls:
     def forget(self, asked: str) -> None:
         """Forget an example of a move; see `TeachingPanel.forget`."""
         if self.teaching is not None:
-            self._acts.ask(self.teaching.forget(asked))
+            self._tasks.ask(self.teaching.forget(asked))
 
     def _add_exports(self) -> None:
         what = "the whole take" if isinstance(self._show, RecordedShow) else "the last seconds"
@@ -203,7 +203,7 @@ class Controls:
         async def touched(event: Any) -> None:
             kind, client = event.target.value, event.client
             if client is not None:
-                self._acts.ask(lambda: self._export(kind, client))
+                self._tasks.ask(lambda: self._export(kind, client))
 
         group.on_click(touched)
 
@@ -228,7 +228,7 @@ class Controls:
         pause = self._gui.add_command("Pause or go on", hotkey="space")
         pause.on_trigger(self._asker(lambda: _switch_pause(show)))
 
-    def _on(self, handle: Any, act: Callable[[Any], None]) -> None:
+    def _on(self, handle: Any, task: Callable[[Any], None]) -> None:
         """Have something done when a person touches a widget.
 
         Callbacks that are coroutines come in the order of the touches, others from several threads.
@@ -240,16 +240,16 @@ class Controls:
             value = event.target.value
             self._touched[id(handle)] = time.monotonic()
             if button:
-                self._acts.ask(lambda: act(value))
+                self._tasks.ask(lambda: task(value))
             else:
-                self._acts.ask_latest(id(handle), lambda: act(value))
+                self._tasks.ask_latest(id(handle), lambda: task(value))
 
         button = hasattr(handle, "on_click")
         (handle.on_click if button else handle.on_update)(touched)
 
-    def _asker(self, act: Callable[[], None]) -> Any:
+    def _asker(self, task: Callable[[], None]) -> Any:
         async def triggered(_: Any) -> None:
-            self._acts.ask(act)
+            self._tasks.ask(task)
 
         return triggered
 

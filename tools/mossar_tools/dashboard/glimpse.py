@@ -108,7 +108,7 @@ class Glimpse(msgspec.Struct, frozen=True):
         body: The last pose; None before there is one.
         ghosts: Poses of the last kept key frames, oldest first.
         facts: What to say in the statistics, name and value.
-        lanes: Segments of each limb within the chart.
+        limbs: Segments of each limb within the chart.
         moves: Those recognised within the chart.
         repeated: What was counted in this take; None if nothing was.
     """
@@ -126,6 +126,6 @@ class Glimpse(msgspec.Struct, frozen=True):
     body: Body | None
     ghosts: list[Ghost]
     facts: list[tuple[str, str]]
-    lanes: dict[str, list[Stretch]] = {}  # msgspec copies it
+    limbs: dict[str, list[Stretch]] = {}  # msgspec copies it
     moves: list[NamedMove] = []  # the same
     repeated: Repeated | None = None

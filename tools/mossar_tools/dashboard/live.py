@@ -32,7 +32,7 @@ _REMEMBERED = 64  # performers whose last look is remembered
 _COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
 
 
-_Act = Callable[["Pool"], list[Event]]
+_Task = Callable[["Pool"], list[Event]]
 
 
 class _Look(msgspec.Struct, frozen=True):
@@ -66,7 +66,7 @@ class LiveShow:
         self.frozen = False
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
-        self._asked: list[_Act] = []  # before there was a pipeline
+        self._asked: list[_Task] = []  # before there was a pipeline
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
         self._looks: deque[_Look] = deque(maxlen=_UNREAD)
@@ -239,19 +239,19 @@ class LiveShow:
     def _recognise(self, moves: Moves) -> None:
         """Recognise these moves from now on."""
 
-        def act(pool: "Pool") -> list[Event]:
+        def task(pool: "Pool") -> list[Event]:
             pool.moves = moves
             return []
 
-        self._ask(act)
+        self._ask(task)
 
-    def _ask(self, act: _Act) -> None:
+    def _ask(self, task: _Task) -> None:
         """Have something done by the thread that segments, and its events sent."""
         pipeline = self._pipeline
         if pipeline is None:
-            self._asked.append(act)
+            self._asked.append(task)
         else:
-            pipeline.ask(lambda: _carry_out(act, pipeline))
+            pipeline.ask(lambda: _carry_out(task, pipeline))
 
     def _read_looks(self) -> None:
         while self._looks:
@@ -278,9 +278,9 @@ class LiveShow:
         return facts
 
 
-def _carry_out(act: _Act, pipeline: "Pipeline") -> None:
+def _carry_out(task: _Task, pipeline: "Pipeline") -> None:
     """Do something to the performers and send its events; in the thread that segments."""
     try:
-        pipeline.send(act(pipeline.pool))
+        pipeline.send(task(pipeline.pool))
     except MossarError as error:
         LOGGER.warning("%s", error)

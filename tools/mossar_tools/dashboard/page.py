@@ -60,8 +60,8 @@ class Page:
         rich.get_console().quiet = True  # viser announces itself on standard output, which is ours
         self._show = show
         self._seeks = isinstance(show, RecordedShow)
-        acts = {**_acts(show), "mossar/window": self._know_window, "mossar/forget": self._forget}
-        self._server = open_server(port, acts)
+        answers = {**_answers(show), "mossar/window": self._know_window, "mossar/forget": self._forget}
+        self._server = open_server(port, answers)
         self.port = self._server.get_port()
         if port not in (0, self.port):
             LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
@@ -192,7 +192,7 @@ class Page:
         self._controls.sync()
 
 
-def _acts(show: LiveShow | RecordedShow) -> dict[str, Callable[[str], None]]:
+def _answers(show: LiveShow | RecordedShow) -> dict[str, Callable[[str], None]]:
     """Return what the chart may ask for."""
     if not isinstance(show, RecordedShow):
         return {}

@@ -1,19 +1,14 @@
-"""Saving: settings as a TOML file that `--config` reads."""
+"""Saving: the settings that the page shows, in a new file."""
 
-import json
 from pathlib import Path
-
-import msgspec
 
 from mossar_stream import LevelName, MossarError, Settings
 from mossar_tools.dashboard.recorder import unused
+from mossar_tools.settings_file import as_toml
 
 
 def save_settings(folder: Path, settings: Settings, level: LevelName | float, strength: float) -> Path:
     """Write settings into a new file and return its path.
-
-    Everything that the level's bundle brings is written out, so that the file means the same whatever it is
-    used with. A range taken from a whole file is left out, because streams have none.
 
     Args:
         folder: Where to.
@@ -30,24 +25,3 @@ def save_settings(folder: Path, settings: Settings, level: LevelName | float, st
     except OSError as error:
         raise MossarError(f"{path}: cannot be written: {error.strerror or error}") from None
     return path
-
-
-def as_toml(settings: Settings, level: LevelName | float, strength: float) -> str:
-    """Return settings as TOML.
-
-    Example:
-        >>> print(as_toml(Settings(), "motion", 0.45).splitlines()[1])
-        level = "motion"
-    """
-    # A name is kept only with its own bundle; a strength that was chosen by hand is kept as a number.
-    kept = level if level == settings.level else round(strength, 4)
-    values = msgspec.to_builtins(settings.resolved())
-    if settings.range == "file":
-        values.pop("range")
-    values.pop("level")
-    tables = {name: value for name, value in values.items() if isinstance(value, dict)}
-    lines = ["# Settings of mossar; use with --config", f"level = {json.dumps(kept)}", "", "[settings]"]
-    lines += [f"{n} = {json.dumps(v)}" for n, v in values.items() if n not in tables and v is not None]
-    for name, table in tables.items():
-        lines += ["", f"[settings.{name}]", *(f"{part} = {json.dumps(v)}" for part, v in table.items())]
-    return "\n".join(lines) + "\n"

@@ -18,27 +18,27 @@ from mossar_tools.dashboard.asking import HEADER
 
 _OURS = re.compile(r"https?://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")  # any port: it may be forwarded
 _Asked = Callable[[Any, Any], Any]
-Acts = Mapping[str, Callable[[str], None]]
+Answers = Mapping[str, Callable[[str], None]]
 
 
-def open_server(port: int, acts: Acts) -> ViserServer:
+def open_server(port: int, answers: Answers) -> ViserServer:
     """Return a server on this computer.
 
     Args:
         port: Where; the next free one if it is in use, 0 for any.
-        acts: What the page's own parts may ask for, by path; called with what stands behind the question mark.
+        answers: What the page's own parts may ask for, by path; called with what stands behind the question mark.
     """
-    with _guarded(acts):
+    with _guarded(answers):
         return ViserServer(host="127.0.0.1", port=port, label="mossar", verbose=False)
 
 
 @contextmanager
-def _guarded(acts: Acts) -> Iterator[None]:
+def _guarded(answers: Answers) -> Iterator[None]:
     """Have servers that start meanwhile ask where each visitor comes from."""
     serve = websockets.asyncio.server.serve
 
     def serving(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
-        return serve(*arguments, process_request=_guard(process_request, acts), logger=_quiet(), **options)
+        return serve(*arguments, process_request=_guard(process_request, answers), logger=_quiet(), **options)
 
     websockets.asyncio.server.serve = serving  # type: ignore[assignment, misc]
     try:
@@ -54,7 +54,7 @@ def _quiet() -> logging.Logger:
     return logger
 
 
-def _guard(then: _Asked | None, acts: Acts) -> _Asked:
+def _guard(then: _Asked | None, answers: Answers) -> _Asked:
     def process_request(connection: Any, request: Any) -> Any:
         origin = request.headers.get("Origin")  # programs that are no browsers send none
         if origin is not None and not _OURS.fullmatch(origin):
@@ -62,20 +62,20 @@ def _guard(then: _Asked | None, acts: Acts) -> _Asked:
                 HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n"
             )
         path, _, value = request.path.partition("?")
-        if path.removeprefix("/") in acts:
-            return _answer(connection, request, acts[path.removeprefix("/")], value)
+        if path.removeprefix("/") in answers:
+            return _answer(connection, request, answers[path.removeprefix("/")], value)
         return None if then is None else then(connection, request)
 
     return process_request
 
 
-def _answer(connection: Any, request: Any, act: Callable[[str], None], value: str) -> Any:
+def _answer(connection: Any, request: Any, answer: Callable[[str], None], value: str) -> Any:
     """Do what a part of the page asks for."""
     host = request.headers.get("Host", "")
     if request.headers.get(HEADER) is None or not _OURS.fullmatch(f"http://{host}"):
         return connection.respond(HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n")
     try:
-        act(value)
+        answer(value)
     except ValueError:
         return connection.respond(HTTPStatus.BAD_REQUEST, "That is no number.\n")
     return connection.respond(HTTPStatus.OK, "")

@@ -54,7 +54,7 @@ _RULES = """
 .mossar .mark.tentative { stroke-dasharray: 2 2; }
 .m-strip .stem { stroke: var(--c); }
 .m-strip rect.moving { fill: var(--moving); } .m-strip rect.resting { fill: var(--resting); }
-.m-strip text.lane { fill: var(--ink); font-size: 8px; }
+.m-strip text.limb { fill: var(--ink); font-size: 8px; }
 .m-strip rect.move { fill: var(--level); opacity: .25; } .m-strip text.move { fill: var(--ink); font-size: 11px; font-weight: 600; }
 .m-pill { display: inline-block; border-radius: 9px; padding: 1px 9px; font-weight: 600; color: var(--on); }
 .m-pill.moving { background: var(--moving); } .m-pill.resting { background: var(--resting); }

@@ -19,7 +19,7 @@ from mossar_stream import (
     StreamEvent,
 )
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
-from mossar_tools.dashboard.lanes import Lanes
+from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
@@ -66,7 +66,7 @@ class Track:
         self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: OrderedDict[str, _Key] = OrderedDict()
-        self._lanes = Lanes()
+        self._limb_strips = LimbStrips()
         self._repeated: Repeated | None = None
 
     def take_frames(self, frames: Frames) -> None:
@@ -84,9 +84,9 @@ class Track:
     def take_event(self, event: Event) -> None:
         """Take news in: of the body's key frames, of limbs' segments, of moves, of repetitions."""
         if isinstance(event, MoveEvent):
-            self._lanes.take_move(event)
+            self._limb_strips.take_move(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
-            self._lanes.take_segment(event)
+            self._limb_strips.take_segment(event)
         elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
             self._take_key_frame(event)
         elif isinstance(event, RepetitionEvent) and event.channel == BODY:
@@ -153,8 +153,8 @@ class Track:
                 Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
             ],
             facts=facts,
-            lanes=self._lanes.stretches(start),
-            moves=self._lanes.moves(start),
+            limbs=self._limb_strips.stretches(start),
+            moves=self._limb_strips.moves(start),
             repeated=self._repeated,
         )
 

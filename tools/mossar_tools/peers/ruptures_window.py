@@ -31,7 +31,7 @@ class WindowDetector(Causal):
         self._kept: deque[tuple[float, NDArray[np.float64]]] = deque(maxlen=max(8, round(buffer * own)))
         self._seen = 0
         self._cuts: list[float] = []
-        self._apart = width / 2
+        self._least_gap = width / 2
 
     def update(self, sample: NDArray[np.float64], time: float) -> list[float]:
         """See `Detector`."""
@@ -49,7 +49,7 @@ class WindowDetector(Causal):
         fresh: list[float] = []
         for place in found[:-1]:
             cut = times[place]
-            if all(abs(cut - other) >= self._apart for other in self._cuts):
+            if all(abs(cut - other) >= self._least_gap for other in self._cuts):
                 self._cuts.append(cut)
                 fresh.append(cut)
         return fresh

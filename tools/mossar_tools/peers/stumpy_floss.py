@@ -22,15 +22,15 @@ class FlossDetector(Causal):
         buffer: s.
         subsequence: Length of the patterns, s.
         threshold: Of the corrected arc curve, below which a minimum is a cut.
-        apart: s between cuts, at least.
+        least_gap: s between cuts, at least.
         rate: Hz to which frames are thinned out: each costs milliseconds.
     """
 
     def __init__(
-        self, fps: float, buffer: float, subsequence: float, threshold: float, apart: float, rate: float
+        self, fps: float, buffer: float, subsequence: float, threshold: float, least_gap: float, rate: float
     ) -> None:
         self._thin = max(1, round(fps / rate))
-        self._fps, self._threshold, self._apart = fps / self._thin, threshold, apart
+        self._fps, self._threshold, self._least_gap = fps / self._thin, threshold, least_gap
         self._count = round(buffer * self._fps)
         pattern = max(4, round(subsequence * self._fps))
         self._seen = 0
@@ -54,7 +54,7 @@ class FlossDetector(Causal):
         if curve[place] >= self._threshold:
             return []
         cut = time - (self._count - 1 - place) / self._fps
-        if any(abs(cut - other) < self._apart for other in self._cuts):
+        if any(abs(cut - other) < self._least_gap for other in self._cuts):
             return []
         self._cuts.append(cut)
         return [cut]
@@ -74,11 +74,11 @@ FLOSS = Peer(
         "buffer": (5.0, 10.0),
         "subsequence": (0.15, 0.25, 0.5),
         "threshold": (0.45, 0.65, 0.8, 0.9),
-        "apart": (1.0,),
+        "least_gap": (1.0,),
         "rate": (30.0,),
     },
     {
-        "cluster": {"buffer": 5.0, "subsequence": 0.25, "threshold": 0.9, "apart": 1.0, "rate": 30.0},
-        "motion": {"buffer": 10.0, "subsequence": 0.15, "threshold": 0.8, "apart": 1.0, "rate": 30.0},
+        "cluster": {"buffer": 5.0, "subsequence": 0.25, "threshold": 0.9, "least_gap": 1.0, "rate": 30.0},
+        "motion": {"buffer": 10.0, "subsequence": 0.15, "threshold": 0.8, "least_gap": 1.0, "rate": 30.0},
     },
 )

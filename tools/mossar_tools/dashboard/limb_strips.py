@@ -1,4 +1,4 @@
-"""Lanes: what limbs do, and moves that were recognised, of one live performer, bounded in everything."""
+"""Limb strips: what limbs do, and moves that were recognised, of one live performer, bounded in everything."""
 
 from collections import OrderedDict
 from typing import TypeVar
@@ -10,7 +10,7 @@ _KEPT = 400  # segments of limbs, and moves
 _Kept = TypeVar("_Kept", SegmentEvent, MoveEvent)
 
 
-class Lanes:
+class LimbStrips:
     """Remembers the last segments of limbs, and the last moves; not safe by itself between threads."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Acts: what people ask for, carried out one after another.
+"""Tasks: what people ask for, carried out one after another.
 
 viser calls back from a pool of threads, where two presses of a key may read the same number and both add one to it,
 and an old place of a slider may overtake a newer one. Here one thread does all of it, in the order of arrival.
@@ -12,8 +12,8 @@ from mossar_stream import MossarError
 from mossar_tools.console import LOGGER
 
 
-class Acts:
-    """Carries out acts in the order in which they were asked for. Any thread may call any method.
+class Tasks:
+    """Carries out tasks in the order in which they were asked for. Any thread may call any method.
 
     Args:
         failed: Told in a line what went wrong.
@@ -21,18 +21,18 @@ class Acts:
 
     def __init__(self, failed: Callable[[str], None]) -> None:
         self._failed = failed
-        self._thread = ThreadPoolExecutor(1, "dashboard acts")
+        self._thread = ThreadPoolExecutor(1, "dashboard tasks")
         self._latest: dict[object, Callable[[], None]] = {}
         self._lock = threading.Lock()
 
-    def ask(self, act: Callable[[], None]) -> "Future[None]":
+    def ask(self, task: Callable[[], None]) -> "Future[None]":
         """Have something done after all that was asked for before."""
-        return self._thread.submit(self._carry_out, act)
+        return self._thread.submit(self._carry_out, task)
 
-    def ask_latest(self, key: object, act: Callable[[], None]) -> "Future[None]":
+    def ask_latest(self, key: object, task: Callable[[], None]) -> "Future[None]":
         """Have something done in place of what was asked for under the same key and has not begun."""
         with self._lock:
-            self._latest[key] = act
+            self._latest[key] = task
         return self._thread.submit(self._carry_out_latest, key)
 
     def waits(self, key: object) -> bool:
@@ -45,13 +45,13 @@ class Acts:
 
     def _carry_out_latest(self, key: object) -> None:
         with self._lock:
-            act = self._latest.pop(key, None)
-        if act is not None:
-            self._carry_out(act)
+            task = self._latest.pop(key, None)
+        if task is not None:
+            self._carry_out(task)
 
-    def _carry_out(self, act: Callable[[], None]) -> None:
+    def _carry_out(self, task: Callable[[], None]) -> None:
         try:
-            act()
+            task()
         except MossarError as error:
             self._failed(str(error))
             LOGGER.warning("%s", error)
