@@ -140,7 +140,7 @@ class Performers:
         segmenter = Segmenter.of_row(
             rows.allocate(name),
             recognition,
-            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate(name),
+            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate_alone(name),
         )
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
