@@ -5,6 +5,7 @@ passes a quarter, half and three quarters of the way, out and back: pauses and p
 of neighbours whose descriptions agree; the agreement of all pairs of a run must add up to enough.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -173,6 +174,14 @@ def alternation(cycles, count, described):
 
 
 @kernel
+def copy_cycles(cycles, count, goal):
+    """Copy the first `count` cycles of one (3, SAMPLES) to another."""
+    for k in range(3):
+        for i in range(count):
+            goal[k, i] = cycles[k, i]
+
+
+@kernel
 def join_pairs(scores, cycles, count, first, joined):
     """Write cycles joined two by two from one of them on; return how many there are."""
     made, i = 0, first
@@ -221,6 +230,39 @@ def keep_alike(scores, cycles, count, alike):
                 kept += 1
         i = j + 1
     return kept, covered, clear
+
+
+@kernel
+def duration(cycles, count):
+    """Return how many samples cycles last together."""
+    total = 0
+    for i in range(count):
+        total += cycles[2, i] - cycles[0, i]
+    return total
+
+
+@kernel
+def recurring(scores, cycles, count):
+    """Return the correlation of the posture with that one mean cycle later, from -1 to 1, between first and last cycle."""
+    lag = int(duration(cycles, count) / count + 0.5)
+    begin, n = cycles[0, 0], cycles[2, count - 1] - cycles[0, 0] - lag
+    if n < 2:
+        return 0.0
+    product, one, other = 0.0, 1e-18, 1e-18
+    for k in range(COMPONENTS):
+        row = scores[k]
+        u = v = uu = vv = uv = np.float32(0.0)
+        for i in range(begin, begin + n):
+            a, b = row[i], row[i + lag]
+            u += a
+            v += b
+            uu += a * a
+            vv += b * b
+            uv += a * b
+        product += float(uv - u * v / np.float32(n))
+        one += float(uu - u * u / np.float32(n))
+        other += float(vv - v * v / np.float32(n))
+    return product / math.sqrt(one * other)
 
 
 @kernel

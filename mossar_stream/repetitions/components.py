@@ -126,7 +126,8 @@ def _in_order(samples, oldest):
     scratch = np.empty(SAMPLES, np.float32)
     for k in range(COMPONENTS):
         row = samples.scores[k]
-        scratch[:] = row
+        for i in range(SAMPLES):  # assigning arrays to arrays takes numba seconds to compile
+            scratch[i] = row[i]
         for i in range(SAMPLES):
             row[i] = scratch[(oldest + i) % SAMPLES]
 
@@ -144,7 +145,8 @@ def smooth_scores(samples, n, width):
     for k in range(COMPONENTS):
         row, out = samples.scores[k], samples.smooth[k]
         if half == 0:
-            out[:n] = row[:n]
+            for i in range(n):
+                out[i] = row[i]
             continue
         total, count = np.float32(0.0), 0
         for i in range(n + half):

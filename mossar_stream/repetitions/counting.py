@@ -1,4 +1,4 @@
-"""Counting: a look at the window every half second, and what it changes of what was counted before.
+"""Counting: a look at the window every second, and what it changes of what was counted before.
 
 Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
@@ -15,13 +15,16 @@ from mossar_stream.repetitions.alike import (
     POSTURES,
     Described,
     alternation,
+    copy_cycles,
     crossing,
     cycles_between,
     describe_all,
+    duration,
     dwelling,
     homing,
     join_pairs,
     keep_alike,
+    recurring,
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
@@ -39,7 +42,8 @@ HOMEWARD = 0.5  # and nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
 BONUS = 0.31  # for beginning where cycles were counted before
 UPRIGHT = 0.6  # for beginning where limbs are straighter
-MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT)
+RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
 RECENT = 40  # samples: what swings much less there than in the window followed another posture,
 MUCH_LESS = 0.6  # of the range of the window
 NEAR = 0.15  # of a cycle
@@ -236,12 +240,12 @@ def _propose_turns(header, samples, what, scratch, goal):
         for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
             if way == 0:
                 left = count
-                kept[:, :count] = scratch.cycles[:, :count]
+                copy_cycles(scratch.cycles, count, kept)
             else:
                 left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
                 describe_all(samples, k, kept, left, described)
             left, covered, clear = keep_alike(scores, kept, left, described.alike)
-            if left == 0 or (width > 1 and _duration(kept, left) < LEAST_WIDTHS * width * left):
+            if left == 0 or (width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
             covered *= share
             if covered * MOST_PREFERRED <= winner.covered:
@@ -249,22 +253,14 @@ def _propose_turns(header, samples, what, scratch, goal):
             covered *= _preference(header, samples, n, k, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
-                scratch.best[:, :left] = kept[:, :left]
-
-
-@kernel
-def _duration(cycles, count):
-    """Return how many samples cycles last together."""
-    total = 0
-    for i in range(count):
-        total += cycles[2, i] - cycles[0, i]
-    return total
+                copy_cycles(kept, left, scratch.best)
 
 
 @kernel
 def _preference(header, samples, n, component, cycles, count):
-    """Return the weight of a proposal: it should begin where cycles began before, where it rests and limbs are straight, and at home."""
+    """Return the weight of a proposal: it recurs, begins where cycles began before, where it rests and limbs are straight, and at home."""
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
+    weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
     weight *= 1.0 + DWELL * dwelling(samples.smooth[component], cycles, count)
     weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
     return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
@@ -321,9 +317,7 @@ def _renew(header, samples, n, component, cycles, count):
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
                 before = _write(header, samples, component, proposed, oldest, before)
-                row = header.cycle[
-                    header.cycles - 1
-                ]  # what was not alike does not say when it passes half way
+                row = header.cycle[header.cycles - 1]  # what was not alike does not say when it is half way
                 row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
                 row.straighter = row.resting = 0.0
         before = _write(header, samples, component, cycles[:, i], oldest, before)

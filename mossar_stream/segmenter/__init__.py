@@ -21,7 +21,7 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
 from mossar_stream.segmenter.limbs import Limbs, together
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
@@ -76,7 +76,7 @@ class Segmenter:
             constant_times(0, fps)
         name = performer_name(performer)
         recognition = Recognition(moves, skeleton, name) if moves is not None else None
-        plan = Plan(skeleton, settings or Settings(), fps)
+        plan = Plan(skeleton, settings_or_default(settings), fps)
         self._begin(pool_of_one(plan, name), plan.given.level, recognition)
 
     def _begin(
@@ -306,7 +306,7 @@ class Segmenter:
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         chunk, moments = checked(row, positions, times, confidence, first_frame)
         if not row.is_live:
-            self._is_measured = self._is_measured or has_said_size(self.performer, chunk)
+            self._is_measured = self._is_measured or has_said_size(f"performer {self.performer}", chunk, 3)
         self._fast_shape = self._one_shape
         if self.is_followed:
             return self._followers.push(row, chunk, moments, first_frame)
