@@ -17,7 +17,7 @@ from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
@@ -79,7 +79,7 @@ class Performers:
         if most < 1:
             raise ValueError(f"at least one performer must be followed, not {most}")
         self._most_memory = most_memory
-        self._settings = settings or Settings()
+        self._settings = settings_or_default(settings)
         self._level = self._settings.level
         self._moves = moves.copy() if moves is not None else None
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
@@ -140,7 +140,7 @@ class Performers:
         segmenter = Segmenter.of_row(
             rows.allocate(name),
             recognition,
-            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate(name),
+            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate_alone(name),
         )
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings

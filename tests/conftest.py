@@ -30,7 +30,7 @@ def pytest_sessionstart(session):
 
 
 def compile_all():
-    """Compile the kernels of all measures, of repetitions and of moves, or find them on disk."""
+    """Compile the kernels of all measures, of repetitions, limbs and moves, or find them on disk."""
     for similarity in ("evidence", "path_kernel"):  # the likelihood's are among the first
         precompile(Settings(similarity=similarity))
     pair = Skeleton(("hip", "hand"), (-1, 0))
@@ -38,7 +38,7 @@ def compile_all():
     wave[:, 1, 0] = np.sin(np.arange(120) / 20)
     moves = Moves(pair)
     moves.add("wave", wave, fps=60.0)
-    Segmenter(pair, Settings(repetitions=True), moves=moves)
+    Segmenter(pair, Settings(repetitions=True, limbs=True), moves=moves)
 
 
 def mounted(folder, *options):

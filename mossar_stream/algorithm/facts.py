@@ -13,7 +13,7 @@ SPEED_WINDOW = 0.1  # s, over which speeds are taken
 SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
 INTERVAL = 0.25  # s between key frames that are told of when Algorithm 2 accepts them
 QUICK = 3.0  # V; who is faster is in the midst of a move
-ABOVE_NOISE = 3.0  # times the sensor's noise that a speed must have reached before
+ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
 FACTS_OF_CANDIDATE = np.dtype(
     [

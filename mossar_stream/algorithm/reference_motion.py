@@ -5,8 +5,9 @@ Nothing here is quick or incremental. What is weighed is explained in `evidence.
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator
-from functools import cache
+from functools import cached_property
 from operator import mul
 from typing import NamedTuple
 
@@ -14,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm import cycles, facts, pose_history, scales
-from mossar_stream.algorithm.reference import localise, remerge
+from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
 from mossar_stream.similarity import evidence
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
+CERTAIN = math.log(
+    2.0**evidence.CERTAIN - 1.0
+)  # log odds of the strength of a key frame that ends a repetition
 MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
@@ -130,53 +134,59 @@ class Motion:
     def final(self, weights: Weights = IN_FORCE) -> list[int]:
         """Return where the final key frames are told to be, frames of the recording."""
         finals: list[int] = []
-        left, undecided, judged, last = 0, [], 0, -np.inf
-        verdicts: dict[int, int] = {}
-        by_frame: dict[int, list[int]] = {}
-        for number, candidate in enumerate(self.candidates):
-            by_frame.setdefault(candidate.confirmed, []).append(number)
-        noted = 0
+        left, undecided, noted = 0, list[int](), 0
         for t, time in enumerate(self.times):
-            for number in by_frame.get(t, ()):
-                undecided.append(number)
+            while noted < len(self.candidates) and self.candidates[noted].confirmed <= t:
+                undecided.append(noted)
                 noted += 1
-            while judged < noted and time >= self._time(judged) + HOLD:
-                verdicts[judged], last = self._judge(judged, noted, t, last)
-                judged += 1
             while undecided and (len(undecided) > CAPACITY or time >= self._time(undecided[0]) + HOLD):
                 number = undecided[0]
-                if number in self._kept(undecided, left, t + 1, weights, verdicts):
+                if number in self._kept(undecided, left, t + 1, weights):
                     finals.append(self.candidates[number].told)
                     left = self.candidates[number].frame
                 undecided.pop(0)
-        while judged < noted:
-            verdicts[judged], last = self._judge(judged, noted, len(self.times) - 1, last)
-            judged += 1
-        kept = self._kept(undecided, left, len(self.times), weights, verdicts)
+        kept = self._kept(undecided, left, len(self.times), weights)
         finals += [self.candidates[number].told for number in undecided if number in kept]
         return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
 
-    def _kept(
-        self, numbers: list[int], left: int, end: int, weights: Weights, verdicts: dict[int, int]
-    ) -> set[int]:
+    def _kept(self, numbers: list[int], left: int, end: int, weights: Weights) -> set[int]:
         """Return which of the undecided key frames stand at the level (Algorithm 3)."""
-        by_frame = {self.candidates[number].frame: number for number in numbers}
+        kept = list(numbers)
+        while kept:
+            bounds = [left, *(self.candidates[number].frame for number in kept), end]
+            between = zip(kept, bounds, bounds[2:], strict=False)
+            odds = [self._odds(number, begin, after, end, weights) for number, begin, after in between]
+            x = odds.index(min(odds))
+            if odds[x] >= 0.0:  # line 15; β is the strength where odds are even
+                break
+            kept.pop(x)
+        return set(kept)
 
-        @cache
-        def strength(a: int, k: int, b: int) -> float:
-            number = by_frame[k]
-            verdict = verdicts.get(number, cycles.FREE)
-            found = None if verdict == cycles.WITHIN else self.evidence(number, a, b)
-            odds: float = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
-            cost: float = max(odds, 0.0) + math.log1p(math.exp(-abs(odds)))
-            cost /= float(evidence.LOG_2)
-            return max(cost, evidence.CERTAIN) if verdict == cycles.ENDS else cost
+    def _odds(self, number: int, begin: int, after: int, end: int, weights: Weights) -> float:
+        """Return the log odds of a candidate between two frames, as the verdict on it leaves them before `end`."""
+        verdict, known = self.verdicts[number]
+        if known >= end:
+            verdict = int(cycles.FREE)
+        if verdict == cycles.WITHIN:
+            return -math.inf
+        found = self.evidence(number, begin, after)
+        odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
+        return max(odds, CERTAIN) if verdict == cycles.ENDS else odds
 
-        removed = remerge(sorted(by_frame), left, end, strength)
-        return {by_frame[frame] for frame, cost in removed if cost >= 1.0}  # odds of 0
+    @cached_property
+    def verdicts(self) -> list[tuple[int, int]]:
+        """The verdict on each candidate, and the frame at which it is known, of those taken in."""
+        confirmed, last = [candidate.confirmed for candidate in self.candidates], -np.inf
+        found = []
+        for number in range(len(confirmed)):
+            due = int(np.searchsorted(self.times, self._time(number) + HOLD))
+            known = min(max(due, confirmed[number]), len(self.times) - 1)
+            verdict, last = self._judge(number, bisect_right(confirmed, known), known, last)
+            found.append((verdict, known))
+        return found
 
     def _judge(self, number: int, noted: int, now: int, last: float) -> tuple[int, float]:
         """Return the verdict on a candidate, and when the last repetition ended."""
@@ -197,13 +207,13 @@ class Motion:
 
 
 def without_gaps(positions: Array) -> Array:
-    """Return positions with missing joints where they were seen last, or first."""
+    """Return positions with missing joints on straight lines between where they were seen; 0 of those who never were."""
     filled = np.array(positions, dtype=np.float64)
-    for frames in (range(1, len(filled)), range(len(filled) - 2, -1, -1)):
-        step = frames.step
-        for t in frames:
-            missing = np.isnan(filled[t])
-            filled[t][missing] = filled[t - step][missing]
+    frames = np.arange(len(filled))
+    for values in filled.reshape(len(filled), -1).T:
+        missing = np.isnan(values)
+        if missing.any() and not missing.all():
+            values[missing] = np.interp(frames[missing], frames[~missing], values[~missing])
     return np.nan_to_num(filled)
 
 

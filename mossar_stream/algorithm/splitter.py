@@ -90,6 +90,7 @@ CURVE = np.dtype(
 def start_curve(curve, value, sig_threshold, scale, frame, time):
     """Algorithm 2, lines 2 to 5, and line 8 for the first frame, which is no crossing and no extremum."""
     curve.candidate = -1
+    curve.candidate_time = curve.candidate_value = curve.candidate_share = 0.0
     curve.ceiling = sig_threshold
     curve.floor = sig_threshold
     update_envelope(curve, value, sig_threshold)
@@ -98,7 +99,9 @@ def start_curve(curve, value, sig_threshold, scale, frame, time):
     curve.falling = 0
     curve.at_floor = 0
     curve.awaiting = 0
-    curve.found.happened = 0
+    found = curve.found
+    found.happened = found.former_frame = found.frame = 0
+    found.former_time = found.former_share = found.time = found.share = 0.0
 
 
 @kernel

@@ -50,6 +50,6 @@ class Buffers:
         self.guard = Guard()
         warm_up(plan)
 
-    def take_events(self, performers: Mapping[int, str]) -> list[Event]:
+    def take_events(self, performers: Mapping[int, str], channel: str) -> list[Event]:
         """Return what lies in the event buffer, and empty it; performers are named by row."""
-        return take_events(self._view, performers, self._joints)
+        return take_events(self._view, performers, self._joints, channel)

@@ -151,15 +151,21 @@ def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> Non
         raise FrameError(f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}")
 
 
-def has_said_size(performer: str, chunk: NDArray[np.float32]) -> bool:
-    """Warn if a person is far larger than people are: the unit must be another one; tell whether there was anybody."""
+def has_said_size(who: str, chunk: NDArray[Any], depth: int) -> bool:
+    """Warn if a person is far larger than people are: the unit must be another one; tell whether there was anybody.
+
+    Args:
+        who: The person.
+        chunk: (n, J, 3) m, of which the first frame is looked at.
+        depth: How many calls above this one the user's is, as `warnings.warn` counts.
+    """
     if not len(chunk) or not np.isfinite(chunk[0]).any():
         return False
     seen = chunk[0][np.isfinite(chunk[0]).all(axis=1)]
     size = float(np.ptp(seen, axis=0).max()) if len(seen) else 0.0
     if size > LARGEST_PERSON:
-        message = f"performer {performer} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
-        warnings.warn(message, stacklevel=4)
+        message = f"{who} is {size:,.0f} m tall; positions are in metres, these look like millimetres or centimetres"
+        warnings.warn(message, stacklevel=depth)
     return True
 
 

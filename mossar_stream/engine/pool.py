@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.row import ROW, ROW_BYTES, records
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 
 ROWS = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
@@ -20,10 +20,12 @@ class Pool:
         plan: How the rows are laid out.
         buffers: May be shared with other pools of the plan, if they are used one after the other.
         memory: (n, row) bytes.
+        channel: Of the events of all rows: the body's, or of a limb.
     """
 
-    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8]) -> None:
+    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8], channel: str = BODY) -> None:
         self.plan = plan
+        self.channel = channel
         self.buffers = buffers
         self.memory = memory
         self.is_open = memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["open"]
@@ -53,7 +55,7 @@ class Pool:
 
     def take_events(self) -> list[Event]:
         """Return what lies in the event buffer, and empty it."""
-        return self.buffers.take_events(self.names)
+        return self.buffers.take_events(self.names, self.channel)
 
 
 class Row:
@@ -140,8 +142,20 @@ class Row:
     def _leave_for(self, plan: Plan) -> None:
         self.release()
         other = pool_of_one(plan, self.name)
+        other.pool.channel = self.pool.channel
         other.pool.buffers.guard = self.guard  # the thread that is in stays in
         self._enter(other.pool, other.index)
+
+    def move_to(self, memory: NDArray[np.uint8]) -> None:
+        """Go on in other memory of the same length, (1, row) bytes."""
+        content, is_live = self.memory[0].copy(), self.is_live
+        self.release()
+        pool = Pool(self.plan, self.pool.buffers, memory, self.pool.channel)
+        self._enter(pool, pool.allocate(self.name).index)
+        self.memory[0] = content
+        self.clock["row"] = self.index
+        self.look()
+        self.is_live = is_live
 
     def release(self) -> None:
         """Give the row back."""
@@ -185,6 +199,10 @@ class Pools:
         rows = max(1, min(most, MOST_BYTES // self._plan.row_bytes))
         self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
         return self._pools[-1].allocate(name)
+
+    def allocate_alone(self, name: str) -> Row:
+        """Return a row, prepared, in memory of its own, for a performer of this name."""
+        return Pool(self._plan, self._buffers, self._plan.new_memory(1)).allocate(name)
 
     def drop_empty(self) -> None:
         """Give the memory back in which nobody is left."""

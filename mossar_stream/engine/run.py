@@ -16,7 +16,7 @@ from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
 
 BUFFER_FULL = STOPS  # what the caller must do, besides what `advance` asks for
 ADVANCE, UPDATE = "mossar.advance", "mossar.update_window"
-_advance = linked(ADVANCE, int64)(advance)
+advance_by_name = linked(ADVANCE, int64)(advance)
 _update_window = linked(UPDATE, void)(update_window)
 FOLLOWS = np.int64(FOLLOW)
 
@@ -53,7 +53,7 @@ def run(
             if events[0].row + most >= len(events):
                 return BUFFER_FULL
             here = begin + cursor[1]
-            code = _advance(memory, row, params, positions[here:end], times[here:end])
+            code = advance_by_name(memory, row, params, positions[here:end], times[here:end])
             cursor[1] += code // STOPS
             stop = code % STOPS
             if stop == HAPPENED:

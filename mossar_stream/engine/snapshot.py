@@ -32,13 +32,15 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is known of what follows the frames besides the segmentation of the body.
 
     Args:
-        moves: As a file of moves has them; None if none are recognised.
-        recognition: What is remembered of the performer to recognise them.
+        moves: As a file of moves has them; None if none are recognised, or they are kept elsewhere.
+        digest: Of the moves.
+        recognition: What is remembered of the performer to recognise them; None if none are.
         repetitions: What the counter knows, if there is one.
         limbs: A snapshot of each limb, in their order.
     """
 
     moves: bytes | None = None
+    digest: bytes = b""
     recognition: bytes | None = None
     repetitions: bytes = b""
     limbs: tuple[bytes, ...] = ()
@@ -90,9 +92,13 @@ def pack_snapshot(
 
 
 def unpack_snapshot(
-    blob: bytes,
+    blob: bytes, moves: Moves | None = None
 ) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
     """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
+
+    Args:
+        blob: The snapshot.
+        moves: For one that was made without them.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -123,16 +129,23 @@ def unpack_snapshot(
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     name = performer_name(content.performer)
-    return plan, name, content.level, content.pending, row, _recognition(content, name), content.following
+    recognition = _recognition(content, name, moves)
+    return plan, name, content.level, content.pending, row, recognition, content.following
 
 
-def _recognition(content: _Content, performer: str) -> Recognition | None:
+def _recognition(content: _Content, performer: str, moves: Moves | None) -> Recognition | None:
     known = content.following
-    if known.moves is None or known.recognition is None:
+    if known.recognition is None:
         return None
     try:
-        recognition = Recognition(Moves.from_json(known.moves), content.skeleton, performer)
+        own = moves if known.moves is None else Moves.from_json(known.moves)
+        if own is None:
+            raise SnapshotError("the snapshot was made without its moves; restore needs them")
+        recognition = Recognition(own, content.skeleton, performer)
     except (MovesError, FrameError) as error:
         raise SnapshotError(f"the snapshot's moves cannot be read: {error}") from None
-    recognition.go_on_from(known.recognition)
+    if known.moves is None and known.digest != recognition.digest:
+        recognition.count_on_from(known.recognition)
+    else:
+        recognition.go_on_from(known.recognition)
     return recognition

@@ -25,9 +25,38 @@ if cast("Any", numba.config).DISABLE_JIT:
     raise MossarError("NUMBA_DISABLE_JIT is set, but the kernels cannot run uncompiled; unset it")
 
 
-def kernel(function: F) -> F:
-    """Compile a function that only other kernels call (decorator); to call it from Python is an error."""
+@overload
+def kernel(function: F) -> F: ...
+
+
+@overload
+def kernel(*, chosen_by: Callable[..., Callable[..., object]]) -> Callable[[F], F]: ...
+
+
+def kernel(
+    function: F | None = None, *, chosen_by: Callable[..., Callable[..., object]] | None = None
+) -> F | Callable[[F], F]:
+    """Compile a function that only other kernels call (decorator); to call it from Python is an error.
+
+    Args:
+        function: The kernel.
+        chosen_by: Makes the kernel a stub, which is compiled as whatever this returns for the stub's name and the numba
+            types of the arguments: a Python function with the same parameters. For the protocol of similarity measures,
+            so that using one does not compile the others.
+    """
+    if chosen_by is not None:
+        return lambda stub: _chosen_kernel(stub, chosen_by)
     return cast("F", numba.njit(**inner_options(accelerated=is_accelerated()))(function))
+
+
+def _chosen_kernel(stub: F, choose: Callable[..., Callable[..., object]]) -> F:
+    def chosen(*types: Any) -> Callable[..., object]:
+        return choose(stub.__name__, *types)
+
+    chosen.__signature__ = inspect.signature(stub)  # type: ignore[attr-defined]
+    options: Any = inner_options(accelerated=is_accelerated())
+    numba.extending.overload(stub, jit_options=options)(chosen)
+    return stub
 
 
 @overload
@@ -83,25 +112,3 @@ def entry_point(function: F | None = None, *, makes_arrays: bool = True) -> F | 
 def _entry_point(function: F, *, makes_arrays: bool) -> F:
     options = entry_options(accelerated=is_accelerated(), makes_arrays=makes_arrays)
     return cast("F", cached(numba.njit(**options)(function), accelerated=is_accelerated()))
-
-
-def kernel_by_type(choose: Callable[..., Callable[..., object]]) -> Callable[[F], F]:
-    """Let the types of the arguments choose which function a call is compiled as (decorator of a stub).
-
-    For the protocol of similarity measures only, so that using one measure does not compile the others.
-
-    Args:
-        choose: Called with the stub's name and the numba types of its arguments; returns a Python function with the
-            same parameters.
-    """
-
-    def decorate(stub: F) -> F:
-        def chosen(*types: Any) -> Callable[..., object]:
-            return choose(stub.__name__, *types)
-
-        chosen.__signature__ = inspect.signature(stub)  # type: ignore[attr-defined]
-        options: Any = inner_options(accelerated=is_accelerated())
-        numba.extending.overload(stub, jit_options=options)(chosen)
-        return stub
-
-    return decorate

@@ -4,16 +4,16 @@ Record 0 counts the others. `events.py` has the records that users see; `take_ev
 """
 
 import struct
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.events import (
+    BODY,
     KEY_FRAME_KINDS,
     KEY_FRAME_STATUSES,
-    SCHEMA_VERSION,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
     Event,
@@ -101,33 +101,31 @@ def put_key_frame(clock, events, point, status, rev, decided):
     event.until_time = clock.time
 
 
-def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple[str, ...]) -> list[Event]:
+def take_events(
+    buffer: memoryview, performers: Mapping[int, str], joints: tuple[str, ...], channel: str = BODY
+) -> list[Event]:
     """Return the events in a buffer, and empty it.
 
     Args:
         buffer: Its bytes.
         performers: Names by row.
         joints: Names.
+        channel: That the events are of: the body, or a limb.
     """
-    (count,) = _COUNT.unpack_from(buffer)
-    if not count:
-        return []
-    _COUNT.pack_into(buffer, 0, 0)
     events: list[Event] = []
+    within = "" if channel == BODY else f"{channel}/"
     last, of, performer, prefix = -1, -1, "", ""
-    records = _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
-         time, until_time, velocity, strength, a, b, c, d, e) in records:
+         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer):
         # fmt: on
         if row != last or take != of:
             last, of, performer = row, take, performers[row]
-            prefix = f"{performer}/{take}/"
+            prefix = f"{performer}/{within}{take}/"
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
             event: Event = KeyFrameEvent(
-                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}",
                 rev=rev,
@@ -141,11 +139,11 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
                 decided_time=until_time,
                 velocity=velocity,
                 strength=value,
+                channel=channel,
             )
         else:
             five = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
-                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}-{end}",
                 rev=rev,
@@ -158,9 +156,19 @@ def take_events(buffer: memoryview, performers: Mapping[int, str], joints: tuple
                 end_time=until_time,
                 active_joints=five if e >= 0 else five[: (a, b, c, d, e).index(NO_JOINT)],
                 similarity=value,
+                channel=channel,
             )
         events.append(event)
     return events
+
+
+def _take_records(buffer: memoryview) -> Iterator[tuple[Any, ...]]:
+    """Return the records in a buffer, and empty it."""
+    (count,) = _COUNT.unpack_from(buffer)
+    if not count:
+        return iter(())
+    _COUNT.pack_into(buffer, 0, 0)
+    return _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
 
 
 @inline_kernel

@@ -19,6 +19,7 @@ LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movem
 PAUSE = 0.5  # s, of rest that a move may have inside
 UNIT = 1e-4  # m, to which positions are rounded
 MAX_NAME = 64
+NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
 
 _Integer = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 
@@ -45,8 +46,10 @@ def check_name(name: str) -> str:
     """Return a move's name if it is one.
 
     Raises:
-        MovesError: If it is empty, too long, or has what cannot be printed.
+        MovesError: If it is no text, empty, too long, or has what cannot be printed.
     """
+    if not isinstance(name, str):
+        raise MovesError(f"a move's name is text, not {type(name).__name__}")
     if not 1 <= len(name) <= MAX_NAME or not name.isprintable() or name != name.strip():
         raise MovesError(f"a move's name has 1 to {MAX_NAME} printable characters, not {str(name)[:80]!r}")
     return name
@@ -66,7 +69,7 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
         MovesError: If the name or the positions cannot be used, or nothing moves.
     """
     check_name(name)
-    shown = _checked(plain_array(positions, np.float64), fps, joints)
+    shown = _checked(_numbers(positions), fps, joints)
     first, last = _extent(shown, fps, root)
     cut = shown[first : last + 1]
     if len(cut) < LEAST_FRAMES:
@@ -79,8 +82,15 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
     return Example(name, float(rate), tuple(numbers.ravel().tolist()))
 
 
+def _numbers(positions: ArrayLike) -> NDArray[np.float64]:
+    try:
+        return plain_array(positions, np.float64)
+    except (TypeError, ValueError) as error:
+        raise MovesError(f"an example's positions are numbers: {error}") from None
+
+
 def _checked(shown: NDArray[np.float64], fps: float, joints: int) -> NDArray[np.float64]:
-    if not (np.isfinite(fps) and 0 < fps <= 10_000):
+    if not isinstance(fps, NUMBERS) or not 0 < fps <= 10_000:
         raise MovesError(f"the rate of an example is a positive number of frames per second, not {fps!r}")
     if shown.ndim != 3 or shown.shape[1:] != (joints, 3):
         raise MovesError(f"an example has the form (frames, {joints} joints, 3), not {shown.shape}")

@@ -91,7 +91,8 @@ def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[
         elif not (known and (name in _OPTIONAL or name not in _NAMES)):
             missing.append(name)
     if missing:
-        raise FrameError(f"the moves need joints that the stream does not have: {', '.join(missing[:20])}")
+        shown_names = [name if name.isprintable() else ascii(name) for name in missing[:20]]
+        raise FrameError(f"the moves need joints that the stream does not have: {', '.join(shown_names)}")
     centre = CENTRE if CENTRE in ours and CENTRE in theirs else ""
     names = [centre, *(name for name in names if name != centre)]
     return (

@@ -1,6 +1,8 @@
 """Recognition: a performer's frames in, move events out."""
 
+import hashlib
 import math
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,11 +44,14 @@ class Recognition:
 
     Raises:
         FrameError: If the performer lacks joints that the examples need.
+        TypeError: If `moves` are something else.
     """
 
     def __init__(
         self, moves: Moves, skeleton: Skeleton, performer: str, store: NDArray[np.uint8] | None = None
     ) -> None:
+        if not isinstance(moves, Moves):
+            raise TypeError(f"moves are a Moves, not {type(moves).__name__}; Moves.load(path) reads a file")
         self.moves = moves.copy()
         self.names = moves.names
         self.store = moves.store(skeleton) if store is None else store
@@ -68,6 +73,16 @@ class Recognition:
         # No frame: the kernel is compiled now, and never while frames come in.
         recognise(self._memory, self.store, self._positions, self._times, 0, 0)
         self._see()
+
+    @cached_property
+    def moves_text(self) -> bytes:
+        """The moves as text, written once."""
+        return self.moves.to_json()
+
+    @cached_property
+    def digest(self) -> bytes:
+        """What tells these moves from others."""
+        return hashlib.sha256(self.moves_text).digest()
 
     @property
     def bytes_taken(self) -> int:
@@ -190,6 +205,22 @@ class Recognition:
             self._see()
         self._state["found"]["number"] = known["found"]["number"]
         return self
+
+    def count_on_from(self, content: bytes) -> None:
+        """Number moves on from those of a recognition of other moves.
+
+        Args:
+            content: Of its `to_bytes`.
+
+        Raises:
+            SnapshotError: If the bytes are none.
+        """
+        number = -1
+        if len(content) >= STATE_BYTES:
+            number = int(state_of(np.frombuffer(content, np.uint8))["found"]["number"])
+        if not 0 <= number < 1 << 60:
+            raise SnapshotError("the snapshot's state of moves contradicts itself")
+        self._state["found"]["number"] = number
 
     def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:
         found = self._state[which]

@@ -15,7 +15,7 @@ from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, given_positions, less, place_of
+from mossar_stream.engine.intake import FLOAT32, given_positions, has_said_size, less, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
@@ -35,7 +35,7 @@ from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.segmenter.limbs import settings_of_limbs
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
 CAPACITY = 64  # key frames there is room for at first
@@ -244,7 +244,22 @@ def segment_recording(
         (2, 2)
     """
     frames, moments, skeleton = _checked(positions, fps, skeleton, times)
-    chosen = settings or Settings()
+    any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
+    return _segmented(frames, moments, skeleton, settings_or_default(settings), fps, moves, curves=curves)
+
+
+def _segmented(
+    frames: NDArray[Any],
+    moments: NDArray[np.float64],
+    skeleton: Skeleton,
+    settings: Settings,
+    fps: float | None,
+    moves: Moves | None = None,
+    *,
+    curves: bool,
+) -> Result:
+    """Segment a recording whose arrays fit each other."""
+    chosen = settings
     frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
@@ -252,11 +267,11 @@ def segment_recording(
     states = _push_all(row, frames, moments, curves=curves)
     engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
-    own = settings_of_limbs(settings or Settings())
+    own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups_of(skeleton, chosen.limbs):
-        seen = positions_of(limb, frames)
-        limbs[limb.name] = segment_recording(seen, fps, limb.skeleton, own, times=moments, curves=curves)
+        seen = given_positions(positions_of(limb, frames))
+        limbs[limb.name] = _segmented(seen, moments, limb.skeleton, own, fps, curves=curves)
         if chosen.repetitions:
             counted = count_recording(limb.skeleton, seen, moments, chosen.max_pause, limb.name)
             limbs[limb.name].repetitions = counted

@@ -19,15 +19,19 @@ _COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
 def summary(result: Any) -> str:
     """Return one line on a result."""
     keys, kept = result.key_frames, result.at(result.settings.level).key_frames
-    return f"Result: {len(keys)} key frames, {len(kept)} of them at level {result.settings.level}"
+    return f"Result: {_counted(keys, 'key frame')}, {len(kept)} of them at level {result.settings.level}"
 
 
 def segments_summary(segmentation: Any) -> str:
     """Return a line on a level and one on each segment, the first ones of many."""
     parts = segmentation.segments
-    lines = [f"Segmentation: {len(segmentation.key_frames)} key frames, {len(parts)} segments"]
+    lines = [f"Segmentation: {_counted(segmentation.key_frames, 'key frame')}, {_counted(parts, 'segment')}"]
     lines += [f"  {p.start_time:9.2f} to {p.end_time:9.2f} s  {p.state}" for p in parts[:SHOWN]]
     return "\n".join([*lines, f"  and {len(parts) - SHOWN} more"] if len(parts) > SHOWN else lines)
+
+
+def _counted(things: Sequence[Any], name: str) -> str:
+    return f"{len(things)} {name}{'' if len(things) == 1 else 's'}"
 
 
 def html(result: Any) -> str:

@@ -259,9 +259,9 @@ def recurring(scores, cycles, count):
             uu += a * a
             vv += b * b
             uv += a * b
-        product += uv - u * v / np.float32(n)
-        one += uu - u * u / np.float32(n)
-        other += vv - v * v / np.float32(n)
+        product += float(uv - u * v / np.float32(n))
+        one += float(uu - u * u / np.float32(n))
+        other += float(vv - v * v / np.float32(n))
     return product / math.sqrt(one * other)
 
 

@@ -21,7 +21,7 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
 from mossar_stream.segmenter.limbs import Limbs, together
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
 NewRow = Callable[[Plan], Row]
@@ -76,7 +76,7 @@ class Segmenter:
             constant_times(0, fps)
         name = performer_name(performer)
         recognition = Recognition(moves, skeleton, name) if moves is not None else None
-        plan = Plan(skeleton, settings or Settings(), fps)
+        plan = Plan(skeleton, settings_or_default(settings), fps)
         self._begin(pool_of_one(plan, name), plan.given.level, recognition)
 
     def _begin(
@@ -300,13 +300,13 @@ class Segmenter:
                 if events is not None:
                     return events
             elif abs(float(times) - float(row.clock["time"])) <= row.plan.given.max_pause:  # the take goes on
-                return self._followers.push(row, frame, self._one_time)
+                return self._followers.push_one(row, frame, self._one_time, float(times))
         if isinstance(positions, Frames):
             frames = positions
             return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
         chunk, moments = checked(row, positions, times, confidence, first_frame)
         if not row.is_live:
-            self._is_measured = self._is_measured or has_said_size(self.performer, chunk)
+            self._is_measured = self._is_measured or has_said_size(f"performer {self.performer}", chunk, 3)
         self._fast_shape = self._one_shape
         if self.is_followed:
             return self._followers.push(row, chunk, moments, first_frame)
@@ -341,58 +341,60 @@ class Segmenter:
         events.append(engine.stream_event(self._row, "reset", reason))
         self._row.state["range"]["largest"] = 0.0
         forget_noise(self._row.state["noise"])
-        if self._followers.limbs is not None:
-            self._followers.limbs.reset()
+        self._followers.reset()
         return events
 
     def release(self) -> None:
         """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
         self._row.release()
-        if self._followers.limbs is not None:
-            self._followers.limbs.release()
+        self._followers.release()
 
     @property
     def state_bytes(self) -> int:
         """Bytes of the state, besides what is shared with others."""
-        recognition, limbs = self._followers.recognition, self._followers.limbs
-        more = 0 if recognition is None else recognition.bytes_taken
-        more += 0 if limbs is None else sum(own.state_bytes for own in limbs.segmenters.values())
-        return self._row.plan.row_bytes + more
+        return self._row.plan.row_bytes + self._followers.bytes_taken
 
-    def snapshot(self) -> bytes:
-        """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed."""
-        row, following = self._row, self._followers.snapshot()
+    def snapshot(self, *, with_moves: bool = True) -> bytes:
+        """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed.
+
+        Args:
+            with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
+        """
+        row, following = self._row, self._followers.snapshot(with_moves=with_moves)
         row.pending = engine.take_pending(row)
         return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
 
     @classmethod
-    def restore(cls, blob: bytes) -> "Segmenter":
+    def restore(cls, blob: bytes, moves: Moves | None = None) -> "Segmenter":
         """Return a segmenter that goes on exactly where the one that made `blob` was.
 
+        Args:
+            blob: Of `snapshot`.
+            moves: Of a snapshot without them; others than it was made with are recognised from now on.
+
         Raises:
-            SnapshotError: If the bytes are damaged, truncated, or of a newer version.
+            SnapshotError: If the bytes are damaged, truncated, or of a newer version, or lack the moves.
         """
-        return cls._restored(blob)
+        return cls._restored(blob, moves)
 
     @classmethod
-    def _restored(cls, blob: bytes, *, is_limb: bool = False) -> "Segmenter":
-        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob)
+    def _restored(cls, blob: bytes, moves: Moves | None = None, *, is_limb: bool = False) -> "Segmenter":
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, moves)
         if is_limb and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, level, recognition)  # noqa: SLF001 - its own class
+        segmenter._begin(row, level, recognition)  # noqa: SLF001
         segmenter._followers.restore(known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
         return segmenter
 
 
 def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs:
     """Return limbs of the performer of a row, as settings call for them."""
-    name, fps = row.name, row.plan.fps
 
     def new_segmenter(skeleton: Skeleton, own: Settings) -> Segmenter:
-        plan = Plan(skeleton, own, fps)
-        return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, name))
+        plan = Plan(skeleton, own, row.plan.fps)
+        return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, row.name))
 
     return Limbs(row.plan.skeleton, settings, new_segmenter)

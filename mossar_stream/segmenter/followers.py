@@ -105,6 +105,24 @@ class Followers:
         elif counter is not None and recognition is None:
             self.hold = counter.hold
 
+    def push_one(
+        self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64], seconds: float
+    ) -> list[Event]:
+        """Take one frame of a take that goes on in, as `push`, more quickly; `hold` has refused it.
+
+        Args:
+            row: The performer's.
+            position: (1, J, 3) m.
+            time: (1,) s.
+            seconds: The same as a number.
+        """
+        recognition = self._recognition
+        if self.hold is not _hold_nothing or self._tells_phase:
+            return self.push(row, position, time)
+        if recognition is not None and not recognition.hold(position, seconds):
+            return self._push_and_recognise(recognition, row, position, time, None)
+        return self._push_channels(row, position, time, None)
+
     def push(
         self,
         row: Row,
@@ -146,7 +164,7 @@ class Followers:
     ) -> list[Event]:
         """Take frames in; what is said of moves comes right after the events of the same frame."""
         count = len(times)
-        if count == 1:
+        if count == 1:  # of a take that may begin with it
             stop = recognition.follow(positions, times, 0)
             events = self._push_channels(row, positions, times, first_frame)
             return events if stop else [*events, *recognition.news(int(row.clock["take"]))]
@@ -166,15 +184,26 @@ class Followers:
         """Take frames in; limbs have their say frame by frame, so that it does not matter how frames are cut."""
         if self.limbs is None or not len(times):
             return self._push_body(row, positions, times, first_frame)
+        if len(times) == 1:
+            return self._push_limbs(self.limbs, row, positions, times, first_frame)
         events: list[Event] = []
         for i in range(len(times)):
-            one, time = positions[i : i + 1], times[i : i + 1]
             number = None if first_frame is None else first_frame + i
-            body = self._push_body(row, one, time, number)
-            limbs = self.limbs.push(one, time, number)
-            if body or limbs:
-                events += together(self.limbs.lead(body), limbs)
+            events += self._push_limbs(self.limbs, row, positions[i : i + 1], times[i : i + 1], number)
         return events
+
+    def _push_limbs(
+        self,
+        limbs: Limbs,
+        row: Row,
+        position: NDArray[np.float32],
+        time: NDArray[np.float64],
+        first_frame: int | None,
+    ) -> list[Event]:
+        """Take one frame in, of the body and of its limbs."""
+        body = self._push_body(row, position, time, first_frame)
+        found = limbs.push(position, time, first_frame)
+        return together(limbs.lead(body), found) if body or found else body
 
     def _push_body(
         self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
@@ -221,11 +250,29 @@ class Followers:
             events += self.counter.end_take()
         return events
 
-    def snapshot(self) -> Following:
-        """Return everything that is known here."""
+    def reset(self) -> None:
+        """Forget the ranges of limbs, after their takes ended."""
+        if self.limbs is not None:
+            self.limbs.reset()
+
+    def release(self) -> None:
+        """Give back what limbs lie in."""
+        if self.limbs is not None:
+            self.limbs.release()
+
+    @property
+    def bytes_taken(self) -> int:
+        """Bytes of what is known here, besides what is shared with others."""
+        more = 0 if self._recognition is None else self._recognition.bytes_taken
+        limbs = {} if self.limbs is None else self.limbs.segmenters
+        return more + sum(own.state_bytes for own in limbs.values())
+
+    def snapshot(self, *, with_moves: bool = True) -> Following:
+        """Return everything that is known here; see `Segmenter.snapshot`."""
         recognition = self.recognition
         return Following(
-            moves=None if recognition is None else recognition.moves.to_json(),
+            moves=None if recognition is None or not with_moves else recognition.moves_text,
+            digest=b"" if recognition is None else recognition.digest,
             recognition=None if recognition is None else recognition.to_bytes(),
             repetitions=b"" if self.counter is None else self.counter.snapshot(),
             limbs=() if self.limbs is None else self.limbs.snapshot(),

@@ -7,12 +7,14 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.window_step import FOLLOW
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState
+from mossar_stream.engine.limb_rows import BEYOND, LimbRows
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
-from mossar_stream.moves.groups import MEAN, Limb, groups_of, leading_limb, limbs_by_joint, mean_of
+from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, mean_of
 from mossar_stream.repetitions.counter import RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -66,17 +68,26 @@ class Limbs:
         self._groups = groups_of(skeleton, settings.limbs)
         own = settings_of_limbs(settings)
         self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
+        self._joints = len(skeleton)
         self._counters: list[RepetitionCounter] = []  # one for each, or none
         self._renew_counters(settings)
         self._by_joint = limbs_by_joint(self._groups)
         order = [joint for limb in self._groups for joint in limb.joints]
         self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
-        self._frame = np.zeros((1, len(order), 3), np.float32)  # m, one frame of them
         self._means = [k for k, joint in enumerate(order) if joint == MEAN]  # which of them are the mean
-        ends = np.cumsum([len(limb.joints) for limb in self._groups]).tolist()
-        self._views = [
-            self._frame[:, end - len(limb.joints) : end] for limb, end in zip(self._groups, ends, strict=True)
-        ]
+        self._lay()
+
+    def _lay(self) -> None:
+        """Bring the rows of all limbs together, which is done again when one needed more room."""
+        for limb, segmenter in zip(self._groups, self._segmenters, strict=True):
+            segmenter.row.pool.channel = limb.name
+        self._rows = LimbRows(
+            [segmenter.row for segmenter in self._segmenters], [limb.joints for limb in self._groups]
+        )
+        self._rows.warm_up(self._joints)
+        self._goes_on = (
+            False  # whether all limbs are in takes that go on, and nothing waits for their next frame
+        )
 
     def _renew_counters(self, settings: Settings) -> None:
         self._counters_of = (settings.repetitions, settings.max_pause)
@@ -108,18 +119,44 @@ class Limbs:
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
-        np.take(positions, self._order, axis=1, out=self._frame, mode="wrap")
         if self._means:
-            self._frame[0, self._means] = mean_of(positions)
+            self._rows.frame[0, self._means] = mean_of(positions)
+        if self._goes_on and first_frame is None:
+            news = self._rows.advance(positions, time)
+            events = self._news(news, time) if news else []
+        else:
+            events = self._push_apart(positions, time, first_frame)
+        if self._counters:
+            for counter, view in zip(self._counters, self._rows.views, strict=True):
+                events += counter.push(view, time)
+        return events
+
+    def _news(self, news: int, time: NDArray[np.float64]) -> list[Event]:
+        """Return the events of the limbs of which `advance_limbs` has news."""
         events: list[Event] = []
-        for limb, segmenter, view in zip(self._groups, self._segmenters, self._views, strict=True):
-            found = engine.push_short(segmenter.row, view, time, first_frame)
-            if found:
-                events += self._told(limb, found)
-        for counter, view in zip(
-            self._counters, self._views, strict=False
-        ):  # none unless repetitions are counted
-            events += counter.push(view, time)
+        for i, segmenter in enumerate(self._segmenters):
+            if news >> i & 1:
+                events += engine.update(segmenter.row, FOLLOW)
+            elif news >> (i + BEYOND) & 1:
+                events += _told(engine.push(segmenter.row, self._rows.views[i], time))
+                self._goes_on = False
+        return events
+
+    def _push_apart(
+        self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        """Take a frame of each limb in, one after the other."""
+        frame = self._rows.frame
+        for k, joint in enumerate(self._order.tolist()):
+            if joint != MEAN:
+                frame[0, k] = positions[0, joint]
+        events: list[Event] = []
+        rows = [segmenter.row for segmenter in self._segmenters]
+        for row, view in zip(rows, self._rows.views, strict=True):
+            events += _told(engine.push_short(row, view, time, first_frame))
+        if not self._rows.holds(rows):
+            self._lay()
+        self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in rows)
         return events
 
     def lead(self, events: list[Event]) -> list[Event]:
@@ -133,39 +170,30 @@ class Limbs:
 
     def end_take(self) -> list[Event]:
         """End the take of all limbs."""
-        pairs = zip(self._groups, self._segmenters, strict=True)
+        self._goes_on = False
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
-        return counted + [
-            event for limb, segmenter in pairs for event in self._told(limb, segmenter.end_take())
-        ]
+        return counted + [event for own in self._segmenters for event in _told(own.end_take())]
 
     def reset(self) -> list[Event]:
         """End the take of all limbs, and forget their ranges."""
-        pairs = zip(self._groups, self._segmenters, strict=True)
+        self._goes_on = False
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
-        return counted + [event for limb, segmenter in pairs for event in self._told(limb, segmenter.reset())]
-
-    def _told(self, limb: Limb, events: list[Event]) -> list[Event]:
-        """Return what is said of a limb: its key frames and segments, with its channel."""
-        found: list[Event] = []
-        for event in events:
-            if isinstance(event, KeyFrameEvent | SegmentEvent):
-                head, take, last = event.id.rsplit("/", 2)
-                found.append(
-                    msgspec.structs.replace(event, id=f"{head}/{limb.name}/{take}/{last}", channel=limb.name)
-                )
-        return found
+        return counted + [event for own in self._segmenters for event in _told(own.reset())]
 
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all limbs."""
+        self._goes_on = False
         for segmenter in self._segmenters:
             segmenter.level = level
 
     def change(self, settings: Settings) -> list[Event]:
         """Go on with other settings of the performer, which leave the limbs as they are; return what that ends."""
+        self._goes_on = False
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
+        if not self._rows.holds([segmenter.row for segmenter in self._segmenters]):
+            self._lay()
         if self._counters_of == (settings.repetitions, settings.max_pause):
             return []
         ended: list[Event] = [event for counter in self._counters for event in counter.end_take()]
@@ -187,7 +215,7 @@ class Limbs:
             frame: Number of the next frame.
         """
         for segmenter in self._segmenters:
-            segmenter.row.clock["take"] = take
+            segmenter.row.clock["take"] = take  # no take is open
             segmenter.row.clock["next_frame"] = frame
         for counter in self._counters:
             counter.take = take
@@ -199,6 +227,7 @@ class Limbs:
 
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
+        self._goes_on = False
         limbs = [segmenter.snapshot() for segmenter in self._segmenters]
         return (*limbs, *(counter.snapshot() for counter in self._counters))
 
@@ -224,8 +253,14 @@ class Limbs:
         if not same:
             raise SnapshotError("the snapshot's limbs are not those of its settings")
         self._segmenters = found
+        self._lay()
         for counter, blob in zip(self._counters, blobs[limbs:], strict=True):
             counter.restore(blob)
+
+
+def _told(events: list[Event]) -> list[Event]:
+    """Return what is said of a limb: its key frames and segments."""
+    return [event for event in events if isinstance(event, KeyFrameEvent | SegmentEvent)]
 
 
 def together(body: list[Event], limbs: list[Event]) -> list[Event]:

@@ -13,6 +13,7 @@ from mossar_stream.errors import SettingsError
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.settings.limits import SETTING_LIMITS
 from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
+from mossar_stream.settings.texts import number, parse_group, plain
 
 Smoothing = Literal["none", "moving_average", "one_euro"]
 RangePolicy = Literal["running", "file", "fixed", "decay"]
@@ -133,14 +134,21 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     limbs: bool | str = False
 
     def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            msgspec.structs.force_setattr(self, name, plain(getattr(self, name)))
         for name, (low, high) in SETTING_LIMITS.items():
             value = getattr(self, name)
-            if value is not None and not low <= value <= high:
-                raise SettingsError(f"setting {name} is {value}; it must lie between {low:g} and {high:g}")
+            if value is not None and not (isinstance(value, int | float) and low <= value <= high):
+                raise SettingsError(f"setting {name} is {value!r}; it must lie between {low:g} and {high:g}")
         _check_choices(self)
-        known = self.level in LEVEL_NAMES if isinstance(self.level, str) else 0 <= self.level < 1e9
+        level: object = self.level
+        known = (
+            level in LEVEL_NAMES
+            if isinstance(level, str)
+            else isinstance(level, int | float) and 0 <= level < 1e9
+        )
         if not known:
-            raise SettingsError(f"setting level is {self.level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
+            raise SettingsError(f"setting level is {level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
         _check_groups(self)
         if isinstance(self.limbs, str):
             parse_groups(self.limbs)
@@ -245,6 +253,19 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return msgspec.convert(values, ResolvedSettings)
 
 
+def settings_or_default(settings: object) -> Settings:
+    """Return what was given as settings, for None the default.
+
+    Raises:
+        TypeError: If it is something else.
+    """
+    if settings is None:
+        return Settings()
+    if not isinstance(settings, Settings):
+        raise TypeError(f"settings are Settings, not {type(settings).__name__}; Settings(level='cluster')")
+    return settings
+
+
 class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings with nothing left to a bundle."""
 
@@ -271,6 +292,7 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
 }
+SWITCHES = ("tempo", "repetitions", "phase")
 WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
 
 
@@ -283,6 +305,12 @@ def _check_choices(settings: Settings) -> None:
         value = getattr(settings, name)
         if value is not None and not isinstance(value, int):
             raise SettingsError(f"setting {name} is {value!r}; it must be a whole number")
+    for name in SWITCHES:
+        value = getattr(settings, name)
+        if not isinstance(value, bool) and not (value is None and name == "tempo"):
+            raise SettingsError(f"setting {name} is {value!r}; it must be true or false")
+    if not isinstance(settings.limbs, bool | str):
+        raise SettingsError(f"setting limbs is {settings.limbs!r}; it must be true, false or a text")
 
 
 def _check_groups(settings: Settings) -> None:
@@ -317,35 +345,13 @@ def _override(values: dict[str, object], name: str, value: object) -> None:
     if field not in Settings.__struct_fields__:
         raise SettingsError(f"no setting called {name!r}; there are {', '.join(Settings.__struct_fields__)}")
     if not part:
-        values[field] = _parse_group(field, value) if isinstance(value, str) else value
+        values[field] = parse_group(field, value) if isinstance(value, str) else plain(value)
         return
     group = values.get(field)
     if field not in ("features", "variance_floor"):
         raise SettingsError(f"setting {field} has no part called {part!r}")
     base = msgspec.to_builtins(group) if group is not None else {}
-    values[field] = {**base, part: _number(value) if isinstance(value, str) else value}
-
-
-def _parse_group(field: str, value: str) -> object:
-    """Read `positions:0.75,log_speed:0.25` and the words none/null/auto of optional fields."""
-    if field in ("features", "variance_floor"):
-        parts = [part.partition(":") for part in value.split(",")]
-        return {name.strip(): _number(number) for name, _, number in parts}
-    if field == "limbs" and value.lower() in ("true", "false"):
-        return value.lower() == "true"
-    if value in ("none", "null", "auto") and field not in ("smoothing", "location"):
-        return None
-    return _number(value)
-
-
-def _number(text: str) -> object:
-    """Return the number that a text stands for, or the text."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return text
+    values[field] = {**base, part: number(value) if isinstance(value, str) else plain(value)}
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:
@@ -370,7 +376,7 @@ def _explain(message: str, values: Mapping[str, object]) -> str:
         legal = f"; it must be {kind} between {low:g} and {high:g}"
     elif field in ("features", "variance_floor"):
         legal = f"; its parts are {', '.join(Features.__struct_fields__)}, each a number"
-    elif field in ("tempo", "repetitions", "phase"):
+    elif field in SWITCHES:
         legal = "; it must be true or false"
     if legal:
         return f"setting {field} is {values.get(field)!r}{legal}"

@@ -29,7 +29,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import kernel_by_type
+from mossar_stream.jit.decorators import kernel
 from mossar_stream.settings import ResolvedSettings, SimilarityName
 from mossar_stream.similarity import likelihood
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
@@ -87,55 +87,55 @@ def _of_measure(name: str, params: types.Record, *_: types.Type) -> Callable[...
     raise TypeError(f"no similarity measure has the parameters {sorted(params.fields)}")
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def add_frame(params, summary, frame):
     """Add one frame, a `SummaryFrame`, to a summary."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def add_pose(params, summary, pose, joints, time, weight):
     """Add a frame's pose to a summary, or take it out."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def add_joint(params, summary, pose, joints, j):
     """Add a joint that was missing so far to a summary."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def flush_sums(params, summary, body, padded_joints):
     """Add the sums that wait to a summary."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def merge_into(params, target, other):
     """Make a summary that of two neighbouring segments."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def close(params, summary):
     """Finish a summary."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def strength(params, left, right, both):
     """Return the strength of the key frame between two segments."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def merge_cost(params, left, right, both):
     """Return the strength of the key frame between two segments whose common summary is known."""
     raise NotImplementedError
 
 
-@kernel_by_type(_of_measure)
+@kernel(chosen_by=_of_measure)
 def similarity(params, cost, left, right):
     """Return the similarity of two segments, given the strength of the key frame between them."""
     raise NotImplementedError

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta
-from mossar_stream import Frames
+from mossar_stream import Frames, KeyFrameEvent, MoveEvent, Moves, Segmenter, SegmentEvent, Settings
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -121,3 +122,18 @@ def data():
     if not DATA.is_dir():
         pytest.skip(f"no recordings at {DATA}")
     return DATA
+
+
+@pytest.fixture(scope="session")
+def told():
+    """The events of a built-in performer with limbs and moves, key frames and segments of limbs and moves among them."""
+    meta, *chunks = DemoSource.from_url("demo:?seconds=6", speed="max").items()
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    times = np.concatenate([chunk.times for chunk in chunks])
+    moves = Moves(meta.skeleton)
+    moves.add("some", positions[200:260], 60.0)
+    segmenter = Segmenter(meta.skeleton, Settings(limbs=True), fps=60.0, moves=moves)
+    events = [*segmenter.push(positions, times), *segmenter.end_take()]
+    kinds = {(type(event), getattr(event, "channel", "body") != "body") for event in events}
+    assert {(KeyFrameEvent, True), (SegmentEvent, True), (MoveEvent, False)} <= kinds
+    return events

@@ -8,7 +8,7 @@ import pytest
 from mossar_adapters.address import parse_url
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.lsl import LslSink, LslSource
-from mossar_stream import StreamEvent
+from mossar_stream import StreamEvent, to_json
 
 
 def outlet(name, labels, unit):
@@ -65,3 +65,14 @@ def test_events_leave_as_json_markers():
     sink.close()
     inlet.close_stream()
     assert json.loads(sample[0])["event"] == "started"
+
+
+def test_limbs_and_moves_leave_as_markers_too_in_their_order(told):
+    sink = LslSink(parse_url("lsl:?name=mossar-test-limbs"))
+    inlet = pylsl.StreamInlet(pylsl.resolve_byprop("name", "mossar-test-limbs", 1, 10)[0])
+    inlet.open_stream(10)
+    sink.send(told)
+    found = [inlet.pull_sample(5)[0][0] for _ in told]
+    sink.close()
+    inlet.close_stream()
+    assert found == [to_json(event).decode() for event in told]

@@ -10,7 +10,7 @@ import mossar_stream
 
 CORE = Path(mossar_stream.__file__).parent
 ROOT = CORE.parent
-KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel", "kernel_by_type"}
+KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel"}
 MOST_PARAMETERS = 6
 MOST_ROOMS = 16
 LONGEST_FILE, LONGEST_FUNCTION = 400, 60  # lines

@@ -7,7 +7,16 @@ import warnings
 import numpy as np
 import pytest
 
-from mossar_stream import FrameError, Frames, Performers, Segmenter, Settings, SettingsError, Skeleton
+from mossar_stream import (
+    FrameError,
+    Frames,
+    Performers,
+    Segmenter,
+    Settings,
+    SettingsError,
+    Skeleton,
+    segment_recording,
+)
 
 SKELETON = Skeleton(("hip", "hand", "foot"), (-1, 0, 0))
 
@@ -103,12 +112,35 @@ def test_a_person_in_millimetres_is_told_of_once():
     segmenter = Segmenter(SKELETON, performer="ann")
     positions = np.zeros((3, 3, 3))
     positions[:, 1, 1] = 1700
-    with pytest.warns(UserWarning, match=r"performer ann is 1,700 m tall"):
+    with pytest.warns(UserWarning, match=r"performer ann is 1,700 m tall") as told:
         segmenter.push(positions, np.arange(3) / 30)
+    assert [warning.filename for warning in told] == [__file__]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         segmenter.end_take()
         segmenter.push(positions, 10 + np.arange(3) / 30)
+
+
+def test_a_recording_in_millimetres_is_told_of_once():
+    positions = np.full((30, 3, 3), np.nan)
+    positions[10:] = 0.0
+    positions[10:, 1, 1] = 1700
+    with pytest.warns(UserWarning, match=r"the performer is 1,700 m tall") as told:
+        segment_recording(positions, 30, SKELETON, Settings(limbs=True))
+    assert [warning.filename for warning in told] == [__file__]
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda level: Segmenter(SKELETON, level),
+        Performers,
+        lambda level: segment_recording(np.zeros((9, 3, 3)), 30, SKELETON, level),
+    ],
+)
+def test_a_level_is_no_settings(use):
+    with pytest.raises(TypeError, match=r"settings are Settings, not str; Settings\(level="):
+        use("cluster")
 
 
 def test_names_are_no_skeleton():

@@ -4,6 +4,7 @@ import re
 from typing import get_args
 
 import msgspec
+import numpy as np
 import pytest
 
 from mossar_stream import Settings, SettingsError
@@ -171,6 +172,31 @@ def test_levels_are_strengths_that_rise():
     assert Settings(level="cluster").strength("cluster") == STRENGTHS["likelihood"]["cluster"]
     with pytest.raises(SettingsError, match="level motion works with other settings than those in force"):
         Settings(level="cluster").strength("motion")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"window": "x"}, "setting window is 'x'; it must lie between 0.01 and 10"),
+        ({"edges": np.zeros(2)}, "setting edges is array"),
+        ({"level": None}, "setting level is None; it must be posture"),
+        ({"tempo": "yes"}, "setting tempo is 'yes'; it must be true or false"),
+        ({"repetitions": 2}, "setting repetitions is 2; it must be true or false"),
+        ({"limbs": 5}, "setting limbs is 5"),
+    ],
+)
+def test_values_of_another_kind_are_refused(changes, said):
+    with pytest.raises(SettingsError, match=re.escape(said)):
+        Settings(**changes)
+
+
+def test_numbers_may_be_of_numpy():
+    wanted = {"window": 0.5, "edges": 7, "level": 0.25, "repetitions": True}
+    kinds = np.float32, np.int16, np.float64, np.bool_
+    given = {name: kind(value) for (name, value), kind in zip(wanted.items(), kinds, strict=True)}
+    for settings in (Settings(**given), Settings.build("default", given), Settings().replace(**given)):
+        assert settings == Settings(**wanted)
+        assert msgspec.json.decode(msgspec.json.encode(settings), type=Settings) == settings
 
 
 def test_replace_validates_and_leaves_the_original_alone():

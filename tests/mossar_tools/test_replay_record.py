@@ -103,7 +103,7 @@ def bvh():
 def test_adapters_lists_everything_and_checks_sources(mossar, swing):
     status, out, _ = mossar("adapters")
     assert status == 0
-    for word in ("demo:", "osc://", "zmq://", "ws://", "BVH", "C3D", ".msk"):
+    for word in ("demo:", "osc://", "zmq://", "ws://", "BVH", "C3D", ".msk", ".TextGrid  ", "annotate"):
         assert word in out
     for row in (*SCHEMES, *FORMATS):
         assert row.extra is None or f"extra {row.extra}" in out or f"[{row.extra}]'" in out

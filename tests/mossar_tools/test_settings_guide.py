@@ -51,6 +51,14 @@ def test_where_a_value_comes_from_is_said(mossar):
     assert rows["limbs"]["legal"].startswith("true, false or groups")
 
 
+def test_what_options_of_their_own_set_comes_from_you(mossar):
+    rows = {
+        row["name"]: row
+        for row in csv.DictReader(mossar("settings", "--limbs", "--repetitions", "--csv")[1].splitlines())
+    }
+    assert [rows[name]["from"] for name in ("limbs", "repetitions", "phase")] == ["you", "you", "default"]
+
+
 def test_a_value_of_another_bundle_than_the_name_of_the_level_is_said_to_be_of_that(mossar):
     out = mossar("settings", "--set", "similarity=likelihood", "--csv")[1]
     rows = {row["name"]: row for row in csv.DictReader(out.splitlines())}

@@ -5,7 +5,7 @@
 Each SET is a labelled folder as for `mossar evaluate`. The six numbers of the evidence are chosen anew on all sets but
 one, and that one is scored; so for each set. The search knows nothing of the numbers in force: it draws weights from
 wide ranges, and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
-`reference_motion.py`, which gives nearly the key frames that a stream gives; an hour or less for 180 recordings.
+`reference_motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from mossar_tools.evaluation.matching import Cut, match
 from mossar_tools.evaluation.takes import Take, load_folder
 
 RANGES = Weights(6.0, 14.0, 6.0, 2.0, 4.0, 6.0)  # largest values; from 0 on
-DRAWN, REFINED = 150, 40  # vectors of weights that are tried on all sets, and on all but one
+DRAWN, REFINED = 100, 30  # vectors of weights that are tried on all sets, and on all but one
 STEP = 0.15  # standard deviation of a refinement, of what it changes
 AVERAGED = 5  # best vectors whose mean is taken
 

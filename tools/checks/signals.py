@@ -36,6 +36,8 @@ EXPECTED = {
 }  # a status below 0: before there was a handler
 PACKAGES = (mossar_stream, mossar_adapters, mossar_tools)
 GRACE = 60.0  # s after which a process that does not end is killed
+# What Python says, with status 1, of a SIGINT in its first hundredths of a second, before any code of ours runs.
+PYTHON_STARTS = "Fatal Python error: init_"
 BAD_WORDS = ("internal error", "Segmentation", "Fatal", "Exception ignored", "terminate called")
 WARM = """
 from mossar_stream import Segmenter, Settings, Skeleton, precompile
@@ -57,10 +59,17 @@ class Outcome(msgspec.Struct, frozen=True):
     status: int
     words: str  # on standard error
 
+    @property
+    def is_early(self) -> bool:
+        """Whether it ended before there was a handler."""
+        return self.status < 0 or self.words.startswith(PYTHON_STARTS)
+
     def fault(self, limit: float) -> str:
         """Return what is wrong, nothing if all is well."""
         if self.took > limit:
             return f"took {self.took:.1f} s"
+        if self.number == signal.SIGINT and self.words.startswith(PYTHON_STARTS):
+            return ""
         if self.status not in EXPECTED[signal.Signals(self.number)]:
             return f"status {self.status}"
         # Before there was a handler, Python says where it was interrupted.
@@ -174,7 +183,7 @@ def _report(outcomes: list[Outcome], limit: float) -> int:
         own = [outcome for outcome in outcomes if outcome.cold == cold]
         if own:
             faults = sum(bool(outcome.fault(limit)) for outcome in own)
-            early = sum(outcome.status < 0 for outcome in own)
+            early = sum(outcome.is_early for outcome in own)
             slowest = max(outcome.took for outcome in own)
             print(
                 f"{'cold' if cold else 'warm'}: {len(own)} starts, {faults} faults, slowest end {slowest:.2f} s, "

@@ -12,6 +12,7 @@ does not have are passed over, so that one file serves several commands::
 """
 
 import argparse
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,27 @@ from mossar_adapters.toml_file import read_toml
 from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 
+_ELSEWHERE = {
+    "set",
+    "file",
+    "target",
+    "check",
+    "begin",
+    "plot_from",
+    "plot_to",
+}  # not by these names, or not at all
 _NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
 
 
-def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str, Any]:
+def read_configuration(
+    path: Path, parser: argparse.ArgumentParser, fields: Collection[str]
+) -> dict[str, Any]:
     """Return the option values in a file, named as in `Options`.
 
     Args:
         path: TOML file.
         parser: Parser of the command; it checks and converts the values.
+        fields: Names in `Options`.
 
     Raises:
         UsageError: If the file cannot be read, or a key or value is impossible.
@@ -41,26 +54,16 @@ def read_configuration(path: Path, parser: argparse.ArgumentParser) -> dict[str,
         raise UsageError(f"{path}: sources must be a list of texts")
     found: dict[str, Any] = {"set": _flattened(settings)}
     actions = {name: action for action in parser._actions for name in action.option_strings}  # noqa: SLF001
+    names = {*fields, "from", "settings"} - _ELSEWHERE
     for key, value in content.items():
         option = "--" + key.replace("_", "-")
-        if option not in _known():
-            raise UsageError(f"{path}: there is no option {key!r}; there are {', '.join(sorted(_names()))}")
+        if key.replace("-", "_") not in names:
+            raise UsageError(f"{path}: there is no option {key!r}; there are {', '.join(sorted(names))}")
         if option in actions and actions[option].dest not in _NOT_HERE:
             found[actions[option].dest] = _converted(path, key, value, actions[option])
     if sources and any(action.dest == "sources" for action in parser._actions):  # noqa: SLF001
         found["sources"] = sources
     return found
-
-
-def _names() -> set[str]:
-    from mossar_tools.options import Options
-
-    elsewhere = {"set", "file", "target", "check", "begin", "plot_from", "plot_to"}
-    return {*Options.__struct_fields__, "from", "settings"} - elsewhere
-
-
-def _known() -> set[str]:
-    return {"--" + name.replace("_", "-") for name in _names()}
 
 
 def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any:

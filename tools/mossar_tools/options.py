@@ -134,7 +134,7 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     given = vars(parser.parse_args([*_separated(arguments)]))
     path = given.pop("config", None)
     own = dict(given.pop("set", ()))
-    configured = read_configuration(Path(path), parser) if path else {}
+    configured = read_configuration(Path(path), parser, Options.__struct_fields__) if path else {}
     settings = {**configured.pop("set", {}), **own}
     given = {name: value for name, value in given.items() if value not in ([], None)}
     merged = {**configured, **given, "set": settings}

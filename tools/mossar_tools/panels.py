@@ -18,7 +18,7 @@ MARK_GAP = 0.075  # between two marks on the curve
 JOIN_GAP = 0.06  # between two joins of the tree
 CUT_GAP = 0.035
 COUNT_GAP = 0.16  # a number
-NAME_GAP = 0.7  # a name
+LETTER, NAME_GAP = 0.075, 0.15  # of a name, between names
 BAR = 0.025  # a segment
 _GOLDEN = 0.6180339887  # multiples of it fill 0..1 evenly
 _POINTS = 160  # of the curve, an inch
@@ -115,7 +115,9 @@ def _draw_moves(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Le
     axes.hlines([0.08] * len(starts), starts, ends, color=palette.level, lw=2.5, zorder=6)
     gap = (shown.end - shown.start) / width
     middles = [(start + end) / 2 for start, end, _ in shown.moves]
-    if any(b - a < NAME_GAP * gap for a, b in itertools.pairwise(middles)):
+    widths = [LETTER * len(name) + NAME_GAP for *_, name in shown.moves]
+    rooms = zip(itertools.pairwise(middles), itertools.pairwise(widths), strict=True)
+    if any(after - before < (own + other) / 2 * gap for (before, after), (own, other) in rooms):
         return ["the names of moves"]
     for middle, (*_, name) in zip(middles, shown.moves, strict=True):
         box = {"facecolor": palette.background, "alpha": 0.8, "lw": 0, "pad": 1.0}

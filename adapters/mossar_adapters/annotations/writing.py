@@ -2,16 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
+from typing import NamedTuple
 
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
-from mossar_adapters.extras import needed
+from mossar_adapters.extras import installed, needed
 
-EXTRA = "annotate"
+EXTRA, _LIBRARY = "annotate", "pympi"
 
 
 def has_format(path: PurePath) -> bool:
     """Return whether there is a format for a file."""
-    return path.suffix.lower() in _WRITERS
+    return path.suffix.lower() in _BY_SUFFIX
 
 
 def check_annotations(path: Path) -> None:
@@ -20,7 +21,7 @@ def check_annotations(path: Path) -> None:
     Raises:
         MossarError: If not.
     """
-    _writer(path)
+    _format_of(path)
 
 
 def write_annotations(path: Path, tiers: Sequence[Tier], duration: float) -> None:
@@ -34,23 +35,23 @@ def write_annotations(path: Path, tiers: Sequence[Tier], duration: float) -> Non
     Raises:
         MossarError: If there is no such format, its library is missing, or the file cannot be written.
     """
-    writer = _writer(path)
+    found = _format_of(path)
     try:
-        writer(path, tiers, duration)
+        found.write(path, tiers, duration)
     except OSError as error:
         raise AnnotationError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _writer(path: Path) -> Callable[[Path, Sequence[Tier], float], None]:
-    writer = _WRITERS.get(path.suffix.lower())
-    if writer is None:
+def _format_of(path: Path) -> "AnnotationFormat":
+    found = _BY_SUFFIX.get(path.suffix.lower())
+    if found is None:
+        *others, last = (f"{row.suffix} ({row.program})" for row in FORMATS)
         raise AnnotationError(
-            f"{path}: no annotation format is called {path.suffix or 'nothing'}; there are .eaf (ELAN), "
-            ".TextGrid (Praat), .txt (Audacity), .vtt (WebVTT) and .tsv (BIDS events)"
+            f"{path}: no annotation format is called {path.suffix or 'nothing'}; there are {', '.join(others)} and {last}"
         )
-    if writer in (_write_eaf, _write_textgrid):
-        needed("pympi", EXTRA, str(path))
-    return writer
+    if found.extra is not None:
+        needed(_LIBRARY, found.extra, str(path))
+    return found
 
 
 def _write_eaf(path: Path, tiers: Sequence[Tier], _: float) -> None:
@@ -122,11 +123,32 @@ def _escaped(label: str) -> str:
     return label.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-_WRITERS: dict[str, Callable[[Path, Sequence[Tier], float], None]] = {
-    ".eaf": _write_eaf,
-    ".textgrid": _write_textgrid,
-    ".txt": _write_audacity,
-    ".vtt": _write_vtt,
-    ".tsv": _write_bids,
-}
-SUFFIXES = (".eaf", ".TextGrid", ".txt", ".vtt", ".tsv")
+class AnnotationFormat(NamedTuple):
+    """A format of annotations.
+
+    Args:
+        suffix: Of its files.
+        program: That reads them.
+        write: Writes tiers of a recording of so many seconds.
+        extra: Extra that it needs; None for none.
+    """
+
+    suffix: str
+    program: str
+    write: Callable[[Path, Sequence[Tier], float], None]
+    extra: str | None = None
+
+    def available(self) -> bool:
+        """Return whether its library is installed."""
+        return self.extra is None or installed(_LIBRARY)
+
+
+FORMATS = (
+    AnnotationFormat(".eaf", "ELAN", _write_eaf, EXTRA),
+    AnnotationFormat(".TextGrid", "Praat", _write_textgrid, EXTRA),
+    AnnotationFormat(".txt", "Audacity labels", _write_audacity),
+    AnnotationFormat(".vtt", "WebVTT", _write_vtt),
+    AnnotationFormat(".tsv", "BIDS events", _write_bids),
+)
+SUFFIXES = tuple(row.suffix for row in FORMATS)
+_BY_SUFFIX = {row.suffix.lower(): row for row in FORMATS}

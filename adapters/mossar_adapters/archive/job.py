@@ -21,7 +21,7 @@ from mossar_adapters.archive.tables import (
     write_part,
 )
 from mossar_adapters.files import ReadOptions
-from mossar_stream import MossarError, Settings
+from mossar_stream import MossarError, Moves, Settings
 
 SMALLEST_PART, LARGEST_PART = 8, 256  # recordings
 PARTS = 1000  # wished for, where there are that many recordings
@@ -54,6 +54,7 @@ class Order(msgspec.Struct, frozen=True):
     source: str
     settings: Settings
     reading: ReadOptions
+    moves: str | None = None  # as a file of moves has them
     version: str = mossar_stream.__version__
 
 
@@ -62,6 +63,7 @@ def run(
     target: str,
     settings: Settings,
     reading: ReadOptions,
+    moves: Moves | None = None,
     *,
     resume: bool,
     tell: Callable[[Progress], None],
@@ -73,6 +75,7 @@ def run(
         target: Folder or URL, empty unless `resume`.
         settings: How to segment.
         reading: How to read.
+        moves: That are recognised.
         resume: Whether to go on where a job was cut short.
         tell: Called now and then.
 
@@ -81,7 +84,8 @@ def run(
     """
     place = Place(target)
     files = _listed(source)
-    order = Order(source if "://" in source else str(Path(source).resolve()), settings, reading)
+    where = source if "://" in source else str(Path(source).resolve())
+    order = Order(where, settings, reading, None if moves is None else moves.to_json().decode())
     recordings = [path for path in files if is_recording(path)]
     if not recordings:
         raise MossarError(f"{source}: there is no recording in it; mossar adapters lists the formats")
@@ -110,12 +114,13 @@ def segment_part(paths: Sequence[str], target: str, order: Order) -> dict[str, i
         How many were `done` and `broken`, and their `frames`.
     """
     rows, source, broken = no_rows(), Place(order.source), 0
+    moves = None if order.moves is None else Moves.from_json(order.moves.encode())
     for path in paths:
         here = path
         try:
             with source.local(path) as file:
                 here = str(file)
-                found = segment_file(file, order.settings, order.reading)
+                found = segment_file(file, order.settings, order.reading, moves)
         except Exception as error:  # noqa: BLE001 - one file must not stop the others, whatever is wrong with it
             rows["errors"].append({"path": path, "error": problem(error).replace(here, path)})
             broken += 1

@@ -8,7 +8,18 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.source import Recording
-from mossar_stream import Frames, KeyFrame, MossarError, Segment, Settings, segment_recording
+from mossar_stream import (
+    FrameError,
+    Frames,
+    KeyFrame,
+    MossarError,
+    MoveEvent,
+    Moves,
+    RepetitionEvent,
+    Segment,
+    Settings,
+    segment_recording,
+)
 
 MAX_BYTES = 2 << 30  # of positions
 
@@ -24,7 +35,10 @@ class Segmented(msgspec.Struct, frozen=True):
         seconds: From the first frame to the last one.
         key_frames: All of Algorithm 2, with their strengths.
         segments: Those at the level of the settings.
-        notes: What the reader found out, one line each.
+        notes: What the reader found out, one line each; why moves were not looked for.
+        limbs: The same of each limb, with the setting `limbs`.
+        moves: Those that were recognised.
+        repetitions: Of the body and of limbs, with the setting `repetitions`.
     """
 
     performer: str
@@ -35,15 +49,21 @@ class Segmented(msgspec.Struct, frozen=True):
     key_frames: list[KeyFrame]
     segments: list[Segment]
     notes: tuple[str, ...]
+    limbs: dict[str, tuple[list[KeyFrame], list[Segment]]] = {}
+    moves: list[MoveEvent] = []
+    repetitions: list[RepetitionEvent] = []
 
 
-def segment_file(path: Path, settings: Settings, reading: ReadOptions) -> list[Segmented]:
+def segment_file(
+    path: Path, settings: Settings, reading: ReadOptions, moves: Moves | None = None
+) -> list[Segmented]:
     """Return what is found in a recording, one entry for each performer.
 
     Args:
         path: A file.
         settings: How to segment.
         reading: How to read.
+        moves: That are recognised, where the skeleton has the joints that they need.
 
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
@@ -52,7 +72,13 @@ def segment_file(path: Path, settings: Settings, reading: ReadOptions) -> list[S
     chunks = _chunks(recording)
     if not chunks:
         raise FileError(path, "there is no frame in the file")
-    return [_segmented(recording, performer, found, settings) for performer, found in chunks.items()]
+    notes = recording.notes
+    if moves is not None:
+        try:
+            moves.store(recording.skeleton)
+        except FrameError as error:
+            notes, moves = (*notes, str(error)), None
+    return [_segmented(recording, who, found, settings, moves, notes) for who, found in chunks.items()]
 
 
 def problem(error: Exception) -> str:
@@ -74,10 +100,20 @@ def _chunks(recording: Recording) -> dict[str, list[Frames]]:
     return found
 
 
-def _segmented(recording: Recording, performer: str, chunks: list[Frames], settings: Settings) -> Segmented:
+def _segmented(
+    recording: Recording,
+    performer: str,
+    chunks: list[Frames],
+    settings: Settings,
+    moves: Moves | None,
+    notes: tuple[str, ...],
+) -> Segmented:
     times = np.concatenate([frames.times for frames in chunks])
     positions = np.concatenate([_certain(frames) for frames in chunks])
-    result = segment_recording(positions, recording.fps, recording.skeleton, settings, times=times)
+    result = segment_recording(
+        positions, recording.fps, recording.skeleton, settings, times=times, moves=moves
+    )
+    repetitions = [*result.repetitions, *(one for limb in result.limbs.values() for one in limb.repetitions)]
     return Segmented(
         performer,
         recording.fps,
@@ -86,7 +122,10 @@ def _segmented(recording: Recording, performer: str, chunks: list[Frames], setti
         float(times[-1] - times[0]),
         result.key_frames,
         result.segments,
-        recording.notes,
+        notes,
+        {name: (limb.key_frames, limb.segments) for name, limb in result.limbs.items()},
+        result.moves,
+        repetitions,
     )
 
 

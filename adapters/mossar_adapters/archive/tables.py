@@ -3,6 +3,8 @@
     recordings/   one row for each performer of each file that was read; its part is written last
     key_frames/   all key frames of Algorithm 2, with their strengths
     segments/     those at the level of the settings
+    moves/        those that were recognised, if a file of moves was given
+    repetitions/  repetitions of movements, with the setting `repetitions`
     errors/       files that could not be read, and why
 
 A part is whole when its file in `recordings` is there; what a killed job left of others is deleted before the next one
@@ -21,14 +23,18 @@ import pyarrow.parquet as pq
 from mossar_adapters.archive.places import Place
 from mossar_adapters.archive.segmenting import Segmented
 
+BODY = "body"
 LAST = "recordings"  # the table whose part makes the others count
 
 _FILE = [("path", pa.string())]
 _WHO = [*_FILE, ("performer", pa.string())]
+_CHANNEL = [("channel", pa.string())]  # body, or the limb (setting `limbs`)
+_SPAN = [("start_time", pa.float64()), ("end_time", pa.float64())]
 SCHEMAS: dict[str, pa.Schema] = {
     "key_frames": pa.schema(
         [
             *_WHO,
+            *_CHANNEL,
             ("frame", pa.int64()),
             ("time", pa.float64()),
             ("kind", pa.string()),
@@ -39,13 +45,29 @@ SCHEMAS: dict[str, pa.Schema] = {
     "segments": pa.schema(
         [
             *_WHO,
+            *_CHANNEL,
             ("start_frame", pa.int64()),
             ("end_frame", pa.int64()),
-            ("start_time", pa.float64()),
-            ("end_time", pa.float64()),
+            *_SPAN,
             ("state", pa.string()),
             ("active_joints", pa.list_(pa.string())),
             ("similarity", pa.float64()),
+            ("limb", pa.string()),
+        ]
+    ),
+    "moves": pa.schema(
+        [*_WHO, ("name", pa.string()), *_SPAN, ("score", pa.float64()), ("limb", pa.string())]
+    ),
+    "repetitions": pa.schema(
+        [
+            *_WHO,
+            *_CHANNEL,
+            *_SPAN,
+            ("count", pa.int64()),
+            ("total", pa.int64()),
+            ("period", pa.float64()),
+            ("amplitude", pa.float64()),
+            ("joint", pa.string()),
         ]
     ),
     "errors": pa.schema([*_FILE, ("error", pa.string())]),
@@ -83,8 +105,16 @@ def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
                 "notes": one.notes,
             }
         )
-        rows["key_frames"] += [{**who, **msgspec.structs.asdict(key)} for key in one.key_frames]
-        rows["segments"] += [{**who, **msgspec.structs.asdict(part)} for part in one.segments]
+        for channel, (keys, parts) in {BODY: (one.key_frames, one.segments), **one.limbs}.items():
+            where = {**who, "channel": channel}
+            rows["key_frames"] += [{**where, **msgspec.structs.asdict(key)} for key in keys]
+            rows["segments"] += [{**where, **msgspec.structs.asdict(part)} for part in parts]
+        # Columns are picked by the schema; the performer of these events is that of a single recording.
+        for table, events in (("moves", one.moves), ("repetitions", one.repetitions)):
+            rows[table] += [
+                {**msgspec.structs.asdict(event), **who, "start_time": event.start, "end_time": event.end}
+                for event in events
+            ]
 
 
 def part_name(paths: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ import msgspec
 from mossar_adapters.flink.records import read_record
 from mossar_adapters.joint_sets import by_count
 from mossar_adapters.source import Meta
-from mossar_stream import Event, FrameError, Segmenter, Settings, Skeleton
+from mossar_stream import Event, FrameError, Moves, Segmenter, Settings, Skeleton
 
 MOST = 4096  # live segmenters; the one unheard for longest waits as a snapshot
 
@@ -33,6 +33,10 @@ class Line(msgspec.Struct):
     heard: float
     due: float = math.inf
 
+    def snapshot(self) -> bytes:
+        """Return what the engine keeps of the performer; the examples of moves are the job's."""
+        return self.segmenter.snapshot(with_moves=False)
+
 
 class Following:
     """Takes records in, each under its performer's name.
@@ -40,6 +44,7 @@ class Following:
     Args:
         settings: Of all segmenters.
         most: Live segmenters.
+        moves: That are recognised of all performers.
 
     Example:
         >>> from mossar_adapters.demo import DemoSource
@@ -48,13 +53,14 @@ class Following:
         >>> for item in DemoSource.from_url("demo:?seconds=1", speed="max").items():
         ...     for record in records_of(item):
         ...         line, events = following.take("p1", record, 0.0, lambda: kept.get("p1"))
-        ...         kept["p1"] = line.segmenter.snapshot()
+        ...         kept["p1"] = line.snapshot()
         >>> Segmenter.restore(kept["p1"]).stats["frames"]
         60
     """
 
-    def __init__(self, settings: Settings, most: int = MOST) -> None:
+    def __init__(self, settings: Settings, most: int = MOST, moves: Moves | None = None) -> None:
         self._settings = settings
+        self._moves = moves
         self._most = most
         self._lines: OrderedDict[str, Line] = OrderedDict()  # in the order in which they were last used
 
@@ -91,7 +97,7 @@ class Following:
         line = self._lines.get(performer)
         if line is None:
             blob = kept()
-            return None if blob is None else self._add(performer, Segmenter.restore(blob), now)
+            return None if blob is None else self._add(performer, Segmenter.restore(blob, self._moves), now)
         self._lines.move_to_end(performer)
         return line
 
@@ -115,7 +121,7 @@ class Following:
 
     def _begin(self, performer: str, meta: Meta, now: float) -> Line:
         try:
-            segmenter = Segmenter(meta.skeleton, self._settings, performer, meta.fps)
+            segmenter = Segmenter(meta.skeleton, self._settings, performer, meta.fps, self._moves)
         except ValueError as error:
             raise FrameError(str(error)) from None
         return self._add(performer, segmenter, now)

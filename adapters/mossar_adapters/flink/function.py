@@ -16,7 +16,7 @@ from pyflink.metrics import Counter
 
 from mossar_adapters.flink.following import Following, Line
 from mossar_adapters.flink.job import Takes
-from mossar_stream import Event, FrameError, Segmenter, Settings, Skeleton, to_json
+from mossar_stream import Event, FrameError, Moves, Segmenter, Settings, Skeleton, to_json
 
 END_OF_TIME = (1 << 63) - 1  # ms; the watermark at the end of files, and of a job that is drained
 STATE = "segmenter"  # name of the state; another one would not find what was saved
@@ -30,11 +30,13 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
     Args:
         settings: Of the segmenters.
         takes: When takes end without a frame that says so.
+        moves: That are recognised.
     """
 
-    def __init__(self, settings: Settings, takes: Takes) -> None:
+    def __init__(self, settings: Settings, takes: Takes, moves: Moves | None = None) -> None:
         self._settings = settings
         self._takes = takes
+        self._moves = moves
 
     def open(self, runtime_context: RuntimeContext) -> None:
         """Begin with nothing but what the engine kept."""
@@ -43,9 +45,10 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         metrics = runtime_context.get_metrics_group()
         self._taken: Counter = metrics.counter("mossar_records")
         self._refused: Counter = metrics.counter("mossar_refused_records")
-        self._following = Following(self._settings)
-        # Compiled before the first record instead of with it.
-        Segmenter(Skeleton(("a", "b"), (-1, 0)), self._settings.replace(limbs=False))
+        self._following = Following(self._settings, moves=self._moves)
+        # Compiled before the first record instead of with it; limbs by name are of other skeletons.
+        skeleton = Skeleton(("a", "b"), (-1, 0)) if self._moves is None else self._moves.skeleton
+        Segmenter(skeleton, self._settings.replace(limbs=bool(self._settings.limbs)), moves=self._moves)
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
         """Take a record in."""
@@ -57,7 +60,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
             _log.warning("performer %s: a record was refused: %s", performer, error)
             return
         self._taken.inc()
-        self._state.update(line.segmenter.snapshot())
+        self._state.update(line.snapshot())
         if line.due == math.inf:
             ctx.timer_service().register_event_time_timer(END_OF_TIME)
         self._look_after(line, now + (self._takes.idle or self._takes.forget), ctx)
@@ -95,7 +98,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
     def _end_take(self, line: Line, reason: str) -> Iterator[str]:
         events = line.segmenter.end_take(reason)
         if events:
-            self._state.update(line.segmenter.snapshot())
+            self._state.update(line.snapshot())
         return _lines(events)
 
 

@@ -15,7 +15,8 @@
     [segmenter]
     preset = "default"
     level = "motion"
-    settings = { window = 0.25 }
+    settings = { window = 0.25 }  # limbs = true, repetitions = true
+    # moves = "moves.json"        # recognise these; see mossar teach
 
     [takes]
     idle = 5.0                    # s of wall time without records that end a take; 0: only the frames' times do
@@ -40,7 +41,7 @@ import msgspec
 from mossar_adapters.address import parse_url
 from mossar_adapters.toml_file import read_toml
 from mossar_adapters.urls import SCHEMES
-from mossar_stream import Settings, SettingsError
+from mossar_stream import Moves, MovesError, Settings, SettingsError
 
 Text = Annotated[str, msgspec.Meta(min_length=1)]
 Seconds = Annotated[float, msgspec.Meta(gt=0, le=1e7)]
@@ -105,6 +106,7 @@ class Segmenting(_Part, frozen=True):
     preset: Literal["paper", "default", "game"] = "default"
     level: str | float | None = None
     settings: dict[str, Any] = {}
+    moves: Text | None = None
 
     def build(self) -> Settings:
         """Return the settings.
@@ -117,6 +119,21 @@ class Segmenting(_Part, frozen=True):
         if settings.range == "file":
             raise SettingsError("setting range=file needs a whole recording; a stream takes running")
         return settings
+
+    def read_moves(self) -> Moves | None:
+        """Return the moves to recognise, if a file of them is named; it is read where the job is started.
+
+        Raises:
+            SettingsError: If it cannot be read, or is none.
+        """
+        if self.moves is None:
+            return None
+        try:
+            return Moves.load(self.moves)
+        except OSError as error:
+            raise SettingsError(f"segmenter.moves: {self.moves}: cannot be read: {error.strerror}") from None
+        except MovesError as error:
+            raise SettingsError(f"segmenter.moves: {self.moves}: {error}") from None
 
 
 class Takes(_Part, frozen=True):
@@ -166,18 +183,23 @@ def read_job(path: Path) -> Job:
     """
     content = read_toml(path, "job", SettingsError)
     try:
-        job = msgspec.convert(content, Job)
+        job = _placed(msgspec.convert(content, Job), path.absolute().parent)
         _check(job)
     except msgspec.ValidationError as error:
         raise SettingsError(f"{path}: {_explained(str(error))}") from None
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
-    folder = path.absolute().parent
-    replace = msgspec.structs.replace
+    return job
+
+
+def _placed(job: Job, folder: Path) -> Job:
+    """Return a job with absolute places."""
+    replace, moves = msgspec.structs.replace, job.segmenter.moves
     return replace(
         job,
         source=replace(job.source, files=_place(folder, job.source.files)),
         to=replace(job.to, files=_place(folder, job.to.files)),
+        segmenter=replace(job.segmenter, moves=None if moves is None else str(folder / moves)),
         checkpoints=replace(job.checkpoints, folder=_place(folder, job.checkpoints.folder)),
     )
 
@@ -186,6 +208,7 @@ def _check(job: Job) -> None:
     _check_one("source", job.source)
     _check_one("to", job.to)
     job.segmenter.build()
+    job.segmenter.read_moves()
     if job.takes.idle >= job.takes.forget:
         raise SettingsError("takes.forget must be longer than takes.idle")
     if job.to.live is not None:

@@ -4,6 +4,7 @@
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
 time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
 channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+`/mossar/repetition ,sssiiiff` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout);
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/stream ,sssi` performer, event, reason, take.
 """

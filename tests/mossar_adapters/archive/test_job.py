@@ -8,12 +8,13 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mossar_adapters.archive.segmenting import segment_file
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import MskWriter, ReadOptions
-from mossar_stream import Settings
+from mossar_stream import Moves, Settings
 
 pytest.importorskip("ray", reason="the extra archive is not installed (its own environment, see .ci/run)")
 
@@ -195,3 +196,34 @@ def test_the_frames_of_each_performer_are_segmented_by_themselves(archive):
     rows = archive.table("recordings")
     assert [(row["performer"], row["frames"]) for row in rows] == [("p1", 240), ("p2", 240)]
     assert {row["performer"] for row in archive.table("segments")} == {"p1", "p2"}
+
+
+def test_limbs_moves_and_repetitions_have_rows(archive, tmp_path):
+    write_performance(archive.source / "a.msk", 1, seconds=12)
+    (archive.source / "plain.csv").write_text(
+        "time,a.x,a.y,a.z,b.x,b.y,b.z\n" + "".join(f"{k / 30},0,1,0,0,{k % 20 / 20},1\n" for k in range(120))
+    )
+    (file,) = segment_file(archive.source / "a.msk", Settings(range="file"), ReadOptions())
+    meta, *chunks = DemoSource.from_url("demo:?seed=1&seconds=12", speed="max").items()
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    moves = Moves(meta.skeleton)
+    moves.add("some", positions[200:260], 60.0)
+    moves.save(tmp_path / "moves.json")
+    given = ("--moves", str(tmp_path / "moves.json"), "--limbs", "--repetitions")
+    archive.run(*given)
+    keys = [row for row in archive.table("key_frames") if row["path"] == "a.msk"]
+    assert {"body", "left_arm", "right_leg"} <= {row["channel"] for row in keys}
+    assert [row["frame"] for row in keys if row["channel"] == "body"] == [
+        key.frame for key in file.key_frames
+    ]
+    moved = archive.table("moves")
+    assert moved
+    assert {(row["path"], row["performer"], row["name"]) for row in moved} == {("a.msk", "p1", "some")}
+    assert all(row["start_time"] < row["end_time"] for row in moved)
+    assert archive.table("repetitions")
+    notes = {row["path"]: row["notes"] for row in archive.table("recordings")}
+    assert "the moves need joints" in notes["plain.csv"][-1]
+    process = archive.start("--resume", "--limbs", "--repetitions")  # without the moves: another job
+    _, messages = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "not mixed" in messages.decode()

@@ -8,7 +8,7 @@ from mossar_adapters.archive.segmenting import problem, segment_file
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import FileError, MskWriter, ReadOptions
 from mossar_adapters.source import Meta
-from mossar_stream import Frames, Settings, Skeleton, segment_recording
+from mossar_stream import Frames, Moves, Settings, Skeleton, segment_recording
 
 WHOLE = Settings(range="file")
 
@@ -61,3 +61,31 @@ def test_problems_are_one_line():
     assert problem(FileError("a.bvh", "bad")) == "a.bvh: bad"
     assert problem(KeyError("x\ny")) == r"internal error: KeyError: 'x\ny'"
     assert "\n" not in problem(ValueError("two\nlines"))
+
+
+def test_limbs_moves_and_repetitions_are_those_of_segment_recording(performance):
+    meta, *chunks = DemoSource.from_url("demo:?seconds=5", speed="max").items()
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    times = np.concatenate([chunk.times for chunk in chunks])
+    moves = Moves(meta.skeleton)
+    moves.add("some", positions[200:260], 60.0)
+    settings = WHOLE.replace(limbs=True, repetitions=True)
+    found, _ = segment_file(performance, settings, ReadOptions(), moves)
+    direct = segment_recording(positions, 60.0, meta.skeleton, settings, times=times, moves=moves)
+    assert found.moves == direct.moves
+    assert {event.name for event in found.moves} == {"some"}
+    assert found.limbs == {name: (own.key_frames, own.segments) for name, own in direct.limbs.items()}
+    assert any(keys for keys, _ in found.limbs.values())
+    counted = [*direct.repetitions, *(one for own in direct.limbs.values() for one in own.repetitions)]
+    assert found.repetitions == counted
+
+
+def test_recordings_that_lack_joints_of_the_moves_are_segmented_and_say_so(performance):
+    moves = Moves(Skeleton(("hip", "tail"), (-1, 0)))
+    wag = np.zeros((30, 2, 3))
+    wag[:, 1, 0] = np.sin(np.linspace(0, 6, 30))
+    moves.add("wag", wag, 30.0)
+    found, _ = segment_file(performance, WHOLE, ReadOptions(), moves)
+    assert found.key_frames
+    assert found.moves == []
+    assert "tail" in found.notes[-1]

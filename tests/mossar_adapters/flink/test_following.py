@@ -6,24 +6,24 @@ import pytest
 from mossar_adapters.flink.following import Following
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
-from mossar_stream import FrameError, Frames, Settings, Skeleton, SnapshotError, to_json
+from mossar_stream import FrameError, Frames, Moves, Segmenter, Settings, Skeleton, SnapshotError, to_json
 
 
 class Engine:
     """What an engine does with a following: keeps snapshots, and loses the following now and then."""
 
-    def __init__(self, most=4096):
-        self.most = most
+    def __init__(self, most=4096, settings=None, moves=None):
+        self.most, self.settings, self.moves = most, settings or Settings(), moves
         self.kept = {}
         self.now = 0.0
         self.fail()
 
     def fail(self):
-        self.following = Following(Settings(), self.most)
+        self.following = Following(self.settings, self.most, self.moves)
 
     def take(self, performer, record):
         line, events = self.following.take(performer, record, self.now, lambda: self.kept.get(performer))
-        self.kept[performer] = line.segmenter.snapshot()
+        self.kept[performer] = line.snapshot()
         return [to_json(event) for event in events]
 
     def end(self, performer):
@@ -49,6 +49,30 @@ def test_events_are_those_of_direct_runs(flink, people, lost_every, most):
     for performer, events in found.items():
         events += engine.end(performer)
     assert found == flink.direct(people)
+
+
+@pytest.mark.parametrize("lost_every", [1, 7])
+def test_limbs_and_moves_are_those_of_direct_runs_and_the_examples_are_kept_once(people, lost_every):
+    (meta, frames), *_ = people
+    moves = Moves(meta.skeleton)
+    moves.add("some", frames.positions[150:210], 60.0)
+    moves.add("other", frames.positions[240:300], 60.0)
+    settings = Settings(limbs=True)
+    engine, found = Engine(settings=settings, moves=moves), []
+    for count, record in enumerate([*records_of(meta), *records_of(frames)]):
+        if count % lost_every == lost_every - 1:
+            engine.fail()
+        found += engine.take(meta.performer, record)
+    found += engine.end(meta.performer)
+    segmenter = Segmenter(meta.skeleton, settings, meta.performer, meta.fps, moves)
+    wanted = [to_json(e) for e in [*segmenter.push(frames), *segmenter.end_take("end of stream")]]
+    assert found == wanted
+    assert any(b'"type":"move"' in line for line in found)
+    assert any(b'"channel":"left_arm"' in line for line in found)
+    assert moves.to_json() not in engine.kept[meta.performer]
+    other = Skeleton(("hip", "hand"), (-1, 0))
+    with pytest.raises(FrameError, match="the moves need joints"):
+        engine.take("bob", *records_of(Meta("bob", other, 60.0)))
 
 
 def test_records_read_again_after_a_failure_give_the_same_events(people):
@@ -95,7 +119,7 @@ def test_frames_that_do_not_fit_change_nothing(people):
     (misfit,) = records_of(Frames(np.zeros((1, 2, 3), np.float32), np.array([99.0]), None, "g0"))
     with pytest.raises(FrameError, match="this skeleton needs"):
         engine.take("g0", misfit)
-    assert engine.following.line("g0", 0.0, lambda: None).segmenter.snapshot() == before["g0"]
+    assert engine.following.line("g0", 0.0, lambda: None).snapshot() == before["g0"]
 
 
 def test_who_is_forgotten_begins_anew_and_a_stranger_is_nobody(people):

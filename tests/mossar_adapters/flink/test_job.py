@@ -3,11 +3,12 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mossar_adapters.flink import job as job_module
 from mossar_adapters.flink.job import read_job
-from mossar_stream import SettingsError
+from mossar_stream import Moves, SettingsError, Skeleton
 
 FILES = '[source]\nfiles = "frames"\n'
 
@@ -69,6 +70,8 @@ def test_buckets_stay_as_they_are(tmp_path):
         ),
         (FILES + "[segmenter.settings]\nwindow = 99", "setting window is 99"),
         (FILES + '[segmenter.settings]\nrange = "file"', "needs a whole recording"),
+        (FILES + '[segmenter]\nmoves = "no.json"', "no.json: cannot be read: No such file"),
+        (FILES + '[segmenter]\nmoves = "job.toml"', "job.toml: this is not a file of moves"),
         (FILES + "[takes]\nidle = 7200", "takes.forget must be longer than takes.idle"),
         (FILES + "[takes]\nidle = -1", "takes.idle: expected `float` >= 0"),
         (FILES + "[checkpoints]\nseconds = 0", "checkpoints.seconds: expected `float` >= 0.1"),
@@ -94,3 +97,14 @@ def test_a_file_that_cannot_be_read_is_said(tmp_path):
         read_job(path)
     with pytest.raises(SettingsError, match="larger than 1 MB"):
         read_job(written(tmp_path, "#" * (1 << 20) + "#"))
+
+
+def test_moves_lie_beside_the_job(tmp_path):
+    moves = Moves(Skeleton(("hip", "hand"), (-1, 0)))
+    wave = np.zeros((30, 2, 3))
+    wave[:, 1, 0] = np.sin(np.linspace(0, 6, 30))
+    moves.add("wave", wave, 30)
+    moves.save(tmp_path / "moves.json")
+    job = read_job(written(tmp_path, FILES + '[segmenter]\nmoves = "moves.json"\n'))
+    assert job.segmenter.read_moves().examples == moves.examples
+    assert read_job(written(tmp_path, FILES)).segmenter.read_moves() is None

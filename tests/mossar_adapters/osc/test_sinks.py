@@ -12,7 +12,7 @@ from mossar_adapters.osc.frame_sink import OscFrameSink
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_stream import Frames, MossarError, PhaseEvent, Skeleton
+from mossar_stream import Frames, KeyFrameEvent, MossarError, MoveEvent, PhaseEvent, Skeleton
 
 
 def replay(hear, profile, source_query, items, **options):
@@ -44,6 +44,27 @@ def test_the_phase_of_a_movement_goes_out_frame_by_frame():
         sink.close()
     assert [m.address for m in messages] == ["/mossar/phase"] * 2
     assert [m.params for m in messages] == [["p1", "body", 2, 0.25], ["p1", "body", 2, -1.0]]
+
+
+def test_limbs_have_addresses_of_their_own_with_the_channel_after_the_performer_and_moves_theirs(told):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5)
+        sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
+        for event in told:  # one by one, so that the buffer of the socket is enough
+            sink.send([event])
+            message = OscMessage(receiver.recv(4000))
+            kind = str(event.__struct_config__.tag)
+            channel = getattr(event, "channel", "body")
+            who = ["p1"] if channel == "body" else ["p1", channel]
+            assert message.address == (f"/mossar/{kind}" if channel == "body" else f"/mossar/limb/{kind}")
+            assert message.params[: len(who)] == who
+            if isinstance(event, KeyFrameEvent):
+                own = [event.status, event.kind, event.take, event.frame]
+                assert message.params[len(who) : len(who) + 4] == own
+            elif isinstance(event, MoveEvent):
+                assert message.params[1:4] == [event.status, event.name, event.limb]
+        sink.close()
 
 
 @pytest.fixture(scope="module")

@@ -115,3 +115,14 @@ def test_a_candidate_is_known_at_the_first_different_value(core):
 def test_a_constant_curve_has_no_key_frame_but_the_onset(core, level):
     curve = np.array([0.0] + [level] * 40)
     assert accepted(core, curve, 0.25) == ([(1, "onset")] if level > 0.25 else [])
+
+
+def test_a_take_begins_with_nothing_of_the_one_before(core):
+    frames = core.hand_steps(np.array([0, 8, 4, 6, 3, 9, 5, 7, 2, 8]) / 16)
+    begin = [100.0]
+    used, fresh = (core.segmenter_of({}, 1 / 16) for _ in range(2))
+    used.push(frames, np.arange(len(frames)) / core.FPS)
+    used.end_take()
+    for segmenter in (used, fresh):
+        segmenter.push(frames[:1], begin)
+    assert used._row.state["curve"].tobytes() == fresh._row.state["curve"].tobytes()

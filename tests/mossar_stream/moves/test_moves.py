@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from mossar_stream import Moves, MovesError, Skeleton
+from mossar_adapters.joint_sets import CMU_31, HUMANOID, KINECT_20, KINECT_25, MIXAMO
+from mossar_stream import FrameError, MoveEvent, Moves, MovesError, Segmenter, Skeleton
+from mossar_stream.moves.joints import shared_joints
 
 from .conftest import FPS, PERSON, STANDING, performed
 
@@ -46,7 +48,13 @@ def test_a_long_example_keeps_a_bounded_number_of_frames():
         ("x", performed("punch_left") * 1e6, FPS, "metres"),
         ("x", performed("punch_left"), 0.0, "rate"),
         ("x", performed("punch_left"), float("nan"), "rate"),
+        ("x", performed("punch_left"), None, "rate"),
+        ("x", performed("punch_left"), "30", "rate"),
+        ("x", [[["a"] * 3] * 15] * 9, FPS, "are numbers"),
+        ("x", None, FPS, "15 joints"),
+        (5, performed("punch_left"), FPS, "name is text"),
         ("", performed("punch_left"), FPS, "name"),
+        ("a\u202eb", performed("punch_left"), FPS, "name"),
         ("a\x1b[31mb", performed("punch_left"), FPS, "name"),
         ("x" * 65, performed("punch_left"), FPS, "name"),
     ],
@@ -119,3 +127,54 @@ def test_files_that_are_none_are_refused_in_one_line(moves):
         with pytest.raises(MovesError) as caught:
             Moves.from_json(content)
         assert str(caught.value).isprintable()
+
+
+def test_a_file_in_place_of_moves_is_said(tmp_path):
+    with pytest.raises(TypeError, match="moves are a Moves, not str"):
+        Segmenter(PERSON, moves=str(tmp_path / "moves.json"))
+
+
+def test_joints_of_a_strangers_file_write_nothing_to_terminals(moves):
+    skeleton = {"names": ["a\x1b[31m", *PERSON.names[1:]], "parents": PERSON.parents, "root": 0}
+    strange = Moves.from_json(changed(moves, skeleton=skeleton))
+    other = Moves.from_json(changed(moves, skeleton={**skeleton, "names": ["\x1b", *PERSON.names[1:]]}))
+    for one in (strange, other):
+        with pytest.raises(FrameError) as caught:
+            Segmenter(Skeleton(("hip", "hand"), (-1, 0)), moves=one)
+        assert str(caught.value).isprintable()
+
+
+def test_files_in_which_nothing_moves_recognise_nothing_and_do_no_harm(moves):
+    example = json.loads(moves.to_json())["examples"][0]
+    count = len(example["positions"])
+    far = [10_000_000 * (-1) ** i for i in range(count)]
+    for positions in ([0] * count, far):
+        given = Moves.from_json(changed(moves, examples=[{**example, "positions": positions}] * 2))
+        segmenter = Segmenter(PERSON, moves=given, fps=FPS)
+        events = [*segmenter.push(with_rest("punch_left")), *segmenter.end_take()]
+        assert not [event for event in events if isinstance(event, MoveEvent)]
+        assert len(given.kinds()) in (1, 2)
+    empty = Segmenter(PERSON, moves=Moves(PERSON), fps=FPS)
+    empty.push(with_rest("punch_left"))
+
+
+@pytest.mark.parametrize("streamed", [HUMANOID, MIXAMO, KINECT_20, CMU_31])
+def test_examples_of_a_kinect_serve_other_joint_sets(streamed):
+    rng = np.random.default_rng(0)
+    shown = np.repeat(rng.normal(0, 0.4, (1, len(KINECT_25), 3)), 40, axis=0)
+    for name in ("ElbowRight", "WristRight", "HandRight"):
+        shown[:, KINECT_25.index(name), 1] += 0.9 * np.sin(np.linspace(0, np.pi, 40))
+    moves = Moves(KINECT_25)
+    moves.add("raise", shown, FPS)
+    take = np.concatenate([np.repeat(shown[:1], 40, axis=0), shown, np.repeat(shown[:1], 40, axis=0)])
+    frames = np.repeat(take.mean(axis=1, keepdims=True), len(streamed), axis=1)
+    _, ours, theirs = shared_joints(KINECT_25, streamed)
+    for own, other in zip(ours, theirs, strict=True):
+        frames[:, other.one] = take[:, own.one]
+    segmenter = Segmenter(streamed, moves=moves, fps=FPS)
+    events = [*segmenter.push(frames), *segmenter.end_take()]
+    found = [event for event in events if isinstance(event, MoveEvent)]
+    assert [(event.name, event.status, event.limb) for event in found] == [
+        ("raise", "confirmed", "right_arm"),
+        ("raise", "final", "right_arm"),
+    ]

@@ -213,6 +213,34 @@ def test_moves_shown_while_running_lose_nothing_and_numbers_go_on(moves, take, p
     assert [event.id for event in moves_among(events, "final")] == ids
 
 
+def test_snapshots_may_leave_the_examples_to_the_program(moves, take):
+    positions, times, _ = take
+    whole = [to_json(e) for e in events_of(Segmenter(PERSON, moves=moves, fps=FPS), positions, times, 50)]
+    segmenter, events = Segmenter(PERSON, moves=moves, fps=FPS), []
+    for at in range(0, len(times), 50):
+        blob = segmenter.snapshot(with_moves=False)
+        assert len(blob) < len(segmenter.snapshot()) - len(moves.to_json()) // 2
+        segmenter = Segmenter.restore(blob, moves)
+        events += segmenter.push(positions[at : at + 50], times[at : at + 50])
+    assert [to_json(event) for event in events + segmenter.end_take()] == whole
+    with pytest.raises(SnapshotError, match="made without its moves"):
+        Segmenter.restore(blob)
+
+
+def test_a_snapshot_goes_on_with_other_moves_and_counts_on(moves, take):
+    positions, times, truth = take
+    cut = truth[3][1] - 10  # at rest
+    segmenter = Segmenter(PERSON, moves=moves, fps=FPS)
+    before = moves_among(segmenter.push(positions[:cut], times[:cut]))
+    other = Moves.from_json(moves.to_json())
+    other.remove("circle_left")
+    again = Segmenter.restore(segmenter.snapshot(with_moves=False), other)
+    after = moves_among(events_of(again, positions[cut:], times[cut:], 64))
+    assert [event.name for event in before] == [name for name, _, _ in truth[:3]]
+    assert [e.name for e in after][:3] == [name for name, _, _ in truth[3:6]]
+    assert after[0].id == "p1/move/0/4"
+
+
 def test_adding_to_moves_changes_nobody_who_has_them(moves, take):
     positions, times, _ = take
     mine = Moves.from_json(moves.to_json())

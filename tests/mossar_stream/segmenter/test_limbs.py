@@ -19,7 +19,8 @@ from mossar_stream import (
     to_json,
 )
 from mossar_stream.frames import Frames
-from mossar_stream.moves.groups import MEAN, groups_of, leading_limb
+from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, positions_of
+from mossar_stream.segmenter.limbs import settings_of_limbs
 
 FPS = 30.0
 FIVE = ["trunk", "left_arm", "right_arm", "left_leg", "right_leg"]
@@ -148,6 +149,26 @@ def test_it_does_not_matter_how_frames_are_cut(size):
     assert [
         to_json(e) for e in events_of(Settings(limbs=True, repetitions=True), frames, times, size)
     ] == once
+
+
+@pytest.mark.parametrize("fps", [None, 5.0])  # at 5 the rows need more room than the rate promises
+def test_the_events_of_a_limb_are_those_of_a_segmenter_of_its_joints_alone(fps):
+    frames, times = gapped()
+    settings = Settings(limbs=True)
+    segmenter = Segmenter(KINECT_20, settings, fps=fps)
+    found = [e for i in range(len(times)) for e in segmenter.push(frames[i], float(times[i]))]
+    found += segmenter.end_take("over")
+    for limb in groups_of(KINECT_20, wanted=True):
+        alone = Segmenter(limb.skeleton, settings_of_limbs(settings), fps=fps)
+        own = positions_of(limb, frames)
+        events = [e for i in range(len(times)) for e in alone.push(own[i], float(times[i]))]
+        wanted = [
+            msgspec.structs.replace(e, channel=limb.name, id=e.id.replace("p1/", f"p1/{limb.name}/"))
+            for e in [*events, *alone.end_take("over")]
+            if not isinstance(e, StreamEvent)
+        ]
+        assert [e for e in found if getattr(e, "channel", "body") == limb.name] == wanted
+        assert wanted or limb.name != "left_arm"
 
 
 def test_what_is_said_of_a_take_stands_before_the_word_that_it_ended():

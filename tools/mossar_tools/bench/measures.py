@@ -26,6 +26,10 @@ MEASURES: Final[Measures] = {
         "one frame: how long Segmenter.push takes, remerge on", "mossar_tools.bench.push:measure"
     ),
     "moves": Measure("moves: what recognising them adds to a push", "mossar_tools.bench.moves:measure"),
+    "limbs": Measure(
+        "limbs: what key frames of limbs add to a push, their events included",
+        "mossar_tools.bench.limbs:measure",
+    ),
     "repetitions": Measure(
         "repetitions: what counting them adds to a push", "mossar_tools.bench.repetitions:measure"
     ),

@@ -55,7 +55,11 @@ def waits(motion: Motion, pair: Sequence[Segmenter], frames: int) -> tuple[Waits
 
 
 def added(
-    part: str, what: str, runs: Sequence[tuple[Waits, Waits]], more: float, longest: float | None = None
+    part: str,
+    what: str,
+    runs: Sequence[tuple[Waits, Waits]],
+    more: float | None = None,
+    longest: float | None = None,
 ) -> Iterator[Measurement]:
     """Yield what something adds to a push on average, and the 99.9 % quantile of the pushes with it.
 
@@ -63,15 +67,14 @@ def added(
         part: Of the table.
         what: Was measured.
         runs: Without it and with it.
-        more: µs that a frame may take longer on average.
-        longest: µs that the quantile may be.
+        more: µs that a frame may take longer on average, if that is wanted.
+        longest: µs that the quantile may be, if that is wanted.
     """
     means = tuple((on.mean - off.mean) * 1e6 for off, on in runs)
     high = tuple(float(np.quantile(on.wall, 0.999)) * 1e6 for _, on in runs)
     note = f"without: {float(np.median([off.mean for off, _ in runs])) * 1e6:.2f} us"
-    yield Measurement(
-        part, f"{what}: more on average", "us", means, means, Target(more), note=note, clock="cpu"
-    )
+    target = None if more is None else Target(more)
+    yield Measurement(part, f"{what}: more on average", "us", means, means, target, note=note, clock="cpu")
     target = None if longest is None else Target(longest)
     yield Measurement(part, f"{what}: p99.9", "us", high, target=target, clock="wall")
 

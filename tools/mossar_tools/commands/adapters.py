@@ -10,6 +10,7 @@ from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_body, add_messages
 
 if TYPE_CHECKING:
+    from mossar_adapters.annotations.writing import AnnotationFormat
     from mossar_adapters.files import Format
     from mossar_adapters.source import Source
     from mossar_adapters.urls import Scheme
@@ -35,6 +36,7 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.check is not None:
         return _check(options.check, options, console)
+    from mossar_adapters.annotations.writing import FORMATS as ANNOTATIONS
     from mossar_adapters.files import FORMATS
     from mossar_adapters.urls import SCHEMES
 
@@ -59,10 +61,14 @@ def run(options: Options, console: Console) -> int:
     console.line(console.colour("recordings", "1"))
     for row in FORMATS:
         console.line(f"  {row.name:<12}{' '.join(row.extensions):<28}{row.description}{_extra(row)}")
+    console.line("")
+    console.line(console.colour("annotations", "1"))
+    for kind in ANNOTATIONS:
+        console.line(f"  {kind.suffix:<12}{kind.program}{_extra(kind)}")
     return DONE
 
 
-def _extra(row: "Scheme | Format") -> str:
+def _extra(row: "Scheme | Format | AnnotationFormat") -> str:
     """Return which extra a row needs, and how to get it if it is missing."""
     if row.extra is None:
         return ""

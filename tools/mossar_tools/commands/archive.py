@@ -8,9 +8,11 @@ from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_body, add_messages, add_settings
 
 DESCRIPTION = """Segment all recordings of a folder or bucket on Ray Data, offline, with the range of each whole file:
-tables of key frames with their strengths, of segments, of recordings, and of the files that could not be read."""
+tables of key frames with their strengths, of segments, moves and repetitions, of recordings, and of the files that could
+not be read."""
 EXAMPLES = """  mossar archive recordings tables
   mossar archive recordings tables --resume          after it was cut short, or recordings were added
+  mossar archive recordings tables --moves moves.json --limbs
   mossar archive s3://bucket/mocap s3://bucket/tables --level cluster
   python -c "import pandas; print(pandas.read_parquet('tables/segments'))"
 """
@@ -21,7 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="IN", help="a folder, or a URL such as s3://bucket/folder")
     parser.add_argument("target", metavar="OUT", help="where the tables go: a folder or a URL")
     parser.add_argument("--resume", action="store_true", help="go on where a job was cut short")
-    add_settings(parser, body_only=True)
+    add_settings(parser)
+    parser.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
     add_body(parser)
     add_messages(parser)
 
@@ -29,8 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     from mossar_adapters.extras import needed
+    from mossar_tools.moves_file import read_moves
 
     settings = options.settings(range="file")
+    moves = None if options.moves is None else read_moves(options.moves)
     needed("ray", "archive", "mossar archive")
     needed("pyarrow", "archive", "mossar archive")
     from mossar_adapters.archive.job import Progress, run
@@ -43,7 +48,9 @@ def run(options: Options, console: Console) -> int:
         )
 
     began = time.monotonic()
-    found = run(options.file, options.target, settings, options.reading(), resume=options.resume, tell=tell)
+    found = run(
+        options.file, options.target, settings, options.reading(), moves, resume=options.resume, tell=tell
+    )
     seconds = time.monotonic() - began
     console.clear()
     passed_over = f"; {found.passed_over} other files passed over" if found.passed_over else ""

@@ -89,7 +89,9 @@ def explained(options: Options) -> dict[str, dict[str, Any]]:
 def _origin(name: str, options: Options, chosen: Settings) -> str:
     if name in {full.partition(".")[0] for full in options.set}:
         return "you"
-    if name == "level" and options.level is not None:
+    if {"level": options.level, "repetitions": options.repetitions or None, "limbs": options.limbs}.get(
+        name
+    ) is not None:
         return "you"
     if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
         return f"level {chosen.bundle}"
