@@ -110,7 +110,7 @@ class RepetitionCounter:
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
         self._origin = 0.0  # s, of the take
-        self._passing = 0.0  # s, until when frames are passed over, as they are not taken into a sample
+        self._wanted = 0.0  # s, from when on a frame is taken into a sample
         self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
         # No frame: kernels are compiled now, and never while frames come in.
@@ -161,17 +161,15 @@ class RepetitionCounter:
         Returns:
             Whether it was kept; `follow` must take it otherwise.
         """
-        if self._last_held < time < self._passing:
-            self._last_held = time
-            return True
         held = self._held
         if held == HELD or not self._last_held < time < self._due:
             return False
         self._last_held = time
-        self._passing = min(next_wanted(self._origin, time), self._due)
-        self._positions[held] = position
-        self._times[held] = time
-        self._held = held + 1
+        if time >= self._wanted:
+            self._wanted = next_wanted(self._origin, time)
+            self._positions[held] = position
+            self._times[held] = time
+            self._held = held + 1
         return True
 
     def push(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[RepetitionEvent]:
@@ -201,10 +199,9 @@ class RepetitionCounter:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
         row = self._header[0]
         self._last_held = float(row["latest"])
-        self._origin = float(row["origin"])
+        self._origin, self._wanted = float(row["origin"]), float(row["wanted"])
         look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
         self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
-        self._passing = min(float(row["wanted"]), self._due)
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
