@@ -14,7 +14,7 @@ from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.moves.groups import groups_of
-from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import LevelName, Settings, settings_or_default
@@ -81,7 +81,7 @@ class Performers:
         self._most_memory = most_memory
         self._settings = settings_or_default(settings)
         self._level = self._settings.level
-        self._moves = moves.copy() if moves is not None else None
+        self._moves = copy_of(moves) if moves is not None else None
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None, Settings], Pools] = {}
@@ -165,7 +165,7 @@ class Performers:
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
         before = self._moves, self._stores
-        self._moves, self._stores = moves.copy() if moves is not None else None, {}
+        self._moves, self._stores = copy_of(moves) if moves is not None else None, {}
         try:
             fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
         except FrameError:

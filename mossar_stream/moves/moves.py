@@ -192,3 +192,14 @@ class Moves:
 
         with Path(path).open("rb") as file:
             return cls.from_json(file.read(MAX_BYTES + 1))
+
+
+def copy_of(moves: Moves) -> Moves:
+    """Return moves of one's own, to which nobody else adds.
+
+    Raises:
+        TypeError: If they are something else, such as the name of a file.
+    """
+    if not isinstance(moves, Moves):
+        raise TypeError(f"moves are a Moves, not {type(moves).__name__}; Moves.load(path) reads a file")
+    return moves.copy()

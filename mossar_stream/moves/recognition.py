@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import MoveEvent, MoveStatus
 from mossar_stream.moves.limbs import limbs_of
-from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recogniser import (
     CONFIRMED,
     FINAL,
@@ -50,9 +50,7 @@ class Recognition:
     def __init__(
         self, moves: Moves, skeleton: Skeleton, performer: str, store: NDArray[np.uint8] | None = None
     ) -> None:
-        if not isinstance(moves, Moves):
-            raise TypeError(f"moves are a Moves, not {type(moves).__name__}; Moves.load(path) reads a file")
-        self.moves = moves.copy()
+        self.moves = copy_of(moves)
         self.names = moves.names
         self.store = moves.store(skeleton) if store is None else store
         self._performer = performer

@@ -53,7 +53,7 @@ def test_results_print_as_a_summary_and_as_html(path):
     assert shown.count("<tr>") == min(12, count + 1) + 1
     assert result.at(count=1)._repr_html_().count("<tr>") == 3
     lines = repr(result.at(count=1)).splitlines()
-    assert lines[0] == "Segmentation: 1 key frames, 2 segments"
+    assert lines[0] == "Segmentation: 1 key frame, 2 segments"
     assert len(lines) == 3
 
 

@@ -44,7 +44,7 @@ def test_memory_of_limbs():
 def test_memory_of_moves():
     waiting = (HELD + 1) * (3 * 4 * 21 + 8)  # positions and times of frames
     example = store_bytes(21, 2) - store_bytes(21, 1)
-    assert said("docs/moves.md", r"size: (\d+) kB .* 21 joints.*\((\d\.\d) kB each\)") == [
+    assert said("docs/moves.md", r"size: (\d+) kB .* 21 joints [\s\S]*?(\d\.\d) kB each") == [
         round((memory_bytes(21) + waiting) / 1000),
         round(example / 1000, 1),
     ]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mossar_adapters.joint_sets import CMU_31, HUMANOID, KINECT_20, KINECT_25, MIXAMO
-from mossar_stream import FrameError, MoveEvent, Moves, MovesError, Segmenter, Skeleton
+from mossar_stream import FrameError, MoveEvent, Moves, MovesError, Performers, Segmenter, Skeleton
 from mossar_stream.moves.joints import shared_joints
 
 from .conftest import FPS, PERSON, STANDING, performed
@@ -130,8 +130,10 @@ def test_files_that_are_none_are_refused_in_one_line(moves):
 
 
 def test_a_file_in_place_of_moves_is_said(tmp_path):
-    with pytest.raises(TypeError, match="moves are a Moves, not str"):
-        Segmenter(PERSON, moves=str(tmp_path / "moves.json"))
+    path = str(tmp_path / "moves.json")
+    for user in (lambda: Segmenter(PERSON, moves=path), lambda: Performers(moves=path)):
+        with pytest.raises(TypeError, match="moves are a Moves, not str"):
+            user()
 
 
 def test_joints_of_a_strangers_file_write_nothing_to_terminals(moves):
