@@ -77,13 +77,23 @@ def narrowed(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> N
     """
     if not len(positions):
         return plain_array(positions, FLOAT32)
-    first, final, pause = float(times[0]), float(times[-1]), row.plan.given.max_pause
-    last = float(row.clock["time"]) if row.is_live else first
-    if not (abs(first - last) <= pause and abs(final - first) <= pause):  # nor are they numbers
+    if not _goes_on(row, times):
         return _narrowed_takes(row, positions, times)
     if not (row.is_live and row.is_placed):
         row.settle(*place_of(positions, row.plan.center))
     return _less(positions, row.origin)
+
+
+def _goes_on(row: Row, times: NDArray[np.float64]) -> bool:
+    """Tell at a glance that no take begins among frames; False where it takes a closer look, as for NaN."""
+    first, pause = float(times[0]), row.plan.given.max_pause
+    last = float(row.clock["time"]) if row.is_live else first
+    if not abs(first - last) <= pause:
+        return False
+    if abs(float(times[-1]) - first) <= pause:
+        return True
+    steps = np.diff(times)
+    return bool(steps.min() >= 0.0 and steps.max() <= pause)
 
 
 def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> NDArray[np.float32]:
