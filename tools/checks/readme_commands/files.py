@@ -6,6 +6,7 @@ from pathlib import Path
 from pympi import Eaf
 
 from checks.fuzz import recordings
+from mossar_adapters.demo import performance
 from mossar_adapters.files import read
 from mossar_stream import Moves
 
@@ -67,6 +68,10 @@ def furnish(folder: Path) -> None:
     moves = Moves(take.skeleton)
     moves.add("punch", take.positions[40:95], 30.0)
     moves.save(folder / "moves.json")
+    played = performance(1)
+    shown = Moves(played.skeleton)
+    shown.add("move", played.frames.positions[:240], played.fps)
+    shown.save(folder / "shown.json")
 
 
 def humanoid(frames: int, rate: float = 30.0) -> bytes:
