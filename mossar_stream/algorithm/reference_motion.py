@@ -21,9 +21,7 @@ from mossar_stream.similarity import evidence
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
-CERTAIN = math.log(
-    2.0**evidence.CERTAIN - 1.0
-)  # log odds of the strength of a key frame that ends a repetition
+CERTAIN = math.log(2.0**evidence.CERTAIN - 1.0)  # log odds of a key frame that ends a repetition
 MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 

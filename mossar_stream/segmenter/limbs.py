@@ -85,9 +85,8 @@ class Limbs:
             [segmenter.row for segmenter in self._segmenters], [limb.joints for limb in self._groups]
         )
         self._rows.warm_up(self._joints)
-        self._goes_on = (
-            False  # whether all limbs are in takes that go on, and nothing waits for their next frame
-        )
+        # Whether all limbs are in takes that go on, and nothing waits for their next frame.
+        self._goes_on = False
 
     def _renew_counters(self, settings: Settings) -> None:
         self._counters_of = (settings.repetitions, settings.max_pause)
@@ -119,13 +118,16 @@ class Limbs:
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
+        goes_on = self._goes_on and first_frame is None
+        if not goes_on:
+            np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
             self._rows.frame[0, self._means] = mean_of(positions)
-        if self._goes_on and first_frame is None:
+        if goes_on:
             news = self._rows.advance(positions, time)
             events = self._news(news, time) if news else []
         else:
-            events = self._push_apart(positions, time, first_frame)
+            events = self._push_apart(time, first_frame)
         if self._counters:
             for counter, view in zip(self._counters, self._rows.views, strict=True):
                 events += counter.push(view, time)
@@ -142,14 +144,8 @@ class Limbs:
                 self._goes_on = False
         return events
 
-    def _push_apart(
-        self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
+    def _push_apart(self, time: NDArray[np.float64], first_frame: int | None) -> list[Event]:
         """Take a frame of each limb in, one after the other."""
-        frame = self._rows.frame
-        for k, joint in enumerate(self._order.tolist()):
-            if joint != MEAN:
-                frame[0, k] = positions[0, joint]
         events: list[Event] = []
         rows = [segmenter.row for segmenter in self._segmenters]
         for row, view in zip(rows, self._rows.views, strict=True):

@@ -282,36 +282,3 @@ def test_a_restored_segmenter_is_compiled_before_its_first_frame(core):
     blob = Segmenter(core.PAIR).snapshot()
     told = subprocess.run([sys.executable, "-c", RESTORE], input=blob, capture_output=True, check=True)
     assert told.stdout.split() == [b"1", b"1"]
-
-
-NEWCOMER = """
-import numpy as np
-from numba.core import event
-from mossar_stream import Moves, Segmenter, Settings, Skeleton
-
-class Heard(event.Listener):
-    count = 0
-    def on_start(self, _):
-        Heard.count += 1
-    def on_end(self, _):
-        pass
-
-pair = Skeleton(("hip", "hand"), (-1, 0))
-times = np.arange(120) / 60
-wave = np.zeros((120, 2, 3), np.float32)
-wave[:, 1, 0] = np.sin(3 * times)
-moves = Moves(pair)
-moves.add("wave", wave, fps=60.0)
-segmenter = Segmenter(pair, Settings(repetitions=True, phase=True), moves=moves)
-event.register("numba:compiler_lock", Heard())
-segmenter.push(wave[:1], times[:1])
-for frame, time in zip(wave[1:], times[1:].tolist()):
-    segmenter.push(frame, time)
-segmenter.end_take()
-print(Heard.count)
-"""
-
-
-def test_nothing_is_compiled_while_frames_come_in():
-    told = subprocess.run([sys.executable, "-c", NEWCOMER], capture_output=True, check=True)
-    assert told.stdout.split() == [b"0"]

@@ -20,15 +20,8 @@ from mossar_adapters.toml_file import read_toml
 from mossar_stream import MossarError
 from mossar_tools.errors import UsageError
 
-_ELSEWHERE = {
-    "set",
-    "file",
-    "target",
-    "check",
-    "begin",
-    "plot_from",
-    "plot_to",
-}  # not by these names, or not at all
+# Not by these names, or not at all.
+_ELSEWHERE = {"set", "file", "target", "check", "begin", "plot_from", "plot_to"}
 _NOT_HERE = ("plot_to",)  # --to of a picture is no sink, which is what `to` means in a file
 
 

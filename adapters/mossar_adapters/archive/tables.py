@@ -22,8 +22,8 @@ import pyarrow.parquet as pq
 
 from mossar_adapters.archive.places import Place
 from mossar_adapters.archive.segmenting import Segmented
+from mossar_stream import BODY
 
-BODY = "body"
 LAST = "recordings"  # the table whose part makes the others count
 
 _FILE = [("path", pa.string())]
