@@ -20,25 +20,35 @@ def signal_after(seconds, number):
     threading.Timer(seconds, os.kill, (os.getpid(), number)).start()
 
 
-def delicate(module, seconds, passed):
-    """Return a function of a module so named that takes its time."""
+def delicate(module, seconds, passed, name="work"):
+    """Return a function, so named, of a module so named, that takes its time."""
     home = types.ModuleType(module)
-    body = "import time\ndef work():\n    time.sleep(seconds)\n    passed.append(True)"
+    body = f"import time\ndef {name}():\n    time.sleep(seconds)\n    passed.append(True)"
     home.__dict__.update(seconds=seconds, passed=passed)
     exec(body, home.__dict__)
-    return home.__dict__["work"]
+    return home.__dict__[name]
 
 
 @pytest.mark.parametrize(("number", "error"), NUMBERS)
-@pytest.mark.parametrize("module", ["numba.core.compiler", "llvmlite.binding.ffi", "importlib._bootstrap"])
-def test_a_signal_in_a_delicate_place_waits_until_it_is_left(module, number, error):
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("numba.core.compiler", "work"),
+        ("llvmlite.binding.ffi", "work"),
+        ("importlib._bootstrap", "work"),
+        ("threading", "start"),
+    ],
+)
+def test_a_signal_in_a_delicate_place_waits_until_it_is_left(module, name, number, error):
     passed = []
     with pytest.raises(error), raising():  # noqa: PT012
         signal_after(0.1, number)
-        delicate(module, 0.4, passed)()
+        delicate(module, 0.4, passed, name)()
         assert passed
-        time.sleep(5)
+        left = time.perf_counter()
+        time.sleep(20)
     assert passed
+    assert time.perf_counter() - left < 10  # it wakes what waits
 
 
 def test_a_signal_that_waits_when_the_block_ends_is_not_lost():

@@ -1,8 +1,9 @@
 """Signals: Ctrl-C and SIGTERM stop a run in an orderly way; a second one stops it at once.
 
 A handler that raises does so wherever the main thread happens to be. In an import, in numba, or in a callback from
-LLVM that loses the signal, becomes an error of another kind, or ends the process in a crash. So handlers wait until
-the main thread has left such a place, and what stays there for long, compiling, is done by another thread.
+LLVM that loses the signal, becomes an error of another kind, or ends the process in a crash; where a thread starts it
+becomes one of Python's own locks. So handlers wait until the main thread has left such a place, and what stays there
+for long, compiling, is done by another thread.
 """
 
 import _thread
@@ -128,7 +129,11 @@ def _exception(number: int) -> BaseException:
 
 def _signal_again(number: int) -> None:
     time.sleep(_AGAIN)
-    if number in _deferred:
+    if number not in _deferred:
+        return
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes what waits
+    else:
         _thread.interrupt_main(signal.Signals(number))
 
 
@@ -136,7 +141,12 @@ def _is_delicate(frame: FrameType | None) -> bool:
     """Tell whether an exception in a frame could be lost, or harm a library that calls it."""
     while frame is not None:
         module = frame.f_globals.get("__name__") or ""
-        if module.partition(".")[0] in _DELICATE or frame.f_code.co_name == "__del__":
+        name = frame.f_code.co_name
+        if (
+            module.partition(".")[0] in _DELICATE
+            or name == "__del__"
+            or (module, name) == ("threading", "start")
+        ):
             return True
         frame = frame.f_back
     return False
