@@ -118,7 +118,8 @@ class Limbs:
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
-        goes_on = self._goes_on and engine.counts_on(self._segmenters[0].row, first_frame)
+        counted = first_frame is None or engine.counts_on(self._segmenters[0].row, first_frame)
+        goes_on = counted and self._goes_on
         if not goes_on:
             np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
