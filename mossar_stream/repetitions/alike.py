@@ -63,10 +63,15 @@ def cycles_between(turns, found, direction, first, cycles):
 @kernel
 def crossing(scores, start, end, share):
     """Return where a component passes a share of the way between two samples, between samples."""
+    return _crossing_from(scores, start, start, end, share)
+
+
+@kernel
+def _crossing_from(scores, i, start, end, share):
+    """Return the same, if it is not before sample `i` of the way."""
     goal = scores[start] + np.float32(share) * (scores[end] - scores[start])
     sign = np.float32(1.0) if scores[end] > scores[start] else np.float32(-1.0)
     step = 1 if end > start else -1
-    i = start
     while i != end and (scores[i + step] - goal) * sign < 0:
         i += step
     if i == end:
@@ -89,20 +94,24 @@ def describe(samples, component, cycle, out):
     for k in range(COMPONENTS):
         row = samples.smooth[k]
         out[0, k], out[1, k], out[2, k] = row[start], row[far], row[end]
+    there, back = float(start), float(end)
     for q in range(3):
         share = 0.25 * (q + 1)
-        there = crossing(scores, start, far, share)
-        back = crossing(scores, end, far, share)
-        for k in range(COMPONENTS):
-            out[3 + 2 * q, k] = _between(samples.smooth[k], there)
-            out[4 + 2 * q, k] = _between(samples.smooth[k], back)
+        there = _crossing_from(scores, int(there), start, far, share)
+        back = _crossing_from(scores, math.ceil(back), end, far, share)
+        _between(samples, there, out[3 + 2 * q])
+        _between(samples, back, out[4 + 2 * q])
 
 
 @kernel
-def _between(row, place):
+def _between(samples, place, out):
+    """Write the posture between two samples."""
     i = int(place)
     rest = np.float32(place - i)
-    return row[i] if rest == 0 else row[i] * (1 - rest) + row[i + 1] * rest
+    after = i if rest == 0 else i + 1
+    for k in range(COMPONENTS):
+        row = samples.smooth[k]
+        out[k] = row[i] * (1 - rest) + row[after] * rest
 
 
 @kernel

@@ -53,6 +53,7 @@ HEADER = np.dtype(
         ("origin", "f8"),  # s, time of that frame
         ("latest", "f8"),  # s, time of the latest frame
         ("wanted", "f8"),  # s, from when on a frame is taken into a sample
+        ("unseen", "i8"),  # coordinates that no frame of the take had
         ("frames", "i8"),  # in the open sample
         ("open", "i8"),  # number of the open sample; as many are complete
         ("looked", "i8"),  # complete samples at the last look
@@ -134,5 +135,6 @@ def start(header: np.ndarray, memory: np.ndarray) -> None:
     header[:] = np.zeros(1, HEADER)
     for name, value in kept.items():
         header[name] = value
+    header["unseen"] = 3 * header["joints"]
     memory[:] = 0.0
     memory[-3 * int(header["joints"][0]) :] = np.nan

@@ -48,17 +48,19 @@ def turning_points(scores, n, least, turns):
         How many there are.
     """
     found, direction, low, high = 0, 0, 0, 0
+    lowest = highest = scores[0]
     for i in range(n):
-        if scores[i] > scores[high]:
-            high = i
-        if scores[i] < scores[low]:
-            low = i
-        if direction >= 0 and scores[high] - scores[i] > least:
+        score = scores[i]
+        if score > highest:
+            high, highest = i, score
+        if score < lowest:
+            low, lowest = i, score
+        if direction >= 0 and highest - score > least:
             turns[0, found], turns[1, found] = high, 1
-            found, direction, low = found + 1, -1, i
-        elif direction <= 0 and scores[i] - scores[low] > least:
+            found, direction, low, lowest = found + 1, -1, i, score
+        elif direction <= 0 and score - lowest > least:
             turns[0, found], turns[1, found] = low, -1
-            found, direction, high = found + 1, 1, i
+            found, direction, high, highest = found + 1, 1, i, score
     return _with_the_last(scores, turns, found, high if direction > 0 else low)
 
 
