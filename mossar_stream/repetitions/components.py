@@ -11,12 +11,13 @@ from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
 
 @kernel
-def find_components(header, samples):
+def find_components(header, samples, scratch):
     """Set axes and scores, in the order of time, for the samples in the window.
 
     Args:
         header: `HEADER` record.
         samples: `Samples`; axes of the last look are where to begin.
+        scratch: `SCRATCH` record.
 
     Returns:
         How many samples there are.
@@ -31,7 +32,7 @@ def find_components(header, samples):
         for j in range(samples.pose.size):
             samples.home_scores[k] += samples.axes[k, j] * samples.home[j]
     if header.open > SAMPLES:
-        _in_order(samples, header.open % SAMPLES)
+        _in_order(samples, header.open % SAMPLES, scratch.ring)
     return n
 
 
@@ -57,10 +58,10 @@ def _begin_axes(samples, n):
 @kernel
 def _is_zero(axis):
     """Return whether nothing is left of an axis; otherwise its first numbers tell."""
-    for value in axis:
-        if value != 0:
-            return False
-    return True
+    j = 0
+    while j < axis.size and axis[j] == 0:
+        j += 1
+    return j == axis.size
 
 
 @kernel
@@ -127,15 +128,14 @@ def _orthonormalise(axes):
 
 
 @kernel
-def _in_order(samples, oldest):
+def _in_order(samples, oldest, ring):
     """Turn the scores of a full ring so that the oldest sample comes first."""
-    scratch = np.empty(SAMPLES, np.float32)
     for k in range(COMPONENTS):
         row = samples.scores[k]
         for i in range(SAMPLES):  # assigning arrays to arrays takes numba seconds to compile
-            scratch[i] = row[i]
+            ring[i] = row[i]
         for i in range(SAMPLES):
-            row[i] = scratch[(oldest + i) % SAMPLES]
+            row[i] = ring[(oldest + i) % SAMPLES]
 
 
 @kernel

@@ -12,7 +12,17 @@ from mossar_stream.events import BODY, PhaseEvent, RepetitionEvent, RepetitionSt
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
 from mossar_stream.repetitions.sampling import next_wanted
-from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN, HEADER, RATE, STRIDE, length, start
+from mossar_stream.repetitions.state import (
+    CHAINS,
+    CYCLES,
+    GIVEN,
+    HEADER,
+    RATE,
+    SCRATCH,
+    STRIDE,
+    length,
+    start,
+)
 from mossar_stream.repetitions.timing import Timeline
 from mossar_stream.skeleton import Skeleton
 
@@ -113,9 +123,10 @@ class RepetitionCounter:
         self._wanted = 0.0  # s, from when on a frame is taken into a sample
         self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
+        self._scratch = np.zeros(1, SCRATCH)
         # No frame: kernels are compiled now, and never while frames come in.
-        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
-        count_rest(self._header, self._memory)
+        count_frames(self._header, self._memory, self._scratch, self._positions[:0], self._times[:0], 0)
+        count_rest(self._header, self._memory, self._scratch)
 
     def _begin(self) -> None:
         self._told = 0
@@ -147,7 +158,7 @@ class RepetitionCounter:
             The first frame not taken, and one of `NOTHING`, `CHANGED` and `TAKE_ENDS`.
         """
         self._flush()
-        used, stop = count_frames(self._header, self._memory, positions, times, begin)
+        used, stop = count_frames(self._header, self._memory, self._scratch, positions, times, begin)
         self._set_due()
         return used, stop
 
@@ -192,7 +203,9 @@ class RepetitionCounter:
         """Count the frames that are held; none of them changes anything."""
         held, self._held = self._held, 0
         if held:
-            count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
+            count_frames(
+                self._header, self._memory, self._scratch, self._positions[:held], self._times[:held], 0
+            )
         self._row["latest"] = max(self._row["latest"], self._last_held)
 
     def _set_due(self) -> None:
@@ -221,7 +234,7 @@ class RepetitionCounter:
     def end_take(self) -> list[RepetitionEvent]:
         """Return what the last frames change; the next frame begins a new take."""
         self._flush()
-        events = self.news() if count_rest(self._header, self._memory) else []
+        events = self.news() if count_rest(self._header, self._memory, self._scratch) else []
         self.take += int(self._row["begun"])
         self._begin()
         return events

@@ -54,15 +54,12 @@ def take_pose(header, samples, positions):
         pose[k] = pose[k] if np.isnan(x) else x
         pose[k + 1] = pose[k + 1] if np.isnan(y) else y
         pose[k + 2] = pose[k + 2] if np.isnan(z) else z
-    if fresh:
-        for k in range(pose.size):
-            samples.sums[k] = samples.least[k] = samples.most[k] = pose[k]
-    else:
-        for k in range(pose.size):
-            value = pose[k]
-            samples.sums[k] += value
-            samples.least[k] = min(samples.least[k], value)
-            samples.most[k] = max(samples.most[k], value)
+    sums, least, most = samples.sums, samples.least, samples.most
+    for k in range(pose.size):
+        value = pose[k]
+        sums[k] = value if fresh else sums[k] + value
+        least[k] = value if fresh or value < least[k] else least[k]
+        most[k] = value if fresh or value > most[k] else most[k]
     header.frames += 1
 
 

@@ -3,23 +3,28 @@
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import SAMPLES
+from mossar_stream.repetitions.state import BINS, SAMPLES
 
 HYSTERESIS = 0.32  # of the range from the 10th to the 90th percentile
 RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
-BINS = 64
 
 
 @kernel
-def swing_range(scores, n):
-    """Return the range from the 10th to the 90th percentile, from a histogram."""
+def swing_range(scores, n, counts):
+    """Return the range from the 10th to the 90th percentile, from a histogram.
+
+    Args:
+        scores: (n,) float32.
+        n: Samples.
+        counts: (BINS,), out.
+    """
     low = high = scores[0]
     for i in range(n):
         low = min(low, scores[i])
         high = max(high, scores[i])
     if high <= low:
         return np.float32(0.0)
-    counts = np.zeros(BINS, np.int64)
+    counts[:] = 0
     width = (high - low) / np.float32(BINS)
     for i in range(n):
         counts[min(int((scores[i] - low) / width), BINS - 1)] += 1
@@ -42,7 +47,7 @@ def turning_points(scores, n, least, turns):
         scores: (n,) float32.
         n: Samples.
         least: Hysteresis, in the unit of the scores.
-        turns: (2, SAMPLES) int64, out: sample and direction (1 a maximum, -1 a minimum).
+        turns: (2, SAMPLES), out: sample and direction (1 a maximum, -1 a minimum).
 
     Returns:
         How many there are.
