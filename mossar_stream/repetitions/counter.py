@@ -32,6 +32,8 @@ LONGEST_SILENCE = 1.5
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
+CLOCK = ["begun", "origin", "latest", "wanted", "looked"]  # of the header: all at once are read quicker
+TALLY = ["clear", "dropped", "cycles", "changed", "latest"]
 FARTHEST = 2**48  # samples; no take is as long
 NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
     ("period", "tempo", "start", "end", "amplitude", "joint")
@@ -116,6 +118,9 @@ class RepetitionCounter:
         )
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]
+        self._clock, self._tally = self._header[CLOCK], self._header[TALLY]  # views
+        self._cycles = self._header["cycle"][0]  # (CYCLES,) `CYCLE`, view
+        self._max_pause = max_pause
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
@@ -141,8 +146,8 @@ class RepetitionCounter:
     @property
     def total(self) -> int:
         """Repetitions counted in this take."""
-        row = self._row
-        return int(row["dropped"] + row["cycles"]) if row["clear"] else 0
+        clear, dropped, cycles, *_ = self._tally.tolist()[0]
+        return dropped + cycles if clear else 0
 
     def follow(
         self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int = 0
@@ -210,18 +215,15 @@ class RepetitionCounter:
 
     def _set_due(self) -> None:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
-        row = self._header[0]
-        self._last_held = float(row["latest"])
-        self._origin, self._wanted = float(row["origin"]), float(row["wanted"])
-        look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
-        self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
+        begun, self._origin, self._last_held, self._wanted, looked = self._clock.tolist()[0]
+        look = self._origin + (looked + STRIDE - 0.01) / RATE
+        self._due = min(look, self._last_held + self._max_pause) if begun else -math.inf
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
-        row = self._row
-        total, self._dropped, changed = self.total, int(row["dropped"]), int(row["changed"])
-        self._latest = float(row["latest"])
-        line = Timeline.since(row, changed)
+        clear, self._dropped, cycles, changed, self._latest = self._tally.tolist()[0]
+        total = self._dropped + cycles if clear else 0
+        line = Timeline.since(self._cycles[:cycles], changed)
         events = [self._event(number, "withdrawn", line) for number in range(self._told, total, -1)]
         events += [
             self._event(number, "counted", line) for number in range(self._dropped + changed + 1, total + 1)
@@ -241,10 +243,11 @@ class RepetitionCounter:
 
     def phase(self) -> float | None:
         """Return where in the cycle the latest frame is, 0 to 1 from where cycles begin; None out of a bout."""
-        row, last = self._row, int(self._row["cycles"]) - 1
-        if last < 0 or not row["clear"]:
+        clear, _, cycles, *_ = self._tally.tolist()[0]
+        last = cycles - 1
+        if last < 0 or not clear:
             return None
-        line = Timeline.since(row, last)
+        line = Timeline.since(self._cycles[:cycles], last)
         period = line.period(last)
         if period is None:
             return None
