@@ -170,15 +170,21 @@ def _propose(header, samples, what, scratch):
         scratch: `SCRATCH` record.
     """
     n, k, _, _ = what
-    scores = samples.smooth[k]
-    swing = swing_range(scores, n, scratch.counts)
-    if swing <= 0 or swing < header.least * np.sqrt(header.joints):
-        return
-    _propose_turns(header, samples, what, scratch, np.float32(HYSTERESIS) * swing)
-    if n > RECENT:
-        recent = swing_range(scores[n - RECENT : n], RECENT, scratch.counts)
-        if 0 < recent <= MUCH_LESS * swing and recent >= header.least * np.sqrt(header.joints):
-            _propose_turns(header, samples, what, scratch, np.float32(HYSTERESIS) * recent)
+    scores, whole = samples.smooth[k], np.float32(0.0)
+    for part in range(
+        2
+    ):  # one call for both: code that is read once a second takes longer to fetch than to run
+        begin = part * (n - RECENT)
+        if begin < part:
+            return
+        swing = swing_range(scores[begin:n], n - begin, scratch.counts)
+        if swing <= 0 or swing < header.least * np.sqrt(header.joints):
+            return
+        if part == 0:
+            whole = swing
+        elif swing > MUCH_LESS * whole:
+            return
+        _propose_turns(header, samples, what, scratch, np.float32(HYSTERESIS) * swing)
 
 
 @kernel
@@ -274,21 +280,26 @@ def _renew(header, samples, n, scratch):
         header.cycles -= 1
     for i in range(scratch.winner.count):
         start, end = oldest + cycles[0, i], oldest + cycles[2, i]
+        last, missed = start, 0
         if header.cycles > 0:
             last = header.cycle[header.cycles - 1].end
             if start < last - OVERLAP * (end - start):
                 continue
             missed = _missed(samples.smooth[component], cycles[:, i], max(last - oldest, 0))
-            for q in range(missed):
+        for q in range(missed + 1):
+            for k in range(3):
+                proposed[k] = cycles[k, i]
+            if q < missed:
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
-                before = _write(header, samples, component, proposed, oldest, before)
-                row = header.cycle[header.cycles - 1]  # what was not alike does not say when it is half way
+            before = _write(header, samples, component, proposed, oldest, before)
+            row = header.cycle[header.cycles - 1]
+            if q < missed:  # what was not alike does not say when it is half way
                 row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
                 row.straighter = row.resting = 0.0
-        before = _write(header, samples, component, cycles[:, i], oldest, before)
-        weigh(header, samples, component, cycles[:, i], header.cycle[header.cycles - 1])
+            else:
+                weigh(header, samples, component, proposed, row)
     turn_chains(header)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
