@@ -36,6 +36,9 @@ from mossar_stream.algorithm.cycles import (
 )
 from mossar_stream.algorithm.facts import (
     EARLIER,
+    EARLIER_IN_NOISE,
+    SPEED_WINDOW,
+    WINDOW_IN_NOISE,
     noise_of_speed,
     note_place,
     note_speed,
@@ -43,7 +46,8 @@ from mossar_stream.algorithm.facts import (
     start_facts,
 )
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
-from mossar_stream.algorithm.noise import calm_noise, start_noise
+from mossar_stream.algorithm.localising import localise, speed_to_come
+from mossar_stream.algorithm.noise import calm_noise, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
@@ -66,21 +70,9 @@ from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
 from mossar_stream.jit.views import part
 from mossar_stream.memory.joint_pages import (
-    LIVE,
-    MOVED_X,
-    MOVED_Y,
-    MOVED_Z,
     PAGE,
     POINT,
-    POSE_X,
-    POSE_Y,
-    POSE_Z,
     STEP,
-    STEP_BEFORE,
-    X,
-    Y,
-    Z,
-    center_of,
     flatten,
     line_sum,
     page_of,
@@ -267,6 +259,8 @@ def _velocity(state, a, frame, time, dt, first):
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
+    if state.noise.loud == 1:
+        velocity = _velocity_in_noise(state, a, time, dt)
     if plan.smoothing == AVERAGED:
         velocity = moving_average(state.average, a.average, velocity)
     return velocity
@@ -291,12 +285,29 @@ def _rms_displacement(plan, body, displacement):
 
 
 @kernel
+def _velocity_in_noise(state, a, time, dt):
+    """Return the way of the filtered poses over the window, in which little of the noise is left; sets `noise.floor`.
+
+    It is the rms over the joints, times as many as there are, like displacements where evidence decides.
+    """
+    plan, scales, noise = state.plan, state.scales, state.noise
+    speed = scales.speed
+    if state.joints.arrived == 0:  # a joint that has just come has no past yet
+        squares = speed_to_come(a.joints, a.history, smoothing_weights(dt), time, WINDOW_IN_NOISE)
+        speed = np.sqrt(squares / state.joints.moving)
+    left = noise_of_speed(noise, plan.moving_joints, WINDOW_IN_NOISE) * plan.window * plan.moving_joints
+    noise.floor = noise_floor(left, plan, state.range.largest)
+    return speed * plan.window * plan.moving_joints
+
+
+@kernel
 def _note_facts(state, a):
     """Note what evidence needs to know of what the splitter found, while the features are those of the last frame."""
     found, facts = state.curve.found, state.facts
     if found.happened & (PROMOTED | CROSSED):
         time = state.clock.time if found.happened & CROSSED else found.time
-        note_place(facts, state.scales, a.history, a.joints.body, time - EARLIER, state.joints.moving)
+        earlier = EARLIER_IN_NOISE if state.noise.loud == 1 else EARLIER
+        note_place(facts, state.scales, a.history, a.joints.body, time - earlier, state.joints.moving)
     else:
         facts.speed = min(facts.speed, state.scales.speed)
 
@@ -312,7 +323,7 @@ def _describe(state, a, dt, first):
     if state.joints.arrived == 1:
         welcome(a.joints, a.segment, a.history, a.cycles, a.filtered, np.log(offset))
     kept, moved = smoothing_weights(dt) if evidence else UNFILTERED
-    _localise(a.joints, kept, moved)
+    localise(a.joints, kept, moved)
     squares = follow_speeds(a.history, body, clock.time, offset)
     if plan.evidence == 1:
         _follow_evidence(state, a, squares, dt, first)
@@ -338,39 +349,5 @@ def _follow_evidence(state, a, squares, dt, first):
     else:
         follow_scales(state.scales, squares / state.joints.moving, dt)
     note_speed(state.facts, state.scales, state.clock.time)
-    noise = noise_of_speed(state.noise, plan.moving_joints)
+    noise = noise_of_speed(state.noise, plan.moving_joints, SPEED_WINDOW)
     follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time, noise)
-
-
-@inline_kernel
-def _localise(joints, kept, moved):
-    """Set the positions relative to the centre (paper 3.1.1); joints that do not count lie in it.
-
-    Args:
-        joints: Joints.
-        kept: What is left of the low-pass filtered pose; 0 is no filter.
-        moved: Weight of the newest displacement in the filtered pose.
-    """
-    plan, body = joints.plan, joints.body
-    cx, cy, cz = center_of(plan, joints.state, body)
-    for first in range(0, plan.padded_joints, PAGE):
-        page = page_of(body, first)
-        _shift(page, cx, cy, cz, (kept, moved))
-        _keep_paths(page)
-
-
-@inline_kernel
-def _shift(page, cx, cy, cz, weights):
-    kept, moved = weights
-    new = np.float32(1.0) - kept
-    for j in range(PAGE):
-        live, step = new * page[j + LIVE], moved * page[j + LIVE]
-        page[j + POSE_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live + page[j + MOVED_X] * step
-        page[j + POSE_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live + page[j + MOVED_Y] * step
-        page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live + page[j + MOVED_Z] * step
-
-
-@inline_kernel
-def _keep_paths(page):
-    for j in range(PAGE):
-        page[j + STEP_BEFORE] = page[j + STEP]

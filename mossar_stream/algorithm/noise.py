@@ -9,6 +9,10 @@ the velocity is known from then on. Where that is too much for the threshold lin
     displacements are smoothed (first-order low-pass, time constant at most `SLOWEST`), and
     the range does not fall below where θ · range is `noise_margin` times the noise that is left.
 
+Where evidence decides, small movements must not be silenced: there the velocity is that of filtered poses while noise is
+loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that jumps turns back, too, while others
+move, so there the noise is at most what the path was at its quietest of late (the minimum statistics of Martin 2001).
+
 So that a stream need not begin with a false onset, its first moment counts as noise, too.
 
 Recordings with little noise, and performers who never rest, go through unchanged but for that. This is ours; preset
@@ -44,7 +48,10 @@ TURNED = -0.1  # correlation of successive displacements below which they are no
 BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
-SLOWEST_OF_EVIDENCE = 0.025  # s, the same where evidence weighs what is left: minima stay where they are
+DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
+# Where evidence decides, θ · range is raised so many standard deviations above what the noise adds to the velocity, but
+# not beyond so many times what it would be without noise.
+DEVIATIONS, MOST_RAISED = 4.0, 3.0
 MARGIN = 1e-6  # s, for the rounding of timestamps
 UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
 BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
@@ -64,6 +71,8 @@ NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
         ("known", "i8"),  # whether it was ever calm
         ("heard", "f8"),  # s, of movement
         ("estimate", "f8"),  # m/s, path of the noise of all joints
+        ("quietest", "f8"),  # m/s, path of all joints when it was quietest of late; 0 if that is not known
+        ("loud", "i8"),  # whether the velocity is that of filtered poses
         ("floor", "f8"),  # m, the range does not fall below it
         ("step", "f8"),  # s, usual time between frames
         ("smooth", "i8"),  # whether the last displacement was smoothed
@@ -84,13 +93,15 @@ def start_noise(recent):
 
 def forget_noise(noise: Any) -> None:
     """Forget the sensor's noise, but not its rate, outside compiled code."""
-    for name in ("known", "heard", "estimate", "floor"):
+    for name in ("known", "heard", "estimate", "quietest", "loud", "floor"):
         noise[name] = 0
 
 
 @inline_kernel
 def calm_noise(noise, plan, largest, body, displacement, dt):
     """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
+
+    Where evidence decides it sets `noise.loud` instead, and returns the path as it is.
 
     Args:
         noise: NOISE.
@@ -112,18 +123,38 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
         else:
             recent.squares = 0.0  # nothing can be compared with this displacement
         recent.time = 0.0
-    loudness = noise.estimate * plan.window * plan.noise_margin
+    level = noise_level(noise) if plan.evidence == 1 else noise.estimate
+    loudness = level * plan.window * plan.noise_margin
     line = plan.theta * max(largest, plan.range_floor)
     noise.floor = 0.0
-    # It does not come too near to the threshold line, or it is the performer who moves.
-    if dt <= 0.0 or not loudness > line or (plan.evidence == 1 and not _is_turning(recent)):
+    noise.loud = 1 if plan.evidence == 1 and dt > 0.0 and loudness > line else 0
+    if dt <= 0.0 or plan.evidence == 1 or not loudness > line:  # it does not come too near to the line
         noise.smooth = 0
         return displacement
-    if plan.evidence == 1:  # small movements must not be silenced: what is left of the noise is weighed
-        return _smooth(noise, body, displacement, _share(loudness, line, dt, SLOWEST_OF_EVIDENCE))
-    share = _share(loudness, line, dt, SLOWEST)
+    share = _share(loudness, line, dt)
     noise.floor = loudness * share / np.sqrt(2.0 - share) / plan.theta
     return _smooth(noise, body, displacement, share)
+
+
+@inline_kernel
+def noise_level(noise):
+    """Return the path of the noise of all joints where evidence decides, m/s."""
+    return min(noise.estimate, noise.quietest) if noise.quietest > 0.0 else noise.estimate
+
+
+@inline_kernel
+def noise_floor(left, plan, largest):
+    """Return below what the range does not fall while noise is loud and evidence decides, m.
+
+    The rms of 3 J normal numbers has a standard deviation of 1/√(6 J) of itself.
+
+    Args:
+        left: m, what the noise adds to the velocity of the filtered poses.
+        plan: PLAN.
+        largest: m, velocity so far.
+    """
+    least = left * (1.0 + DEVIATIONS / np.sqrt(6.0 * plan.moving_joints))
+    return min(least / plan.theta, MOST_RAISED * max(largest, plan.range_floor))
 
 
 @inline_kernel
@@ -170,7 +201,11 @@ def _listen(noise, turned, displacement):
     recent.path = keep * (recent.path + displacement)
     recent.turn = keep * (recent.turn + turned * time)
     noise.heard += time
-    is_noise = _is_turning(recent)
+    if recent.span > BEGINNING:
+        path = recent.path / recent.span
+        least = noise.quietest * np.exp2(time / DOUBLING)
+        noise.quietest = min(least, path) if least > 0.0 else path
+    is_noise = recent.turn < TURNED * recent.span
     if is_noise:
         noise.known = 1
     if is_noise or (noise.known == 0 and noise.heard < BEGINNING):
@@ -180,20 +215,14 @@ def _listen(noise, turned, displacement):
         noise.estimate = 0.0
 
 
-@inline_kernel
-def _is_turning(recent):
-    """Tell whether joints keep turning back."""
-    return recent.turn < TURNED * recent.span
-
-
 @kernel
-def _share(loudness, line, dt, slowest):
+def _share(loudness, line, dt):
     """Return the weight of the newest displacement that leaves as little noise as the line allows.
 
-    A weight of a leaves a/√(2 - a) of the path of white noise; `slowest` is the longest time constant, s.
+    A weight of a leaves a/√(2 - a) of the path of white noise.
     """
     k = (line / loudness) ** 2
-    return max(dt / (dt + slowest), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
+    return max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
 
 
 @kernel

@@ -17,6 +17,8 @@ from mossar_stream.memory.joint_pages import (
     PAGE,
     PAGE_SIZE,
     POSE_X,
+    SMOOTH_X,
+    WORK,
     mark_absent,
     page_of,
     place,
@@ -122,7 +124,7 @@ def follow_speeds(history, body, time, offset):
         Sum of the squared speeds, (m/s)².
     """
     poses = history.poses
-    past = _past_place(history, time, NEWEST)
+    past = _past_place(history, time - SPEED_WINDOW, NEWEST)
     rate = _rate(history.marks, past, time)
     squares = 0.0
     for first in range(0, poses.shape[2], PAGE):
@@ -132,6 +134,28 @@ def follow_speeds(history, body, time, offset):
         squares += page_product(page, LOG_SPEED, LOG_SPEED)
         _log_speeds(target, offset)
         _leave_out(page)
+    return squares
+
+
+@inline_kernel
+def squared_speeds(history, body, time, window):
+    """Return the sum of the squared speeds, (m/s)², of the pose that stands where displacements are smoothed.
+
+    Args:
+        history: PoseHistory.
+        body: See joint_pages.py.
+        time: s, of that pose.
+        window: s, over which the speeds are taken.
+    """
+    poses = history.poses
+    past = _past_place(history, time - window, NEWEST)
+    rate = _rate(history.marks, past, time)
+    squares = 0.0
+    for first in range(0, poses.shape[2], PAGE):
+        page = page_of(body, first)
+        target = page[WORK : WORK + min(PAGE, poses.shape[2] - first)]
+        _speeds(_axes(page[SMOOTH_X:]), poses[past], first, rate, target)
+        squares += page_product(page, WORK, WORK)
     return squares
 
 
@@ -148,12 +172,12 @@ def _axes(pose):
 
 
 @inline_kernel
-def _past_place(history, time, newest):
-    """Return the place of the pose from which a speed is taken: that of about a tenth of a second ago, or -1.
+def _past_place(history, since, newest):
+    """Return the place of the pose from which a speed is taken, or -1.
 
     Args:
         history: PoseHistory.
-        time: s, of the pose whose speeds are asked for.
+        since: s; the last pose that is not later, or else the first one.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
     state, marks = history.state, history.marks
@@ -161,7 +185,7 @@ def _past_place(history, time, newest):
     for back in range(newest + 1, state.filled + 1):
         past = state.head - back
         past += len(marks) if past < 0 else 0
-        if marks[past].time <= time - SPEED_WINDOW + MARGIN:
+        if marks[past].time <= since + MARGIN:
             break
     return past
 
@@ -241,7 +265,7 @@ def load_pose(history, pose, back):
         for j in range(pose.shape[1]):
             pose[axis, j] = np.float32(history.poses[here, axis, j]) * QUANTUM
     time = history.marks[here].time
-    past = _past_place(history, time, back + 1)
+    past = _past_place(history, time - SPEED_WINDOW, back + 1)
     rate = _rate(history.marks, past, time)
     _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
     _log_speeds(pose[3], SPEED_OFFSET)

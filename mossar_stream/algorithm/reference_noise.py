@@ -1,5 +1,7 @@
 """The velocity of level `motion` and the sensor's noise on whole arrays, in plain Python; see `reference_motion.py`."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,23 +11,46 @@ WINDOW, SIG_THRESHOLD, RANGE_FLOOR, MARGIN = 0.1, 0.05, 0.01, 1.5  # s; share; m
 Array = NDArray[np.float64]
 
 
-def velocity(poses: Array, times: Array, joints: int) -> tuple[Array, Array, Array]:
-    """Return the velocity (m, rms over the joints), its range so far, and what noise adds to the speed u (m/s)."""
+class Heard(NamedTuple):
+    """What is known of a recording's velocity, at each frame.
+
+    Args:
+        velocity: m, rms over the joints.
+        range: m, so far.
+        noise: m/s, what the sensor's noise adds to the speed u.
+        loud: Whether the velocity is that of filtered poses.
+    """
+
+    velocity: Array
+    range: Array
+    noise: Array
+    loud: NDArray[np.bool_]
+
+
+def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
+    """Return the velocity of poses, given the speed of the filtered ones over `facts.WINDOW_IN_NOISE`, m/s."""
     moved = np.diff(poses, axis=0, prepend=poses[:1])
-    curve, ranges, noises = np.zeros(len(poses)), np.zeros(len(poses)), np.zeros(len(poses))
-    steps = np.zeros(len(poses))
+    steps = np.sqrt((moved**2).sum(axis=(1, 2)) / joints)
+    n = len(poses)
+    found = Heard(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, bool))
     ear, largest = _Ear(), 0.0
     for t, time in enumerate(times):
-        steps[t] = np.sqrt((moved[t] ** 2).sum() / joints)
-        if t > 0:
-            line = SIG_THRESHOLD * max(largest, RANGE_FLOOR)
-            steps[t] = ear.calm(moved[t], steps[t], time - times[t - 1], line)
+        line = SIG_THRESHOLD * max(largest, RANGE_FLOOR)
+        if steps[t] > 0.0:
+            ear.listen(moved[t], steps[t], time - times[t - 1])
         first = np.searchsorted(times, time - (WINDOW - 1e-6), side="right")
-        curve[t] = steps[first : t + 1].sum()
-        largest = max(largest, curve[t])
-        ranges[t] = max(largest, RANGE_FLOOR)
-        noises[t] = ear.of_speed
-    return curve, ranges, noises
+        found.velocity[t] = steps[first : t + 1].sum()
+        found.noise[t] = ear.of_speed(facts.SPEED_WINDOW)
+        found.loud[t] = ear.level * WINDOW * MARGIN > line
+        floor = RANGE_FLOOR
+        if found.loud[t]:
+            found.velocity[t] = speed[t] * WINDOW
+            above = 1.0 + noise.DEVIATIONS / np.sqrt(6.0 * joints)
+            least = above * ear.of_speed(facts.WINDOW_IN_NOISE) * WINDOW / SIG_THRESHOLD
+            floor = max(floor, min(least, noise.MOST_RAISED * max(largest, RANGE_FLOOR)))
+        largest = max(largest, found.velocity[t])
+        found.range[t] = max(largest, floor)
+    return found
 
 
 class _Ear:
@@ -34,27 +59,13 @@ class _Ear:
     def __init__(self) -> None:
         self.span = self.path = self.turn = self.heard = self.squares = 0.0
         self.estimate = self.step = 0.0  # m/s; s
+        self.quietest = np.inf  # m/s
         self.known = False
         self.last: Array | float = 0.0
-        self.smooth: Array | None = None
 
-    def calm(self, moved: Array, path: float, dt: float, line: float) -> float:
-        """Take the displacements of a frame in, and return its path with loud noise smoothed out of it."""
+    def listen(self, moved: Array, path: float, dt: float) -> None:
+        """Take the displacements of a frame in."""
         self.step = dt
-        if path > 0.0:
-            self._listen(moved, path, dt)
-        loudness = self.estimate * WINDOW * MARGIN
-        if not (loudness > line and self.turn < noise.TURNED * self.span):
-            self.smooth = None
-            return path
-        k = (line / loudness) ** 2
-        least = dt / (dt + noise.SLOWEST_OF_EVIDENCE)
-        share = max(least, 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
-        self.smooth = share * self.last + (0.0 if self.smooth is None else (1.0 - share) * self.smooth)
-        raw, left = (np.linalg.norm(vectors, axis=1).sum() for vectors in (moved, self.smooth))
-        return float(left * path / raw) if raw > 0.0 else 0.0
-
-    def _listen(self, moved: Array, path: float, dt: float) -> None:
         squares = float((moved**2).sum())
         scale = np.sqrt(squares * self.squares)
         turned = float((moved * self.last).sum()) / scale if scale > 0.0 else 0.0
@@ -63,6 +74,8 @@ class _Ear:
         self.span, self.path = keep * (self.span + dt), keep * (self.path + path)
         self.turn = keep * (self.turn + turned * dt)
         self.heard += dt
+        if self.span > noise.BEGINNING:
+            self.quietest = min(self.quietest * 2.0 ** (dt / noise.DOUBLING), self.path / self.span)
         turning = self.turn < noise.TURNED * self.span
         self.known = self.known or turning
         if turning or (not self.known and self.heard < noise.BEGINNING):
@@ -71,7 +84,11 @@ class _Ear:
             self.estimate = 0.0
 
     @property
-    def of_speed(self) -> float:
-        """What the noise adds to the speed u, m/s."""
+    def level(self) -> float:
+        """Path of the noise, m/s."""
+        return min(self.estimate, self.quietest)
+
+    def of_speed(self, window: float) -> float:
+        """Return what the noise adds to the speed of the filtered poses over a window, m/s."""
         share = self.step / (self.step + facts.SMOOTHING)
-        return float(self.estimate * self.step * np.sqrt(share / (2.0 - share)) / facts.SPEED_WINDOW)
+        return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / window)

@@ -106,7 +106,7 @@ def test_frames_that_are_left_out_change_little(every):
 
 
 def test_frames_that_come_too_often_are_counted_and_passed_over(core):
-    positions, _ = core.moving_people(3, frames=241, losses=False)
+    positions, _ = core.moving_people(4, frames=241, losses=False)
     seen = []
     for rate_limit in (None, 0.0):
         segmenter = Segmenter(core.skeleton(4), Settings(rate_limit=rate_limit), fps=120.0)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from mossar_stream import Segmenter, Settings, segment_recording
+from mossar_stream.algorithm.reference_motion import Motion
+from mossar_stream.algorithm.reference_noise import velocity
 
 demo = pytest.importorskip("mossar_adapters.demo")
 ORDERS = {"before": ("stand:20", "punch", "kick"), "after": ("punch", "kick", "stand:20")}
@@ -107,3 +109,37 @@ def test_where_frames_are_lost_noise_is_still_told_from_motion(core, loss):
         segmenter = Segmenter(core.skeleton(4), Settings())
         segmenter.push(positions[kept], times[kept])
         assert (segmenter.row.state["noise"]["estimate"] > 0) == is_noise
+
+
+def test_a_joint_that_jumps_is_not_noise_of_all():
+    rng = np.random.default_rng(6)
+    times = np.arange(900) / 30.0
+    moving = np.zeros((900, 6, 3))
+    moving[:, 1:, 0] = (0.2 * np.sin(2 * np.pi * 0.5 * times))[:, None]
+    moving[300:600] = moving[300]  # a rest
+    levels = []
+    for jumps in (False, True):
+        noisy = moving + rng.normal(0, 0.001, moving.shape)
+        if jumps:
+            noisy[700:720:2, 5, 1] += 0.3
+        poses = noisy - noisy[:, :1]
+        heard = velocity(poses, times, 5, np.zeros(900))
+        levels.append(heard.noise[-1])
+    assert levels[1] == pytest.approx(levels[0], rel=0.25)
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.005])
+def test_rests_between_reaches_are_found_in_noise_too(noise):
+    rng = np.random.default_rng(7)
+    targets = np.cumsum(rng.choice([-1, 1], (40, 7, 3)) * rng.uniform(0.1, 0.3, (40, 7, 3)), axis=0)
+    at = np.arange(39 * 42) / 42.0  # reaches of 0.8 s, rests of 0.6 s
+    number = at.astype(int)
+    share = 0.5 - 0.5 * np.cos(np.pi * np.clip((at - number) / 0.57, 0.0, 1.0))[:, None, None]
+    poses = np.zeros((len(at), 8, 3))
+    poses[:, 1:] = targets[number] + share * (targets[number + 1] - targets[number])
+    clean = np.array(Motion(poses, 30.0, 0).final()) / 30.0
+    noisy = np.array(Motion(poses + rng.normal(0, noise, poses.shape), 30.0, 0).final()) / 30.0
+    rests = np.arange(1, 39) * 1.4 - 0.3
+    for found in (clean, noisy):
+        assert np.mean([np.abs(found - rest).min() <= 0.45 for rest in rests]) >= 0.9
+        assert len(found) <= 2.2 * len(rests)

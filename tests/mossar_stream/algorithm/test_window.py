@@ -173,7 +173,7 @@ def test_a_window_as_long_as_the_take_gives_the_offline_result(core, seed, level
     settings = Settings(
         level=level, remerge_window=400, remerge_seconds=1e9, location="none", range_floor=0.01, window=0.05
     )
-    positions, times = core.moving_people(seed, frames=500, losses=False)
+    positions, times = core.moving_people(seed, frames=700, losses=False)
     offline = segment_recording(positions, times=times, skeleton=core.skeleton(4), settings=settings)
     online = key_frames_of(core, positions, times, settings)
     assert len(online) > 20
