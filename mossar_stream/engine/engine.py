@@ -111,11 +111,17 @@ def push_short(
     row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None = None
 ) -> list[Event]:
     """Take frames in as `push` does, by `push_frame` where it is one of a take that goes on."""
-    if len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new:
+    counted = first_frame is None or counts_on(row, first_frame)
+    if counted and len(times) == 1 and row.is_live and not row.is_level_new:
         events = push_frame(row, positions, times)
         if events is not None:
             return events
     return push(row, positions, times, first_frame)
+
+
+def counts_on(row: Row, first_frame: int) -> bool:
+    """Tell whether a frame's number is the one that it would have anyway, unless a new take begins with it."""
+    return bool(first_frame == row.clock["next_frame"])
 
 
 def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[Event]:

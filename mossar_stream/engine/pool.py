@@ -71,6 +71,7 @@ class Row:
         memory: (1, row) bytes.
         state: ROW, the row's records.
         clock: CLOCK, one of them.
+        last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         is_live: Whether the take that is open has been told of.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         is_placed: Whether that was found; it is not before somebody was seen.
@@ -91,6 +92,7 @@ class Row:
         self.params, self.guard = pool.plan.params, pool.buffers.guard
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
+        self.last_time = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["time"]
         self.look()
         self.indices = np.array([index])
 

@@ -34,7 +34,7 @@ from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s
 AGREED = 2  # looks in a row that must name the same move
-MOST = -0.78  # natural logarithm of a move's largest cost
+MOST = -0.75  # natural logarithm of a move's largest cost
 LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
 LEAD_COUNTED = (
     0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts

@@ -6,15 +6,12 @@ of neighbours whose descriptions agree; the agreement of all pairs of a run must
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import COMPONENTS
+from mossar_stream.repetitions.state import COMPONENTS, POSTURES
 
-POSTURES = 9
 SHORTEST = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
 LEAST_AMPLITUDE_RATIO = 0.54
@@ -22,14 +19,6 @@ LEAST_AGREEMENT = 0.26  # of two neighbours
 ENOUGH = 0.79  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
 MUCH = 1.8  # or as much of a run's pairs together
-
-
-class Described(NamedTuple):
-    """Descriptions of cycles, as the functions below write and compare them."""
-
-    shapes: NDArray[np.float32]  # (SAMPLES // 2, POSTURES, COMPONENTS)
-    totals: NDArray[np.float32]  # (SAMPLES // 2, COMPONENTS + 1) sums of each component, and of all squares
-    alike: NDArray[np.float64]  # (SAMPLES // 2,) agreement of each with the next
 
 
 @kernel
@@ -41,7 +30,7 @@ def cycles_between(turns, found, direction, first, cycles):
         found: How many there are.
         direction: 1 to begin at maxima, -1 at minima.
         first: Whether the window's first sample is the take's: otherwise an extreme there is only where it was cut.
-        cycles: (3, SAMPLES) int64, out: start, far extreme, end.
+        cycles: (3, SAMPLES), out: start, far extreme, end.
 
     Returns:
         How many there are.
@@ -75,34 +64,47 @@ def crossing(scores, start, end, share):
 
 
 @kernel
-def describe(samples, component, cycle, out):
+def describe(samples, component, cycles, i, shapes):
     """Write the postures by which a cycle is compared.
 
     Args:
         samples: `Samples`.
         component: The one whose turning points these are.
-        cycle: (3,) start, far extreme, end.
-        out: (POSTURES, COMPONENTS) float32.
+        cycles: (3, SAMPLES) start, far extreme, end.
+        i: Which cycle.
+        shapes: (n, POSTURES, COMPONENTS) float32, whose i-th is written.
     """
-    scores = samples.smooth[component]
-    start, far, end = cycle[0], cycle[1], cycle[2]
+    smooth = samples.smooth
+    start, far, end = cycles[0, i], cycles[1, i], cycles[2, i]
     for k in range(COMPONENTS):
-        row = samples.smooth[k]
-        out[0, k], out[1, k], out[2, k] = row[start], row[far], row[end]
+        shapes[i, 0, k], shapes[i, 1, k], shapes[i, 2, k] = smooth[k, start], smooth[k, far], smooth[k, end]
+    begin, top = smooth[component, start], smooth[component, far]
+    sign = np.float32(1.0) if top > begin else np.float32(-1.0)
+    there = start
     for q in range(3):
-        share = 0.25 * (q + 1)
-        there = crossing(scores, start, far, share)
-        back = crossing(scores, end, far, share)
-        for k in range(COMPONENTS):
-            out[3 + 2 * q, k] = _between(samples.smooth[k], there)
-            out[4 + 2 * q, k] = _between(samples.smooth[k], back)
+        goal = begin + np.float32(0.25 * (q + 1)) * (top - begin)
+        while there < far and (smooth[component, there + 1] - goal) * sign < 0:
+            there += 1
+        _write_between(smooth, component, (there, min(there + 1, far)), goal, shapes, (i, 3 + 2 * q))
+    begin, back = smooth[component, end], end
+    sign = np.float32(1.0) if top > begin else np.float32(-1.0)
+    for q in range(3):
+        goal = begin + np.float32(0.25 * (q + 1)) * (top - begin)
+        while back > far and (smooth[component, back - 1] - goal) * sign < 0:
+            back -= 1
+        _write_between(smooth, component, (back, max(back - 1, far)), goal, shapes, (i, 4 + 2 * q))
 
 
 @kernel
-def _between(row, place):
-    i = int(place)
-    rest = np.float32(place - i)
-    return row[i] if rest == 0 else row[i] * (1 - rest) + row[i + 1] * rest
+def _write_between(smooth, component, between, goal, shapes, place):
+    """Write the posture where a component has a value between two neighbours."""
+    one, other = between
+    i, q = place
+    rest = np.float32(0.0)
+    if one != other:
+        rest = (goal - smooth[component, one]) / (smooth[component, other] - smooth[component, one])
+    for k in range(COMPONENTS):
+        shapes[i, q, k] = smooth[k, one] + rest * (smooth[k, other] - smooth[k, one])
 
 
 @kernel
@@ -146,11 +148,11 @@ def describe_all(samples, component, cycles, count, described):
         component: The one whose turning points these are.
         cycles: (3, SAMPLES).
         count: How many there are.
-        described: `Described`, out.
+        described: `SCRATCH` record, out.
     """
     shapes, totals = described.shapes, described.totals
     for i in range(count):
-        describe(samples, component, cycles[:, i], shapes[i])
+        describe(samples, component, cycles, i, shapes)
         totals[i] = np.float32(0.0)
         for q in range(POSTURES):
             for k in range(COMPONENTS):

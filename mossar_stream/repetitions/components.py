@@ -11,12 +11,13 @@ from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
 
 @kernel
-def find_components(header, samples):
+def find_components(header, samples, scratch):
     """Set axes and scores, in the order of time, for the samples in the window.
 
     Args:
         header: `HEADER` record.
         samples: `Samples`; axes of the last look are where to begin.
+        scratch: `SCRATCH` record.
 
     Returns:
         How many samples there are.
@@ -27,8 +28,11 @@ def find_components(header, samples):
         _project(samples, n)
         _turn_axes(samples, n)
     _project(samples, n)
+    for k in range(COMPONENTS):
+        for j in range(samples.pose.size):
+            samples.home_scores[k] += samples.axes[k, j] * samples.home[j]
     if header.open > SAMPLES:
-        _in_order(samples, header.open % SAMPLES)
+        _in_order(samples, header.open % SAMPLES, scratch.ring)
     return n
 
 
@@ -39,24 +43,30 @@ def _begin_axes(samples, n):
     Returns:
         Whether the first was among them.
     """
-    d = samples.pose.size
-    lost = False
-    for k in range(COMPONENTS):
-        square = np.float32(0.0)
-        for j in range(d):
-            square += samples.axes[k, j] ** 2
-        if square == 0:
-            lost |= k == 0
+    begun = -1
+    for k in range(COMPONENTS - 1, -1, -1):
+        if _is_zero(samples.axes[k]):
+            begun = k
             i = (k + 1) * (n - 1) // COMPONENTS
-            for j in range(d):
+            for j in range(samples.pose.size):
                 samples.axes[k, j] = samples.by_sample[i, j] - samples.by_sample[0, j]
-    _orthonormalise(samples.axes)
-    return lost
+    if begun >= 0:
+        _orthonormalise(samples.axes)
+    return begun == 0
+
+
+@kernel
+def _is_zero(axis):
+    """Return whether nothing is left of an axis; otherwise its first numbers tell."""
+    j = 0
+    while j < axis.size and axis[j] == 0:
+        j += 1
+    return j == axis.size
 
 
 @kernel
 def _project(samples, n):
-    """Set the centred scores of the window, in the order of the ring, and of the pose of home."""
+    """Set the centred scores of the window, in the order of the ring, and of a pose of zeros."""
     for k in range(COMPONENTS):
         row = samples.scores[k]
         row[:n] = np.float32(0.0)
@@ -72,10 +82,7 @@ def _project(samples, n):
         total /= np.float32(n)
         for i in range(n):
             row[i] -= total
-        home = -total
-        for j in range(samples.pose.size):
-            home += samples.axes[k, j] * samples.home[j]
-        samples.home_scores[k] = home
+        samples.home_scores[k] = -total
 
 
 @kernel
@@ -121,15 +128,14 @@ def _orthonormalise(axes):
 
 
 @kernel
-def _in_order(samples, oldest):
+def _in_order(samples, oldest, ring):
     """Turn the scores of a full ring so that the oldest sample comes first."""
-    scratch = np.empty(SAMPLES, np.float32)
     for k in range(COMPONENTS):
         row = samples.scores[k]
         for i in range(SAMPLES):  # assigning arrays to arrays takes numba seconds to compile
-            scratch[i] = row[i]
+            ring[i] = row[i]
         for i in range(SAMPLES):
-            row[i] = scratch[(oldest + i) % SAMPLES]
+            row[i] = ring[(oldest + i) % SAMPLES]
 
 
 @kernel
@@ -138,21 +144,23 @@ def smooth_scores(samples, n, width):
 
     Args:
         samples: `Samples`.
-        n: How many there are.
+        n: How many there are, at least `width`.
         width: Samples, odd.
     """
     half = width // 2
+    share = np.float32(1.0) / np.float32(width)
     for k in range(COMPONENTS):
         row, out = samples.scores[k], samples.smooth[k]
-        if half == 0:
-            for i in range(n):
-                out[i] = row[i]
-            continue
-        total, count = np.float32(0.0), 0
-        for i in range(n + half):
-            if i < n:
-                total, count = total + row[i], count + 1
-            if i >= width:
-                total, count = total - row[i - width], count - 1
-            if i >= half:
-                out[i - half] = total / np.float32(count)
+        for i in range(n):
+            out[i] = row[i]
+        for apart in range(1, half + 1):
+            for i in range(n - apart):
+                out[i] += row[i + apart]
+            for i in range(apart, n):
+                out[i] += row[i - apart]
+        for i in range(n):
+            out[i] *= share
+        for i in range(half):
+            fewer = np.float32(width) / np.float32(i + half + 1)
+            out[i] *= fewer
+            out[n - 1 - i] *= fewer

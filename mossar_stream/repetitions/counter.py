@@ -12,7 +12,17 @@ from mossar_stream.events import BODY, PhaseEvent, RepetitionEvent, RepetitionSt
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
 from mossar_stream.repetitions.sampling import next_wanted
-from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN, HEADER, RATE, STRIDE, length, start
+from mossar_stream.repetitions.state import (
+    CHAINS,
+    CYCLES,
+    GIVEN,
+    HEADER,
+    RATE,
+    SCRATCH,
+    STRIDE,
+    length,
+    start,
+)
 from mossar_stream.repetitions.timing import Timeline
 from mossar_stream.skeleton import Skeleton
 
@@ -22,6 +32,8 @@ LONGEST_SILENCE = 1.5
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
+CLOCK = ["begun", "origin", "latest", "wanted", "looked"]  # of the header: all at once are read quicker
+TALLY = ["clear", "dropped", "cycles", "changed", "latest"]
 FARTHEST = 2**48  # samples; no take is as long
 NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
     ("period", "tempo", "start", "end", "amplitude", "joint")
@@ -106,6 +118,9 @@ class RepetitionCounter:
         )
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]
+        self._clock, self._tally = self._header[CLOCK], self._header[TALLY]  # views
+        self._cycles = self._header["cycle"][0]  # (CYCLES,) `CYCLE`, view
+        self._max_pause = max_pause
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
@@ -113,9 +128,10 @@ class RepetitionCounter:
         self._wanted = 0.0  # s, from when on a frame is taken into a sample
         self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
+        self._scratch = np.zeros(1, SCRATCH)
         # No frame: kernels are compiled now, and never while frames come in.
-        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
-        count_rest(self._header, self._memory)
+        count_frames(self._header, self._memory, self._scratch, self._positions[:0], self._times[:0], 0)
+        count_rest(self._header, self._memory, self._scratch)
 
     def _begin(self) -> None:
         self._told = 0
@@ -130,8 +146,8 @@ class RepetitionCounter:
     @property
     def total(self) -> int:
         """Repetitions counted in this take."""
-        row = self._row
-        return int(row["dropped"] + row["cycles"]) if row["clear"] else 0
+        clear, dropped, cycles, *_ = self._tally.tolist()[0]
+        return dropped + cycles if clear else 0
 
     def follow(
         self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int = 0
@@ -147,7 +163,7 @@ class RepetitionCounter:
             The first frame not taken, and one of `NOTHING`, `CHANGED` and `TAKE_ENDS`.
         """
         self._flush()
-        used, stop = count_frames(self._header, self._memory, positions, times, begin)
+        used, stop = count_frames(self._header, self._memory, self._scratch, positions, times, begin)
         self._set_due()
         return used, stop
 
@@ -192,23 +208,22 @@ class RepetitionCounter:
         """Count the frames that are held; none of them changes anything."""
         held, self._held = self._held, 0
         if held:
-            count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
+            count_frames(
+                self._header, self._memory, self._scratch, self._positions[:held], self._times[:held], 0
+            )
         self._row["latest"] = max(self._row["latest"], self._last_held)
 
     def _set_due(self) -> None:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
-        row = self._header[0]
-        self._last_held = float(row["latest"])
-        self._origin, self._wanted = float(row["origin"]), float(row["wanted"])
-        look = float(row["origin"]) + (float(row["looked"]) + STRIDE - 0.01) / RATE
-        self._due = min(look, self._last_held + float(row["max_pause"])) if row["begun"] else -math.inf
+        begun, self._origin, self._last_held, self._wanted, looked = self._clock.tolist()[0]
+        look = self._origin + (looked + STRIDE - 0.01) / RATE
+        self._due = min(look, self._last_held + self._max_pause) if begun else -math.inf
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
-        row = self._row
-        total, self._dropped, changed = self.total, int(row["dropped"]), int(row["changed"])
-        self._latest = float(row["latest"])
-        line = Timeline.since(row, changed)
+        clear, self._dropped, cycles, changed, self._latest = self._tally.tolist()[0]
+        total = self._dropped + cycles if clear else 0
+        line = Timeline.since(self._cycles[:cycles], changed)
         events = [self._event(number, "withdrawn", line) for number in range(self._told, total, -1)]
         events += [
             self._event(number, "counted", line) for number in range(self._dropped + changed + 1, total + 1)
@@ -221,17 +236,18 @@ class RepetitionCounter:
     def end_take(self) -> list[RepetitionEvent]:
         """Return what the last frames change; the next frame begins a new take."""
         self._flush()
-        events = self.news() if count_rest(self._header, self._memory) else []
+        events = self.news() if count_rest(self._header, self._memory, self._scratch) else []
         self.take += int(self._row["begun"])
         self._begin()
         return events
 
     def phase(self) -> float | None:
         """Return where in the cycle the latest frame is, 0 to 1 from where cycles begin; None out of a bout."""
-        row, last = self._row, int(self._row["cycles"]) - 1
-        if last < 0 or not row["clear"]:
+        clear, _, cycles, *_ = self._tally.tolist()[0]
+        last = cycles - 1
+        if last < 0 or not clear:
             return None
-        line = Timeline.since(row, last)
+        line = Timeline.since(self._cycles[:cycles], last)
         period = line.period(last)
         if period is None:
             return None

@@ -5,15 +5,10 @@ the window with cycles that are alike wins, with a bonus for beginning where cyc
 what was counted in the last part of the window; what is older stands.
 """
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, kernel
 from mossar_stream.repetitions.alike import (
-    POSTURES,
-    Described,
     alternation,
     copy_cycles,
     crossing,
@@ -55,28 +50,16 @@ DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
 WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
 LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
 SHARE = 0.32  # power of the share of the movement that a component has
-WINNER = np.dtype(
-    [("covered", "f8"), ("count", "i8"), ("component", "i8"), ("width", "i8"), ("clear", "i8")],
-)
 
 
-class Scratch(NamedTuple):
-    """Arrays that proposals are made in."""
-
-    turns: NDArray[np.int64]  # (2, SAMPLES), see `turning_points`
-    cycles: NDArray[np.int64]  # (3, SAMPLES) start, far extreme, end
-    kept: NDArray[np.int64]  # (3, SAMPLES), those that are alike
-    best: NDArray[np.int64]  # (3, SAMPLES), those of the proposal that wins so far
-    described: Described
-
-
-@entry_point
-def count_frames(headers, memory, positions, times, begin):
+@entry_point(makes_arrays=False)
+def count_frames(headers, memory, scratches, positions, times, begin):
     """Take frames in, up to and with the first that changes what is counted.
 
     Args:
         headers: (1,) `HEADER`.
         memory: See `Samples`.
+        scratches: (1,) `SCRATCH`.
         positions: (n, J, 3) float32, m.
         times: (n,) float64, s.
         begin: The first frame to take.
@@ -100,7 +83,7 @@ def count_frames(headers, memory, positions, times, begin):
         while header.open < sample:
             close_sample(header, samples)
             if header.open - header.looked >= STRIDE:
-                changed |= look(header, samples)
+                changed |= look(header, samples, scratches[0])
         header.latest = times[i]
         if times[i] >= header.wanted:
             header.wanted = next_frame_wanted(header.origin, times[i])
@@ -110,31 +93,31 @@ def count_frames(headers, memory, positions, times, begin):
     return len(times), NOTHING
 
 
-@entry_point
-def count_rest(headers, memory):
+@entry_point(makes_arrays=False)
+def count_rest(headers, memory, scratches):
     """Look once more when a take ends; return whether that changed what is counted."""
     header = headers[0]
     samples = views(memory, header.joints)
     if header.begun == 0:
         return False
     close_sample(header, samples)
-    return look(header, samples)
+    return look(header, samples, scratches[0])
 
 
 @kernel
-def look(header, samples):
+def look(header, samples, scratch):
     """Look at the window and renew what is counted in it; return whether anything changed."""
     if header.open < LEAST_SAMPLES:
         return False
     header.looked = header.open
-    n = find_components(header, samples)
-    best = np.empty((3, SAMPLES), np.int64)
-    count, component, clear = _best_proposal(header, samples, n, best)
-    if count == 0:
+    n = find_components(header, samples, scratch)
+    _choose_proposal(header, samples, n, scratch)
+    winner = scratch.winner
+    if winner.count == 0:
         return False
     was_clear = header.clear
-    header.clear |= clear
-    changed = _renew(header, samples, n, component, best, count)
+    header.clear |= winner.clear
+    changed = _renew(header, samples, n, scratch)
     if header.clear and not was_clear:
         _forget_doubtful(header)
         header.changed = 0
@@ -155,23 +138,10 @@ def _forget_doubtful(header):
 
 
 @kernel
-def _best_proposal(header, samples, n, best):
-    """Write the cycles of the proposal that wins; return its number of cycles, component, and whether it is clear.
-
-    The smoothed scores are those in which it was found.
-    """
-    winner = np.zeros(1, WINNER)
-    scratch = Scratch(
-        np.empty((2, SAMPLES), np.int64),
-        np.empty((3, SAMPLES), np.int64),
-        np.empty((3, SAMPLES), np.int64),
-        best,
-        Described(
-            np.empty((SAMPLES // 2, POSTURES, COMPONENTS), np.float32),
-            np.empty((SAMPLES // 2, COMPONENTS + 1), np.float32),
-            np.empty(SAMPLES // 2),
-        ),
-    )
+def _choose_proposal(header, samples, n, scratch):
+    """Set the proposal that wins, and its cycles; the smoothed scores are those in which it was found."""
+    winner = scratch.winner
+    winner.covered, winner.count, winner.clear = 0.0, 0, 0
     spread = np.float64(1e-12)
     for k in range(COMPONENTS):
         spread += _square(samples.scores[k], n)
@@ -179,54 +149,57 @@ def _best_proposal(header, samples, n, best):
         smooth_scores(samples, n, width)
         for k in range(PROPOSING if width == 1 else SMOOTHED):
             share = (_square(samples.smooth[k], n) / spread) ** SHARE
-            if n * share * MOST_PREFERRED <= winner[0].covered:
+            if n * share * MOST_PREFERRED <= winner.covered:
                 continue  # it cannot win
-            before = winner[0].covered
-            _propose(header, samples, (n, k, width, share), scratch, winner[0])
-            if winner[0].covered > before:
-                winner[0].width = width
-    if winner[0].count > 0:
-        smooth_scores(samples, n, winner[0].width)
-    return winner[0].count, winner[0].component, winner[0].clear == 1
+            before = winner.covered
+            _propose(header, samples, (n, k, width, share), scratch)
+            if winner.covered > before:
+                winner.width = width
+    if winner.count > 0 and winner.width != WIDTHS[-1]:
+        smooth_scores(samples, n, winner.width)
 
 
 @kernel
-def _propose(header, samples, what, scratch, winner):
+def _propose(header, samples, what, scratch):
     """Let cycles of one component win if they cover more: with the hysteresis for the window, and for its last part.
 
     Args:
         header: `HEADER` record.
         samples: `Samples`.
         what: How many samples there are, the component, over how many it is smoothed, its share of the movement.
-        scratch: `Scratch`.
-        winner: `WINNER` record, in and out.
+        scratch: `SCRATCH` record.
     """
     n, k, _, _ = what
-    scores = samples.smooth[k]
-    swing = swing_range(scores, n)
-    if swing <= 0 or swing < header.least * np.sqrt(header.joints):
-        return
-    _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * swing))
-    if n > RECENT:
-        recent = swing_range(scores[n - RECENT : n], RECENT)
-        if 0 < recent <= MUCH_LESS * swing and recent >= header.least * np.sqrt(header.joints):
-            _propose_turns(header, samples, what, scratch, (winner, np.float32(HYSTERESIS) * recent))
+    scores, whole = samples.smooth[k], np.float32(0.0)
+    for part in range(
+        2
+    ):  # one call for both: code that is read once a second takes longer to fetch than to run
+        begin = part * (n - RECENT)
+        if begin < part:
+            return
+        swing = swing_range(scores[begin:n], n - begin, scratch.counts)
+        if swing <= 0 or swing < header.least * np.sqrt(header.joints):
+            return
+        if part == 0:
+            whole = swing
+        elif swing > MUCH_LESS * whole:
+            return
+        _propose_turns(header, samples, what, scratch, np.float32(HYSTERESIS) * swing)
 
 
 @kernel
-def _propose_turns(header, samples, what, scratch, goal):
+def _propose_turns(header, samples, what, scratch, least):
     """Let cycles between turning points, begun at maxima and at minima, win if they cover more.
 
     Args:
         header: `HEADER` record.
         samples: `Samples`.
         what: See `_propose`.
-        scratch: `Scratch`.
-        goal: `WINNER` record, in and out; hysteresis.
+        scratch: `SCRATCH` record.
+        least: Hysteresis.
     """
     n, k, width, share = what
-    winner, least = goal
-    scores, kept, described = samples.smooth[k], scratch.kept, scratch.described
+    winner, scores, kept = scratch.winner, samples.smooth[k], scratch.kept
     found = turning_points(scores, n, least, scratch.turns)
     for direction in (1, -1):
         count = cycles_between(scratch.turns, found, direction, n == header.open, scratch.cycles)
@@ -235,16 +208,16 @@ def _propose_turns(header, samples, what, scratch, goal):
         span = scratch.cycles[2, count - 1] - scratch.cycles[0, 0]
         if span * share * MOST_PREFERRED <= winner.covered:
             continue  # it cannot win
-        describe_all(samples, k, scratch.cycles, count, described)
-        halves = alternation(scratch.cycles, count, described) > HALVES
+        describe_all(samples, k, scratch.cycles, count, scratch)
+        halves = alternation(scratch.cycles, count, scratch) > HALVES
         for way in range(3 if halves else 1):  # as they are; joined from the first; from the second
             if way == 0:
                 left = count
                 copy_cycles(scratch.cycles, count, kept)
             else:
                 left = join_pairs(scores, scratch.cycles, count, way - 1, kept)
-                describe_all(samples, k, kept, left, described)
-            left, covered, clear = keep_alike(scores, kept, left, described.alike)
+                describe_all(samples, k, kept, left, scratch)
+            left, covered, clear = keep_alike(scores, kept, left, scratch.alike)
             if left == 0 or (width > 1 and duration(kept, left) < LEAST_WIDTHS * width * left):
                 continue
             covered *= share
@@ -293,8 +266,9 @@ def _agreeing(header, n, cycles, count):
 
 
 @kernel
-def _renew(header, samples, n, component, cycles, count):
+def _renew(header, samples, n, scratch):
     """Replace the counted cycles that the window shows anew; return whether anything changed."""
+    component, cycles, proposed = scratch.winner.component, scratch.best, scratch.missed
     oldest = header.open - n
     settled = header.open - OPEN_TO_CHANGE * SAMPLES
     middle = 2 * (oldest + cycles[0, 0])
@@ -304,24 +278,28 @@ def _renew(header, samples, n, component, cycles, count):
         if last.end <= settled or last.start + last.end <= middle:
             break
         header.cycles -= 1
-    proposed = np.empty(3, np.int64)
-    for i in range(count):
+    for i in range(scratch.winner.count):
         start, end = oldest + cycles[0, i], oldest + cycles[2, i]
+        last, missed = start, 0
         if header.cycles > 0:
             last = header.cycle[header.cycles - 1].end
             if start < last - OVERLAP * (end - start):
                 continue
             missed = _missed(samples.smooth[component], cycles[:, i], max(last - oldest, 0))
-            for q in range(missed):
+        for q in range(missed + 1):
+            for k in range(3):
+                proposed[k] = cycles[k, i]
+            if q < missed:
                 proposed[0] = last - oldest + q * (start - last) // missed
                 proposed[2] = last - oldest + (q + 1) * (start - last) // missed
                 proposed[1] = (proposed[0] + proposed[2]) // 2
-                before = _write(header, samples, component, proposed, oldest, before)
-                row = header.cycle[header.cycles - 1]  # what was not alike does not say when it is half way
+            before = _write(header, samples, component, proposed, oldest, before)
+            row = header.cycle[header.cycles - 1]
+            if q < missed:  # what was not alike does not say when it is half way
                 row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
                 row.straighter = row.resting = 0.0
-        before = _write(header, samples, component, cycles[:, i], oldest, before)
-        weigh(header, samples, component, cycles[:, i], header.cycle[header.cycles - 1])
+            else:
+                weigh(header, samples, component, proposed, row)
     turn_chains(header)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles

@@ -40,37 +40,47 @@ def take_pose(header, samples, positions):
     r = header.root
     pose = samples.pose
     fresh = header.frames == 0
-    for c in range(3):
-        base = positions[r, c]
-        for j in range(header.joints):
-            value = positions[j, c] if j == r and header.travels == 1 else positions[j, c] - base
-            k = 3 * j + c
-            if not np.isnan(value):
-                if np.isnan(pose[k]):
-                    _appear(header, samples, k, value)
-                pose[k] = value
-    if fresh:
-        for k in range(pose.size):
-            samples.sums[k] = samples.least[k] = samples.most[k] = pose[k]
-    else:
-        for k in range(pose.size):
-            value = pose[k]
-            samples.sums[k] += value
-            samples.least[k] = min(samples.least[k], value)
-            samples.most[k] = max(samples.most[k], value)
+    x, y, z = positions[r, 0], positions[r, 1], positions[r, 2]
+    if header.unseen > 0:
+        _appear(header, samples, positions)
+    for j in range(header.joints):
+        k = 3 * j
+        a, b, c = positions[j, 0] - x, positions[j, 1] - y, positions[j, 2] - z
+        pose[k] = pose[k] if np.isnan(a) else a
+        pose[k + 1] = pose[k + 1] if np.isnan(b) else b
+        pose[k + 2] = pose[k + 2] if np.isnan(c) else c
+    if header.travels == 1:
+        k = 3 * r
+        pose[k] = pose[k] if np.isnan(x) else x
+        pose[k + 1] = pose[k + 1] if np.isnan(y) else y
+        pose[k + 2] = pose[k + 2] if np.isnan(z) else z
+    sums, least, most = samples.sums, samples.least, samples.most
+    for k in range(pose.size):
+        value = pose[k]
+        sums[k] = value if fresh else sums[k] + value
+        least[k] = value if fresh or value < least[k] else least[k]
+        most[k] = value if fresh or value > most[k] else most[k]
     header.frames += 1
 
 
 @kernel
-def _appear(header, samples, k, value):
-    """Let a coordinate that is seen for the first time have been there all along."""
-    for i in range(SAMPLES):
-        samples.by_sample[i, k] = value
-        samples.by_coordinate[k, i] = value
-    samples.home[k] = value
+def _appear(header, samples, positions):
+    """Let coordinates that are seen for the first time have been there all along."""
     n = np.float32(header.frames)
-    samples.sums[k] = n * value
-    samples.least[k] = samples.most[k] = value
+    for j in range(header.joints):
+        for c in range(3):
+            k = 3 * j + c
+            own = j == header.root and header.travels == 1
+            value = positions[j, c] if own else positions[j, c] - positions[header.root, c]
+            if np.isnan(value) or not np.isnan(samples.pose[k]):
+                continue
+            header.unseen -= 1
+            for i in range(SAMPLES):
+                samples.by_sample[i, k] = value
+                samples.by_coordinate[k, i] = value
+            samples.home[k] = value
+            samples.sums[k] = n * value
+            samples.least[k] = samples.most[k] = value
 
 
 @kernel

@@ -21,6 +21,9 @@ CHAINS = (
     24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how straight limbs are
 )
 
+POSTURES = 9  # that describe a cycle
+BINS = 64  # of histograms
+
 CYCLE = np.dtype(
     [
         ("start", "i8"),  # sample at which the cycle begins, counted from the start of the take
@@ -53,6 +56,7 @@ HEADER = np.dtype(
         ("origin", "f8"),  # s, time of that frame
         ("latest", "f8"),  # s, time of the latest frame
         ("wanted", "f8"),  # s, from when on a frame is taken into a sample
+        ("unseen", "i8"),  # coordinates that no frame of the take had
         ("frames", "i8"),  # in the open sample
         ("open", "i8"),  # number of the open sample; as many are complete
         ("looked", "i8"),  # complete samples at the last look
@@ -61,6 +65,30 @@ HEADER = np.dtype(
         ("cycles", "i8"),  # remembered ones
         ("changed", "i8"),  # the first remembered cycle that the last look changed
         ("cycle", CYCLE, (CYCLES,)),
+    ]
+)
+
+WINNER = np.dtype(
+    [("covered", "f8"), ("count", "i8"), ("component", "i8"), ("width", "i8"), ("clear", "i8")],
+)
+
+SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since those that make none are quicker
+    [
+        ("turns", "i4", (2, SAMPLES)),  # see `turning_points`
+        ("cycles", "i4", (3, SAMPLES)),  # start, far extreme, end
+        ("kept", "i4", (3, SAMPLES)),  # those that are alike
+        ("best", "i4", (3, SAMPLES)),  # those of the proposal that wins so far
+        ("missed", "i4", (3,)),  # one
+        ("shapes", "f4", (SAMPLES // 2, POSTURES, COMPONENTS)),  # descriptions of cycles
+        (
+            "totals",
+            "f4",
+            (SAMPLES // 2, COMPONENTS + 1),
+        ),  # sums of each component of them, and of all squares
+        ("alike", "f8", (SAMPLES // 2,)),  # agreement of each cycle with the next
+        ("counts", "i4", (BINS,)),  # of a histogram
+        ("ring", "f4", (SAMPLES,)),  # of scores
+        ("winner", WINNER),
     ]
 )
 
@@ -134,5 +162,6 @@ def start(header: np.ndarray, memory: np.ndarray) -> None:
     header[:] = np.zeros(1, HEADER)
     for name, value in kept.items():
         header[name] = value
+    header["unseen"] = 3 * header["joints"]
     memory[:] = 0.0
     memory[-3 * int(header["joints"][0]) :] = np.nan

@@ -1,6 +1,6 @@
 """Timing: where repetitions begin and end, and how long they take, from the cycles that are counted."""
 
-from statistics import median
+from itertools import pairwise
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -42,19 +42,19 @@ class Timeline:
     """
 
     def __init__(self, cycles: np.ndarray, first: int = 0) -> None:
-        self._cycles = [Cycle(*cycle) for cycle in cycles.tolist()]
+        self._cycles = [Cycle._make(cycle) for cycle in cycles.tolist()]
         self._first = first
 
     @classmethod
-    def since(cls, row: np.void, place: int) -> Self:
+    def since(cls, cycles: np.ndarray, place: int) -> Self:
         """Return what is needed to know of the cycles from one on.
 
         Args:
-            row: `HEADER` record.
+            cycles: (n,) `CYCLE` records, all that are remembered.
             place: Of the first cycle that is asked for.
         """
         first = max(place - INTERVALS - 1, 0)
-        return cls(row["cycle"][first : int(row["cycles"])], first)
+        return cls(cycles[first:], first)
 
     def __getitem__(self, place: int) -> Cycle:
         return self._cycles[place - self._first]
@@ -71,9 +71,12 @@ class Timeline:
         beyond = min(begin + INTERVALS, self._first + len(self._cycles) - 1)
         while end < beyond and self[end + 1].number > 1:
             end += 1
-        pairs = [(self[at - 1], self[at]) for at in range(begin + 1, end + 1)]
-        passed = [(two.out - one.out + two.back - one.back) / 2 for one, two in pairs]
-        return max(median(passed) / RATE, 1 / RATE)
+        places = [
+            cycle.out + cycle.back for cycle in self._cycles[begin - self._first : end + 1 - self._first]
+        ]
+        passed = sorted([after - before for before, after in pairwise(places)])
+        median = (passed[(len(passed) - 1) // 2] + passed[len(passed) // 2]) / 2
+        return max(median / 2 / RATE, 1 / RATE)
 
     def begin_of(self, place: int) -> float:
         """Return where a repetition begins, samples; in a bout between passing half way back and half way out again."""

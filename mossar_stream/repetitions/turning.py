@@ -3,23 +3,28 @@
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import SAMPLES
+from mossar_stream.repetitions.state import BINS, SAMPLES
 
 HYSTERESIS = 0.32  # of the range from the 10th to the 90th percentile
 RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
-BINS = 64
 
 
 @kernel
-def swing_range(scores, n):
-    """Return the range from the 10th to the 90th percentile, from a histogram."""
+def swing_range(scores, n, counts):
+    """Return the range from the 10th to the 90th percentile, from a histogram.
+
+    Args:
+        scores: (n,) float32.
+        n: Samples.
+        counts: (BINS,), out.
+    """
     low = high = scores[0]
     for i in range(n):
         low = min(low, scores[i])
         high = max(high, scores[i])
     if high <= low:
         return np.float32(0.0)
-    counts = np.zeros(BINS, np.int64)
+    counts[:] = 0
     width = (high - low) / np.float32(BINS)
     for i in range(n):
         counts[min(int((scores[i] - low) / width), BINS - 1)] += 1
@@ -42,23 +47,25 @@ def turning_points(scores, n, least, turns):
         scores: (n,) float32.
         n: Samples.
         least: Hysteresis, in the unit of the scores.
-        turns: (2, SAMPLES) int64, out: sample and direction (1 a maximum, -1 a minimum).
+        turns: (2, SAMPLES), out: sample and direction (1 a maximum, -1 a minimum).
 
     Returns:
         How many there are.
     """
     found, direction, low, high = 0, 0, 0, 0
+    lowest = highest = scores[0]
     for i in range(n):
-        if scores[i] > scores[high]:
-            high = i
-        if scores[i] < scores[low]:
-            low = i
-        if direction >= 0 and scores[high] - scores[i] > least:
+        score = scores[i]
+        if score > highest:
+            high, highest = i, score
+        if score < lowest:
+            low, lowest = i, score
+        if direction >= 0 and highest - score > least:
             turns[0, found], turns[1, found] = high, 1
-            found, direction, low = found + 1, -1, i
-        elif direction <= 0 and scores[i] - scores[low] > least:
+            found, direction, low, lowest = found + 1, -1, i, score
+        elif direction <= 0 and score - lowest > least:
             turns[0, found], turns[1, found] = low, -1
-            found, direction, high = found + 1, 1, i
+            found, direction, high, highest = found + 1, 1, i, score
     return _with_the_last(scores, turns, found, high if direction > 0 else low)
 
 

@@ -299,7 +299,7 @@ class Segmenter:
                 events = engine.push_frame(row, frame, self._one_time)
                 if events is not None:
                     return events
-            elif abs(float(times) - float(row.clock["time"])) <= row.plan.given.max_pause:  # the take goes on
+            elif abs(float(times) - row.last_time[0]) <= row.plan.given.max_pause:  # the take goes on
                 return self._followers.push_one(row, frame, self._one_time, float(times))
         if isinstance(positions, Frames):
             frames = positions

@@ -121,7 +121,9 @@ class Followers:
             return self.push(row, position, time)
         if recognition is not None and not recognition.hold(position, seconds):
             return self._push_and_recognise(recognition, row, position, time, None)
-        return self._push_channels(row, position, time, None)
+        if self.limbs is not None:
+            return self._push_limbs(self.limbs, row, position, time, None)
+        return self._push_body(row, position, time, None)
 
     def push(
         self,
@@ -201,7 +203,10 @@ class Followers:
         first_frame: int | None,
     ) -> list[Event]:
         """Take one frame in, of the body and of its limbs."""
-        body = self._push_body(row, position, time, first_frame)
+        if self.counter is None:
+            body = engine.push_short(row, position, time, first_frame)
+        else:
+            body = self._push_counted(self.counter, row, position, time, first_frame)
         found = limbs.push(position, time, first_frame)
         return together(limbs.lead(body), found) if body or found else body
 

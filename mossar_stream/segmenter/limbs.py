@@ -118,14 +118,15 @@ class Limbs:
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
-        goes_on = self._goes_on and first_frame is None
+        counted = first_frame is None or engine.counts_on(self._segmenters[0].row, first_frame)
+        goes_on = counted and self._goes_on
         if not goes_on:
             np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
             self._rows.frame[0, self._means] = mean_of(positions)
         if goes_on:
             news = self._rows.advance(positions, time)
-            events = self._news(news, time) if news else []
+            events = self._news(news, time, first_frame) if news else []
         else:
             events = self._push_apart(time, first_frame)
         if self._counters:
@@ -133,14 +134,14 @@ class Limbs:
                 events += counter.push(view, time)
         return events
 
-    def _news(self, news: int, time: NDArray[np.float64]) -> list[Event]:
+    def _news(self, news: int, time: NDArray[np.float64], first_frame: int | None) -> list[Event]:
         """Return the events of the limbs of which `advance_limbs` has news."""
         events: list[Event] = []
         for i, segmenter in enumerate(self._segmenters):
             if news >> i & 1:
                 events += engine.update(segmenter.row, FOLLOW)
             elif news >> (i + BEYOND) & 1:
-                events += _told(engine.push(segmenter.row, self._rows.views[i], time))
+                events += _told(engine.push(segmenter.row, self._rows.views[i], time, first_frame))
                 self._goes_on = False
         return events
 

@@ -210,7 +210,8 @@ def test_npm_ws_receives_the_events(node, ended):
     running = node("ws_client.js", f"ws://127.0.0.1:{sink.port}", 3)
     ended(running)
     assert lines_of(running, 1) == ["ready"]
-    while not sink.clients:
+    until = time.monotonic() + 30
+    while not sink.clients and time.monotonic() < until:
         time.sleep(0.01)
     sink.send([KEY_FRAME, STREAM])
     meta, key_frame, stream = map(json.loads, lines_of(running, 3))

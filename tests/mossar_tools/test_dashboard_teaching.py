@@ -191,4 +191,4 @@ def test_a_browser_teaches_a_move_that_is_named_from_then_on_and_survives_kill_9
     os.kill(running.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
     running.wait(20)
     assert len(Moves.load(tmp_path / "new.json")) == 2
-    assert [path.name for path in tmp_path.iterdir() if "json" in path.name] == ["new.json"]
+    assert {path.name for path in tmp_path.iterdir() if "json" in path.name} == {"new.json", ".new.json.lock"}

@@ -5,14 +5,18 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import filelock
 import numpy as np
 import pytest
 
 from mossar_adapters.annotations.tiers import Mark, Tier
 from mossar_adapters.annotations.writing import write_annotations
 from mossar_stream import Moves, Skeleton
+from mossar_tools import moves_file
+from mossar_tools.errors import UsageError
 
 FPS = 30.0
 PERSON = Skeleton(("hip", "left", "right"), (-1, 0, 0))
@@ -194,4 +198,51 @@ def test_an_example_that_was_said_to_be_taken_survives_kill_9(recording, tmp_pat
             os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
         assert said == wanted
         assert len(Moves.load(moves)) >= wanted
-        assert {path.suffix for path in Path(tmp_path).iterdir() if "moves" in path.name} == {".json"}
+        left = {path.name for path in Path(tmp_path).iterdir() if "moves" in path.name}
+        assert left == {"moves.json", ".moves.json.lock"}
+
+
+TAKE_MANY = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from mossar_stream import Skeleton
+from mossar_tools.moves_file import take_example
+_, path, movement, name, ready, go = sys.argv
+shown = np.load(movement)
+person = Skeleton(("hip", "left", "right"), (-1, 0, 0))
+Path(ready).touch()
+while not Path(go).exists():
+    time.sleep(0.001)
+for _ in range(15):
+    take_example(path, person, name, shown, 30.0)
+"""
+
+
+def test_two_programs_that_teach_at_once_lose_nothing(tmp_path):
+    moves, movement, go = tmp_path / "moves.json", tmp_path / "punch.npy", tmp_path / "go"
+    np.save(movement, PUNCH)
+    ready = [tmp_path / "one", tmp_path / "other"]
+    programs = [
+        subprocess.Popen([sys.executable, "-c", TAKE_MANY, *map(str, (moves, movement, path.name, path, go))])
+        for path in ready
+    ]
+    while not all(path.exists() for path in ready):
+        assert all(program.poll() is None for program in programs)
+        time.sleep(0.01)
+    go.touch()
+    assert [program.wait(120) for program in programs] == [0, 0]
+    names = [example.name for example in Moves.load(moves).examples]
+    assert [names.count(path.name) for path in ready] == [15, 15]
+
+
+def test_a_file_that_another_program_does_not_let_go_is_said(monkeypatch, tmp_path):
+    path = tmp_path / "moves.json"
+    monkeypatch.setattr(moves_file, "PATIENCE", 0.1)
+    with (
+        filelock.FileLock(tmp_path / ".moves.json.lock"),
+        pytest.raises(UsageError, match="another program"),
+        moves_file.changing(path, PERSON),
+    ):
+        pass
+    assert not path.exists()

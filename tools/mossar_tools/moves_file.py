@@ -1,12 +1,21 @@
-"""The user's file of moves: read, added to, and written so that what was said to be taken is in it."""
+"""The user's file of moves: read, added to, and written so that what was said to be taken is in it.
 
+Who changes it locks it from before it is read until it is written, or of two programs that teach at once one would
+write over what the other took. The lock is a file beside it, because the file itself is replaced.
+"""
+
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
+import filelock
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Moves, MovesError, Skeleton
 from mossar_tools.errors import UsageError
+
+PATIENCE = 10.0  # s, that another program may take to change the file
 
 
 def read_moves(path: str | Path) -> Moves:
@@ -39,14 +48,27 @@ def moves_for(path: str | Path, skeleton: Skeleton) -> Moves:
     return moves
 
 
-def save_moves(moves: Moves, path: str | Path) -> None:
-    """Replace the file as a whole.
+@contextlib.contextmanager
+def changing(path: str | Path, skeleton: Skeleton | None = None) -> Iterator[Moves]:
+    """Yield the moves of a file, and replace the file as a whole by what became of them, if that was no error.
+
+    Other programs that change the file wait so long.
+
+    Args:
+        path: The file.
+        skeleton: Of the moves, of a file that need not be there; see `moves_for`.
 
     Raises:
-        UsageError: If it cannot be written.
+        MossarError: If it cannot be read, changed or written.
     """
+    target = Path(path)
     try:
-        moves.save(path)
+        with filelock.FileLock(target.with_name(f".{target.name}.lock"), timeout=PATIENCE):
+            moves = read_moves(path) if skeleton is None else moves_for(path, skeleton)
+            yield moves
+            moves.save(path)
+    except filelock.Timeout:
+        raise UsageError(f"{path}: another program has been changing it for {PATIENCE:g} s") from None
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}") from None
 
@@ -62,7 +84,6 @@ def take_example(
     Raises:
         MossarError: If it cannot be used or not be written.
     """
-    moves = moves_for(path, skeleton)
-    moves.add(name, positions, fps)
-    save_moves(moves, path)
+    with changing(path, skeleton) as moves:
+        moves.add(name, positions, fps)
     return moves

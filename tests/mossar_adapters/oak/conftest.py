@@ -187,6 +187,13 @@ def opened(camera):
     return lambda *_: camera
 
 
+def await_received(source, count):
+    """Wait until so many pictures arrived; the SDK drops some of those that are sent meanwhile."""
+    limit = time.monotonic() + 5
+    while source.counters.received < count and time.monotonic() < limit:
+        time.sleep(0.0005)
+
+
 def shown(stage, pictures, source=None):
     """Return what a source yields for pictures (number, seconds, people), each sent when the one before arrived."""
     source = source or OakSource(connect=opened(stage.camera))
@@ -195,9 +202,7 @@ def shown(stage, pictures, source=None):
     def feed():
         for count, picture in enumerate(pictures):
             stage.send(*picture)
-            limit = time.monotonic() + 5
-            while source.counters.received <= before + count and time.monotonic() < limit:
-                time.sleep(0.0005)
+            await_received(source, before + count + 1)
 
     feeder = threading.Thread(target=feed)
     feeder.start()

@@ -325,7 +325,11 @@ def test_frames_that_nobody_reads_are_dropped_and_counted(studio, monkeypatch):
     assert next(items) is None
     for number in range(6):
         stage.send(number, studio.START + number, [body])
-    while source.counters.late < 3:  # which is counted before the frame that takes the place comes
+        studio.await_received(source, number + 1)
+    limit = time.monotonic() + 5
+    while (
+        source.counters.late < 3 and time.monotonic() < limit
+    ):  # counted before the frame that takes the place comes
         time.sleep(0.001)
     assert isinstance(next(items), Meta)
     assert [next(items).times[0] - studio.START for _ in range(3)] == [3, 4, 5]

@@ -7,6 +7,7 @@ import pytest
 from mossar_adapters.joint_sets import BLAZEPOSE_33, CMU_31, HUMANOID, KINECT_20
 from mossar_stream import (
     FrameError,
+    KeyFrameEvent,
     Performers,
     Segmenter,
     SegmentEvent,
@@ -18,6 +19,7 @@ from mossar_stream import (
     segment_recording,
     to_json,
 )
+from mossar_stream.engine.limb_rows import LimbRows
 from mossar_stream.frames import Frames
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, positions_of
 from mossar_stream.segmenter.limbs import settings_of_limbs
@@ -169,6 +171,28 @@ def test_the_events_of_a_limb_are_those_of_a_segmenter_of_its_joints_alone(fps):
         ]
         assert [e for e in found if getattr(e, "channel", "body") == limb.name] == wanted
         assert wanted or limb.name != "left_arm"
+
+
+@pytest.mark.parametrize("first", [0, 7])
+def test_frames_with_numbers_are_taken_in_by_one_call_too(monkeypatch, first):
+    frames, times = gapped()
+    numbers = first + np.arange(len(times)) + 5 * (np.arange(len(times)) >= 50)  # five were lost on the way
+    quick = []
+    advance = LimbRows.advance
+    monkeypatch.setattr(LimbRows, "advance", lambda self, *frame: quick.append(1) or advance(self, *frame))
+    parts = [(0, 50), (50, len(times))]
+    singly = [(k, k + 1) for k in range(len(times))]
+    found = []
+    for cuts in (parts, singly):
+        segmenter = Segmenter(KINECT_20, Settings(limbs=True))
+        found.append([])
+        for begin, end in cuts:
+            found[-1] += segmenter.push(frames[begin:end], times[begin:end], first_frame=int(numbers[begin]))
+        found[-1] += segmenter.end_take()
+    assert found[0] == found[1]
+    told = max(event.frame for event in found[0] if isinstance(event, KeyFrameEvent))
+    assert told > 150 + 5 + first  # in the second take, which counts on
+    assert len(quick) > 1.9 * len(times)
 
 
 def test_what_is_said_of_a_take_stands_before_the_word_that_it_ended():

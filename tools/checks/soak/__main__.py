@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from checks.soak.measure import Sample, early_and_late, files, memory, threads
+from checks.soak.measure import Sample, early_and_late, files, measure_exactly, memory, threads
 from checks.soak.neighbours import Neighbours
 from checks.soak.receivers import OscReceiver, Receiver, Subscriber
 from checks.soak.stage import FPS, MAX_PAUSE, Stage
@@ -27,7 +27,7 @@ from mossar_adapters.zeromq.sink import ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
 from mossar_stream import Event, Segmenter, Settings
 
-MOST_GROWTH = 12 << 20  # bytes; names, clients and threads of the faults take 3 to 6 MB in the first minutes
+MOST_GROWTH = 4 << 20  # bytes
 DISK = 16 << 20  # bytes that a file may have: the recording's disk is full after them
 _PERIOD = 1.0  # s between two samples
 _PATIENCE = 10.0  # s given to the last events
@@ -105,6 +105,7 @@ def main() -> int:
         "--seed", metavar="S", type=int, default=1, help="the same seed makes the same faults"
     )
     given = parser.parse_args()
+    measure_exactly()
     resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, resource.RLIM_INFINITY))
     with tempfile.TemporaryDirectory() as folder:
         return soak(Path(folder), given.minutes * 60, given.seed)

@@ -77,6 +77,9 @@ class Stage:
     def _play(self) -> None:
         try:
             self._publisher.await_subscriber(_PATIENCE)
+            for _ in range(strangers.WAVES):
+                self._flood(strangers.FIRST)
+                time.sleep(strangers.MOMENT)
             for name in NAMES:
                 self._publisher.announce(self.meta[name])
                 self._end_take(name)  # everybody is known from the beginning: nothing is to grow later

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.moves_file import moves_for, read_moves, save_moves, take_example
+from mossar_tools.moves_file import changing, moves_for, read_moves, take_example
 from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings, add_speed
 from mossar_tools.values import names, positive
 from mossar_tools.values import whole as whole_number
@@ -98,12 +98,12 @@ def run(options: Options, console: Console) -> int:
 
 
 def _look_after(options: Options, console: Console) -> int:
-    moves = read_moves(options.file)
     if options.remove is not None:
-        moves.remove(options.remove)
-        save_moves(moves, options.file)
+        with changing(options.file) as moves:
+            moves.remove(options.remove)
         console.say(f"removed: {options.remove}")
     if options.list:
+        moves = read_moves(options.file)
         for name in moves.names:
             lengths = [
                 (len(e.positions) // (3 * len(moves.skeleton)) - 1) / e.fps
@@ -145,11 +145,10 @@ def _teach_parts(options: Options, console: Console, parts: list[tuple[float, fl
     from mossar_tools.loaded_recording import load_recording
 
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
-    moves = moves_for(options.file, whole.skeleton)
-    for begin, until, name in parts:
-        positions, fps = _part(whole, begin, until)
-        moves.add(name, positions, fps)
-    save_moves(moves, options.file)
+    with changing(options.file, whole.skeleton) as moves:
+        for begin, until, name in parts:
+            positions, fps = _part(whole, begin, until)
+            moves.add(name, positions, fps)
     console.say(f"{options.file}: {len(parts)} taken; {len(moves)} examples of {len(moves.names)} moves")
     return DONE
 
@@ -165,7 +164,10 @@ def _discover(options: Options, console: Console) -> int:
 
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
-    moves = moves_for(options.file, whole.skeleton) if options.names else None
+    if options.names:
+        moves_for(
+            options.file, whole.skeleton
+        )  # or it is said before the kinds are looked for, which takes long
     settings = options.settings(range="file")
     with saying_if_cold(settings):
         kinds, left_out = interruptibly(lambda: discover(whole, settings))
@@ -176,14 +178,14 @@ def _discover(options: Options, console: Console) -> int:
     if picture is not None:
         draw_kinds(picture, whole, kinds, palette(dark=options.dark))
         console.say(f"drawn: {picture}")
-    if moves is None:
+    if not options.names:
         return DONE
     if len(options.names) > len(kinds):
         raise UsageError(f"--names has {len(options.names)} names; there are {len(kinds)} kinds of moves")
-    for name, kind in zip(options.names, kinds, strict=False):
-        for part in kind[: options.times] if name != "-" else ():
-            moves.add(name, part.positions, part.fps)
-    save_moves(moves, options.file)
+    with changing(options.file, whole.skeleton) as moves:
+        for name, kind in zip(options.names, kinds, strict=False):
+            for part in kind[: options.times] if name != "-" else ():
+                moves.add(name, part.positions, part.fps)
     console.say(f"{options.file}: {len(moves)} examples of {len(moves.names)} moves")
     return DONE
 

@@ -15,7 +15,7 @@ from mossar_adapters.source import Meta
 from mossar_stream import Example, Frames, MossarError, Moves, MovesError, Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.recorder import unused
-from mossar_tools.moves_file import read_moves, save_moves, take_example
+from mossar_tools.moves_file import changing, read_moves, take_example
 from mossar_tools.taking import MovementTaker
 
 COUNTED = 3  # s
@@ -124,12 +124,11 @@ class Teaching:
         with self._lock:
             if self.path is None:
                 raise MovesError("there are no examples")
-            moves = read_moves(self.path)
-            if not 0 <= place < len(moves) or mark_of(moves.examples[place]) != mark:
-                raise MovesError("this example is not there any more")
-            name = moves.examples[place].name
-            moves.remove_example(place)
-            save_moves(moves, self.path)
+            with changing(self.path) as moves:
+                if not 0 <= place < len(moves) or mark_of(moves.examples[place]) != mark:
+                    raise MovesError("this example is not there any more")
+                name = moves.examples[place].name
+                moves.remove_example(place)
             self._phase, self._said = "idle", f"an example of {name} is forgotten"
             self._adopt(moves)
 
