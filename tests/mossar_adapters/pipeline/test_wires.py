@@ -91,9 +91,9 @@ def test_other_wires_give_the_same_confirmed_key_frames(segmented, tmp_path, kin
 def test_wires_that_carry_times_give_the_same_key_frames_at_real_speed(segmented, tmp_path):
     wires = [Wire(kind, tmp_path) for kind in ("zmq", "mossar", "vmc")]
 
-    sent = [(wire, performance(1.0, 3.0, seed=10)) for wire in wires]
-    found = segmented(*(wire.source for wire in wires), send=lambda: send_together(sent), seconds=3.0)
-    direct = confirmed(segmented(performance(seconds=3.0, seed=10), seconds=3.0))
+    sent = [(wire, performance(1.0, 5.0, seed=10)) for wire in wires]
+    found = segmented(*(wire.source for wire in wires), send=lambda: send_together(sent), seconds=5.0)
+    direct = confirmed(segmented(performance(seconds=5.0, seed=10), seconds=5.0))
     assert len(direct) > 3
     assert [confirmed(found, name) for name in ("p1", "p2", "p3")] == [direct] * 3
 
