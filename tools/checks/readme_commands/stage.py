@@ -157,7 +157,9 @@ def _said(err: bytes) -> list[str]:
 
 
 def _problems(said: Sequence[str]) -> list[str]:
-    return [line for line in said if re.search(r"\berror:", line, re.IGNORECASE)]
+    # What Python itself says when Ctrl-C meets it, or a program that it starts, before any line of ours.
+    told = [line for line in said if not line.startswith("Fatal Python error: init_")]
+    return [line for line in told if re.search(r"\berror:", line, re.IGNORECASE)]
 
 
 def _last(lines: Sequence[str]) -> str:
