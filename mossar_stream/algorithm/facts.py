@@ -3,17 +3,14 @@
 import numpy as np
 
 from mossar_stream.algorithm.noise import noise_level
-from mossar_stream.algorithm.pose_history import MARGIN, mark_at
+from mossar_stream.algorithm.pose_history import MARGIN, SPEED_WINDOW, mark_at
 from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity import evidence
 
 SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
-SPEED_WINDOW = 0.1  # s, over which speeds are taken
-# Where noise is loud, the velocity is that of the filtered poses, over so many seconds,
-WINDOW_IN_NOISE = 3.0 / 30.0
-EARLIER_IN_NOISE = 0.12  # s, and what it shows happened so long ago
+EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
 SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
 INTERVAL = 0.3  # s between key frames that are told of when Algorithm 2 accepts them
 QUICK = 3.0  # V; who is faster is in the midst of a move
@@ -84,16 +81,16 @@ def note_speed(facts, scales, time):
 
 
 @inline_kernel
-def noise_of_speed(noise, joints, window):
+def noise_of_speed(noise, joints):
     """Return what the sensor's noise adds to the speed of the filtered poses, m/s.
 
-    White noise takes each joint √6 σ a frame; filtered with weight a, and over a window, s, it takes it
+    White noise takes each joint √6 σ a frame; filtered with weight a, and over the speed window, it takes it
     √(6 a / (2 - a)) σ.
     """
     if noise.step <= 0.0:
         return 0.0
     share = noise.step / (noise.step + SMOOTHING)
-    return noise_level(noise) / joints * noise.step * np.sqrt(share / (2.0 - share)) / window
+    return noise_level(noise) / joints * noise.step * np.sqrt(share / (2.0 - share)) / SPEED_WINDOW
 
 
 @kernel

@@ -37,8 +37,6 @@ from mossar_stream.algorithm.cycles import (
 from mossar_stream.algorithm.facts import (
     EARLIER,
     EARLIER_IN_NOISE,
-    SPEED_WINDOW,
-    WINDOW_IN_NOISE,
     noise_of_speed,
     note_place,
     note_speed,
@@ -293,9 +291,9 @@ def _velocity_in_noise(state, a, time, dt):
     plan, scales, noise = state.plan, state.scales, state.noise
     speed = scales.speed
     if state.joints.arrived == 0:  # a joint that has just come has no past yet
-        squares = speed_to_come(a.joints, a.history, smoothing_weights(dt), time, WINDOW_IN_NOISE)
+        squares = speed_to_come(a.joints, a.history, smoothing_weights(dt), time)
         speed = np.sqrt(squares / state.joints.moving)
-    left = noise_of_speed(noise, plan.moving_joints, WINDOW_IN_NOISE) * plan.window * plan.moving_joints
+    left = noise_of_speed(noise, plan.moving_joints) * plan.window * plan.moving_joints
     noise.floor = noise_floor(left, plan, state.range.largest)
     return speed * plan.window * plan.moving_joints
 
@@ -349,5 +347,5 @@ def _follow_evidence(state, a, squares, dt, first):
     else:
         follow_scales(state.scales, squares / state.joints.moving, dt)
     note_speed(state.facts, state.scales, state.clock.time)
-    noise = noise_of_speed(state.noise, plan.moving_joints, SPEED_WINDOW)
+    noise = noise_of_speed(state.noise, plan.moving_joints)
     follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time, noise)

@@ -6,7 +6,7 @@ set: the splitter tells on which side of a candidate the features of the frame b
 
 import numpy as np
 
-from mossar_stream.algorithm.pose_history import squared_speeds
+from mossar_stream.algorithm.pose_history import measure_speeds
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import (
     LIVE,
@@ -18,10 +18,9 @@ from mossar_stream.memory.joint_pages import (
     POSE_Y,
     POSE_Z,
     SMOOTH_X,
-    SMOOTH_Y,
-    SMOOTH_Z,
     STEP,
     STEP_BEFORE,
+    WORK,
     X,
     Y,
     Z,
@@ -42,32 +41,15 @@ def localise(joints, kept, moved):
         moved: Weight of the newest displacement in the filtered pose.
     """
     plan, body = joints.plan, joints.body
-    cx, cy, cz = center_of(plan, joints.state, body)
+    center = center_of(plan, joints.state, body)
     for first in range(0, plan.padded_joints, PAGE):
         page = page_of(body, first)
-        _shift(page, cx, cy, cz, (kept, moved))
+        _filter(page, center, (kept, moved), POSE_X)
         _keep_paths(page)
 
 
-@inline_kernel
-def _shift(page, cx, cy, cz, weights):
-    kept, moved = weights
-    new = ONE - kept
-    for j in range(PAGE):
-        live, step = new * page[j + LIVE], moved * page[j + LIVE]
-        page[j + POSE_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live + page[j + MOVED_X] * step
-        page[j + POSE_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live + page[j + MOVED_Y] * step
-        page[j + POSE_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live + page[j + MOVED_Z] * step
-
-
-@inline_kernel
-def _keep_paths(page):
-    for j in range(PAGE):
-        page[j + STEP_BEFORE] = page[j + STEP]
-
-
 @kernel
-def speed_to_come(joints, history, weights, time, window):
+def speed_to_come(joints, history, weights, time):
     """Return the sum of the squared speeds of the joints, (m/s)², in the filtered pose that the frame will have.
 
     Args:
@@ -75,22 +57,30 @@ def speed_to_come(joints, history, weights, time, window):
         history: PoseHistory.
         weights: `kept` and `moved` of `localise`.
         time: s, of the frame.
-        window: s, over which the speeds are taken.
     """
     plan, body = joints.plan, joints.body
-    cx, cy, cz = center_of(plan, joints.state, body)
+    center = center_of(plan, joints.state, body)
     for first in range(0, plan.padded_joints, PAGE):
-        _foresee(page_of(body, first), cx, cy, cz, weights)
-    return squared_speeds(history, body, time, window)
+        # The lines of smoothed displacements: there are none where evidence decides.
+        _filter(page_of(body, first), center, weights, SMOOTH_X)
+    return measure_speeds(history, body, time, SMOOTH_X, WORK)
 
 
 @inline_kernel
-def _foresee(page, cx, cy, cz, weights):
-    """Write the pose that `_shift` will set where smoothed displacements are kept otherwise."""
+def _filter(page, center, weights, to):
+    """Write the filtered pose, given the one of the frame before, to three lines of a page."""
+    cx, cy, cz = center
     kept, moved = weights
     new = ONE - kept
     for j in range(PAGE):
         live, step = new * page[j + LIVE], moved * page[j + LIVE]
-        page[j + SMOOTH_X] = kept * page[j + POSE_X] + (page[j + X] - cx) * live + page[j + MOVED_X] * step
-        page[j + SMOOTH_Y] = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live + page[j + MOVED_Y] * step
-        page[j + SMOOTH_Z] = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live + page[j + MOVED_Z] * step
+        x = kept * page[j + POSE_X] + (page[j + X] - cx) * live + page[j + MOVED_X] * step
+        y = kept * page[j + POSE_Y] + (page[j + Y] - cy) * live + page[j + MOVED_Y] * step
+        z = kept * page[j + POSE_Z] + (page[j + Z] - cz) * live + page[j + MOVED_Z] * step
+        page[j + to], page[j + to + PAGE], page[j + to + 2 * PAGE] = x, y, z
+
+
+@inline_kernel
+def _keep_paths(page):
+    for j in range(PAGE):
+        page[j + STEP_BEFORE] = page[j + STEP]

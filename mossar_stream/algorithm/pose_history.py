@@ -17,8 +17,6 @@ from mossar_stream.memory.joint_pages import (
     PAGE,
     PAGE_SIZE,
     POSE_X,
-    SMOOTH_X,
-    WORK,
     mark_absent,
     page_of,
     place,
@@ -26,7 +24,7 @@ from mossar_stream.memory.joint_pages import (
 
 RATE = 30.0  # Hz
 SPACING = 0.8 / RATE  # s; poses are kept at least this far apart
-SPEED_WINDOW = 0.1  # s
+SPEED_WINDOW = 0.1  # s, over which speeds are taken
 QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
 FIRST_JOINT = np.int64(0)
 NEWEST = np.int64(0)  # no kept pose is later than this one
@@ -123,39 +121,35 @@ def follow_speeds(history, body, time, offset):
     Returns:
         Sum of the squared speeds, (m/s)².
     """
-    poses = history.poses
-    past = _past_place(history, time - SPEED_WINDOW, NEWEST)
-    rate = _rate(history.marks, past, time)
-    squares = 0.0
-    for first in range(0, poses.shape[2], PAGE):
+    squares = measure_speeds(history, body, time, POSE_X, LOG_SPEED)
+    joints = history.poses.shape[2]
+    for first in range(0, joints, PAGE):
         page = page_of(body, first)
-        target = page[LOG_SPEED : LOG_SPEED + min(PAGE, poses.shape[2] - first)]
-        _speeds(_axes(page[POSE_X:]), poses[past], first, rate, target)
-        squares += page_product(page, LOG_SPEED, LOG_SPEED)
-        _log_speeds(target, offset)
+        _log_speeds(page[LOG_SPEED : LOG_SPEED + min(PAGE, joints - first)], offset)
         _leave_out(page)
     return squares
 
 
 @inline_kernel
-def squared_speeds(history, body, time, window):
-    """Return the sum of the squared speeds, (m/s)², of the pose that stands where displacements are smoothed.
+def measure_speeds(history, body, time, pose, speed):
+    """Set the joints' speeds, m/s, in the body, and return the sum of their squares, (m/s)².
 
     Args:
         history: PoseHistory.
         body: See joint_pages.py.
-        time: s, of that pose.
-        window: s, over which the speeds are taken.
+        time: s, of this frame.
+        pose: First of the three lines of a page where the pose stands.
+        speed: Line where the speeds are to stand.
     """
     poses = history.poses
-    past = _past_place(history, time - window, NEWEST)
+    past = _past_place(history, time, NEWEST)
     rate = _rate(history.marks, past, time)
     squares = 0.0
     for first in range(0, poses.shape[2], PAGE):
         page = page_of(body, first)
-        target = page[WORK : WORK + min(PAGE, poses.shape[2] - first)]
-        _speeds(_axes(page[SMOOTH_X:]), poses[past], first, rate, target)
-        squares += page_product(page, WORK, WORK)
+        target = page[speed : speed + min(PAGE, poses.shape[2] - first)]
+        _speeds(_axes(page[pose:]), poses[past], first, rate, target)
+        squares += page_product(page, speed, speed)
     return squares
 
 
@@ -172,12 +166,12 @@ def _axes(pose):
 
 
 @inline_kernel
-def _past_place(history, since, newest):
-    """Return the place of the pose from which a speed is taken, or -1.
+def _past_place(history, time, newest):
+    """Return the place of the pose from which a speed is taken: that of about a tenth of a second ago, or -1.
 
     Args:
         history: PoseHistory.
-        since: s; the last pose that is not later, or else the first one.
+        time: s, of the pose whose speeds are asked for.
         newest: How many kept poses are later than this one; 0 on the live end.
     """
     state, marks = history.state, history.marks
@@ -185,7 +179,7 @@ def _past_place(history, since, newest):
     for back in range(newest + 1, state.filled + 1):
         past = state.head - back
         past += len(marks) if past < 0 else 0
-        if marks[past].time <= since + MARGIN:
+        if marks[past].time <= time - SPEED_WINDOW + MARGIN:
             break
     return past
 
@@ -265,7 +259,7 @@ def load_pose(history, pose, back):
         for j in range(pose.shape[1]):
             pose[axis, j] = np.float32(history.poses[here, axis, j]) * QUANTUM
     time = history.marks[here].time
-    past = _past_place(history, time - SPEED_WINDOW, back + 1)
+    past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
     _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
     _log_speeds(pose[3], SPEED_OFFSET)

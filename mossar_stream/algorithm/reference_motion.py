@@ -71,10 +71,9 @@ class Motion:
         self.times = self.taken / fps
         self.dt = np.diff(self.times, prepend=0.0)
         self.poses = filtered(poses, self.dt)
-        self.speeds = joint_speeds(self.poses, self.times, facts.SPEED_WINDOW)
-        self.speed = self._rms(self.speeds)
-        filtered_speed = self._rms(joint_speeds(self.poses, self.times, facts.WINDOW_IN_NOISE))
-        heard = velocity(poses, self.times, self.moving_joints, filtered_speed)
+        self.speeds = joint_speeds(self.poses, self.times)
+        self.speed = np.sqrt((self.speeds**2).sum(axis=1) / self.moving_joints)
+        heard = velocity(poses, self.times, self.moving_joints, self.speed)
         self.curve, self.range, self.noise, self.loud = heard
         self.usual = usual_speeds(self.speed, self.dt)
         self.extent, self.away = surroundings(self)
@@ -82,9 +81,6 @@ class Motion:
         self.candidates = list(self._candidates())
         self.inside, self.period = periods(self)
         self._known: dict[tuple[int, int, int], list[float] | None] = {}
-
-    def _rms(self, speeds: Array) -> Array:
-        return np.sqrt((speeds**2).sum(axis=1) / self.moving_joints)  # type: ignore[no-any-return]
 
     def _candidates(self) -> Iterator[Candidate]:
         """Yield the key frames of Algorithm 2 with what is known of them."""
@@ -284,12 +280,12 @@ def taken_frames(times: Array) -> NDArray[np.int64]:
     return np.array(taken)
 
 
-def joint_speeds(poses: Array, times: Array, window: float) -> Array:
-    """Return (n, J) m/s, over about so many seconds, from poses as they are kept."""
+def joint_speeds(poses: Array, times: Array) -> Array:
+    """Return (n, J) m/s, over about a tenth of a second, from poses as they are kept."""
     speeds, quanta = np.zeros(poses.shape[:2]), float(pose_history.PER_QUANTUM)
     kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
-        old = np.flatnonzero(times[:t] <= times[t] - window + pose_history.MARGIN)
+        old = np.flatnonzero(times[:t] <= times[t] - pose_history.SPEED_WINDOW + pose_history.MARGIN)
         past = old[-1] if len(old) else 0
         speeds[t] = np.linalg.norm(poses[t] - kept[past], axis=1) / (times[t] - times[past])
     return speeds

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm import facts, noise
+from mossar_stream.algorithm import facts, noise, pose_history
 
 WINDOW, SIG_THRESHOLD, RANGE_FLOOR, MARGIN = 0.1, 0.05, 0.01, 1.5  # s; share; m; setting noise_margin
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ class Heard(NamedTuple):
 
 
 def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
-    """Return the velocity of poses, given the speed of the filtered ones over `facts.WINDOW_IN_NOISE`, m/s."""
+    """Return the velocity of poses, given the speed of the filtered ones, m/s."""
     moved = np.diff(poses, axis=0, prepend=poses[:1])
     steps = np.sqrt((moved**2).sum(axis=(1, 2)) / joints)
     n = len(poses)
@@ -40,13 +40,13 @@ def velocity(poses: Array, times: Array, joints: int, speed: Array) -> Heard:
             ear.listen(moved[t], steps[t], time - times[t - 1])
         first = np.searchsorted(times, time - (WINDOW - 1e-6), side="right")
         found.velocity[t] = steps[first : t + 1].sum()
-        found.noise[t] = ear.of_speed(facts.SPEED_WINDOW)
+        found.noise[t] = ear.of_speed
         found.loud[t] = ear.level * WINDOW * MARGIN > line
         floor = RANGE_FLOOR
         if found.loud[t]:
             found.velocity[t] = speed[t] * WINDOW
             above = 1.0 + noise.DEVIATIONS / np.sqrt(6.0 * joints)
-            least = above * ear.of_speed(facts.WINDOW_IN_NOISE) * WINDOW / SIG_THRESHOLD
+            least = above * ear.of_speed * WINDOW / SIG_THRESHOLD
             floor = max(floor, min(least, noise.MOST_RAISED * max(largest, RANGE_FLOOR)))
         largest = max(largest, found.velocity[t])
         found.range[t] = max(largest, floor)
@@ -88,7 +88,8 @@ class _Ear:
         """Path of the noise, m/s."""
         return min(self.estimate, self.quietest)
 
-    def of_speed(self, window: float) -> float:
-        """Return what the noise adds to the speed of the filtered poses over a window, m/s."""
+    @property
+    def of_speed(self) -> float:
+        """What the noise adds to the speed of the filtered poses, m/s."""
         share = self.step / (self.step + facts.SMOOTHING)
-        return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / window)
+        return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / pose_history.SPEED_WINDOW)

@@ -20,7 +20,7 @@ from mossar_stream.algorithm.cycles import (
 )
 from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
-from mossar_stream.algorithm.facts import SPEED_WINDOW, is_told, noise_of_speed, write_facts
+from mossar_stream.algorithm.facts import is_told, noise_of_speed, write_facts
 from mossar_stream.algorithm.open_segment import (
     NO_SLOT,
     OpenSegment,
@@ -242,7 +242,7 @@ def _add_key(w, slot, state, point, rev):
         add_key(w, slot, point, point.time, rev, TOLD)
         return
     facts, scales = state.facts, state.scales
-    noise = noise_of_speed(state.noise, w.plan.moving_joints, SPEED_WINDOW)
+    noise = noise_of_speed(state.noise, w.plan.moving_joints)
     write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
     note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD

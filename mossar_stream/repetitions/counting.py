@@ -171,12 +171,9 @@ def _propose(header, samples, what, scratch):
     """
     n, k, _, _ = what
     scores, whole = samples.smooth[k], np.float32(0.0)
-    for part in range(
-        2
-    ):  # one call for both: code that is read once a second takes longer to fetch than to run
+    # One call for both: code that is read once a second takes longer to fetch than to run.
+    for part in range(2 if n > RECENT else 1):
         begin = part * (n - RECENT)
-        if begin < part:
-            return
         swing = swing_range(scores[begin:n], n - begin, scratch.counts)
         if swing <= 0 or swing < header.least * np.sqrt(header.joints):
             return

@@ -327,9 +327,8 @@ def test_frames_that_nobody_reads_are_dropped_and_counted(studio, monkeypatch):
         stage.send(number, studio.START + number, [body])
         studio.await_received(source, number + 1)
     limit = time.monotonic() + 5
-    while (
-        source.counters.late < 3 and time.monotonic() < limit
-    ):  # counted before the frame that takes the place comes
+    # It is counted before the frame that takes the place comes.
+    while source.counters.late < 3 and time.monotonic() < limit:
         time.sleep(0.001)
     assert isinstance(next(items), Meta)
     assert [next(items).times[0] - studio.START for _ in range(3)] == [3, 4, 5]

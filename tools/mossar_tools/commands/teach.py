@@ -165,9 +165,8 @@ def _discover(options: Options, console: Console) -> int:
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
     if options.names:
-        moves_for(
-            options.file, whole.skeleton
-        )  # or it is said before the kinds are looked for, which takes long
+        # What is wrong with the file is said before kinds are looked for, which takes long.
+        moves_for(options.file, whole.skeleton)
     settings = options.settings(range="file")
     with saying_if_cold(settings):
         kinds, left_out = interruptibly(lambda: discover(whole, settings))
