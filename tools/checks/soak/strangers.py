@@ -7,9 +7,8 @@ from mossar_stream import Event, Skeleton
 
 # How many come at once: as many as there is room for (256), then such as make others give way.
 FIRST, LATER = 232, 20
-WAVES = (
-    4  # before them: with those after, more names than sinks keep metas of (1024), so that little grows later
-)
+# Before them, so that little grows later: with those after, more names than sinks keep metas of (1024).
+WAVES = 4
 MOMENT = 2.5  # s after each wave; whoever was heard of in the last two gives way to nobody
 PERIOD = 25.0  # s between two floods: longer than a take stays open, so that whoever gives way has none
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
