@@ -14,7 +14,7 @@ from mossar_stream.repetitions.state import COMPONENTS, POSTURES
 
 SHORTEST = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
-LEAST_AMPLITUDE_RATIO = 0.54
+LEAST_AMPLITUDE_RATIO = 0.6
 LEAST_AGREEMENT = 0.26  # of two neighbours
 ENOUGH = 0.79  # of a run's pairs together
 STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
@@ -265,16 +265,6 @@ def recurring(scores, cycles, count):
         one += float(uu - u * u / np.float32(n))
         other += float(vv - v * v / np.float32(n))
     return product / math.sqrt(one * other)
-
-
-@kernel
-def dwelling(scores, cycles, count):
-    """Return how much longer cycles dwell where they begin than at their other extreme, from -1 to 1."""
-    home, far = 0, 0
-    for i in range(count):
-        near, away = dwelling_of(scores, cycles[0, i], cycles[1, i], cycles[2, i])
-        home, far = home + near, far + away
-    return (home - far) / max(home + far, 1)
 
 
 @kernel

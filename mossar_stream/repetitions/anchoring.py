@@ -17,7 +17,7 @@ DWELL, HOMEWARD = (
     0.7,
 )  # how much speaks for an extreme where the movement dwells, and that is nearer to home
 STRAIGHTER = 0.16  # of the length of limbs: more hardly speaks louder
-LEAN = 0.05  # for leaving it as it is
+LEAN = 0.15  # for leaving it as it is
 LONGEST_PAUSE = 0.5  # cycles, within a bout
 SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
 

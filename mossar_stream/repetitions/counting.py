@@ -15,7 +15,6 @@ from mossar_stream.repetitions.alike import (
     cycles_between,
     describe_all,
     duration,
-    dwelling,
     homing,
     join_pairs,
     keep_alike,
@@ -32,17 +31,16 @@ NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
 PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
 LEAST_SAMPLES = 8
 OPEN_TO_CHANGE = 0.5  # of the window
-DWELL = 0.12  # for beginning where the movement rests,
-HOMEWARD = 0.5  # and nearer to how the take began
+HOMEWARD = 0.4  # for beginning nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
-BONUS = 0.31  # for beginning where cycles were counted before
+BONUS = 0.34  # for beginning where cycles were counted before
 UPRIGHT = 0.6  # for beginning where limbs are straighter and upright
 RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
-MOST_PREFERRED = (1.0 + BONUS) * (1.0 + DWELL) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
 RECENT = 40  # samples: what swings much less there than in the window followed another posture,
 MUCH_LESS = 0.6  # of the range of the window
 NEAR = 0.15  # of a cycle
-OVERLAP = 0.37  # of a cycle, that may overlap the one before
+OVERLAP = 0.45  # of a cycle, that may overlap the one before
 LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
 GOES_ON = 0.54  # of a swing
 DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
@@ -220,18 +218,17 @@ def _propose_turns(header, samples, what, scratch, least):
             covered *= share
             if covered * MOST_PREFERRED <= winner.covered:
                 continue  # it cannot win, and saying how preferred it is takes long
-            covered *= _preference(header, samples, n, k, kept, left)
+            covered *= _preference(header, samples, n, kept, left)
             if covered > winner.covered:
                 winner.covered, winner.count, winner.component, winner.clear = covered, left, k, int(clear)
                 copy_cycles(kept, left, scratch.best)
 
 
 @kernel
-def _preference(header, samples, n, component, cycles, count):
-    """Return the weight of a proposal: it recurs, begins where cycles began before, where it rests and limbs are straight, and at home."""
+def _preference(header, samples, n, cycles, count):
+    """Return the weight of a proposal: it recurs, begins where cycles began before, where limbs are straight and upright, and at home."""
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
     weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
-    weight *= 1.0 + DWELL * dwelling(samples.smooth[component], cycles, count)
     weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
     return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
 

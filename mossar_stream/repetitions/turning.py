@@ -5,7 +5,7 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import BINS, SAMPLES
 
-HYSTERESIS = 0.32  # of the range from the 10th to the 90th percentile
+HYSTERESIS = 0.37  # of the range from the 10th to the 90th percentile
 RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
 
 
