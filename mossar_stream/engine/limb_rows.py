@@ -4,13 +4,13 @@ A call of its own for each limb would cost more than what it does. Which frames 
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, STOPS
 from mossar_stream.algorithm.row import ROW, new_memory
-from mossar_stream.engine.buffers import IN_USE
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.run import FOLLOWS, advance_by_name, update_window_by_name
 from mossar_stream.events import Event
@@ -84,7 +84,7 @@ def advance_limbs(
 
 
 @inline_kernel
-def _gather(order, positions, frame):
+def _gather(order: NDArray[np.int64], positions: NDArray[np.float32], frame: NDArray[np.float32]) -> None:
     """Set the joints of all limbs."""
     for k in range(len(order)):
         joint = order[k]
@@ -94,7 +94,7 @@ def _gather(order, positions, frame):
 
 
 @inline_kernel
-def _catch_up(clock, body, max_pause):
+def _catch_up(clock: Any, body: Any, max_pause: float) -> None:
     """Let a limb's clock know of the frames that the body passed over; the take goes on, as the body has found."""
     clock.next_frame = body.used_frame
     clock.time = max(clock.time, body.time - 0.5 * max_pause)
@@ -115,9 +115,7 @@ class LimbRows:
         views: The same of each limb, (1, joints, 3).
     """
 
-    def __init__(
-        self, rows: Sequence[Row], joints: Sequence[Sequence[int]], channels: Sequence[str]
-    ) -> None:
+    def __init__(self, rows: Sequence[Row], joints: Sequence[Sequence[int]], channels: Sequence[str]) -> None:
         order = [joint for own in joints for joint in own]
         sizes = [LINE, *(row.plan.row_bytes for row in rows), LIMB.itemsize * len(rows), 8 * len(order), 8]
         at = np.concatenate([[0], np.cumsum(sizes)]).tolist()

@@ -166,9 +166,7 @@ class Row:
         self.pool.free(self.index)
 
 
-def pool_of_one(
-    plan: Plan, name: str, content: NDArray[np.uint8] | None = None, channel: str = BODY
-) -> Row:
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None, channel: str = BODY) -> Row:
     """Return the row of a performer who has a pool for itself.
 
     Args:

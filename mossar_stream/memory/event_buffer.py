@@ -14,6 +14,7 @@ from mossar_stream.events import (
     BODY,
     KEY_FRAME_KINDS,
     KEY_FRAME_STATUSES,
+    SCHEMA_VERSION,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
     Event,
@@ -117,11 +118,14 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
         sources: By row.
     """
     events: list[Event] = []
+    (count,) = _COUNT.unpack_from(buffer)
+    if not count:
+        return events
     last, of = -1, -1
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
-         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer):
+         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer, count):
         # fmt: on
         if row != last or take != of:
             last, of = row, take
@@ -130,6 +134,7 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
             event: Event = KeyFrameEvent(
+                v=SCHEMA_VERSION,  # its default is made by a call
                 performer=performer,
                 id=f"{prefix}{begin}",
                 rev=rev,
@@ -148,6 +153,7 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
         else:
             five = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
+                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}-{end}",
                 rev=rev,
@@ -166,11 +172,8 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
     return events
 
 
-def _take_records(buffer: memoryview) -> Iterator[tuple[Any, ...]]:
-    """Return the records in a buffer, and empty it."""
-    (count,) = _COUNT.unpack_from(buffer)
-    if not count:
-        return iter(())
+def _take_records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
+    """Return the records in a buffer, so many, and empty it."""
     _COUNT.pack_into(buffer, 0, 0)
     return _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
 

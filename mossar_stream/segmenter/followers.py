@@ -129,9 +129,12 @@ class Followers:
             was_asked = limbs is not None and counter is None and limbs.hold(position, seconds)
             if was_asked or not recognition.hold(position, seconds):
                 return self._push_and_recognise(recognition, row, position, time, None)
-        if limbs is not None:
+        if limbs is None or counter is not None:
+            return self._push_channels(row, position, time, None)
+        body = engine.push_frame(row, position, time)
+        if body is None:
             return self._push_limbs(limbs, row, position, time, None)
-        return self._push_body(row, position, time, None)
+        return [*limbs.lead(body), *limbs.push(position, time, None)]
 
     def push(
         self,

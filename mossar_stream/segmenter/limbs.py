@@ -1,5 +1,6 @@
 """Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
@@ -41,6 +42,7 @@ class LimbSegmenter(Protocol):
     def snapshot(self) -> bytes: ...  # noqa: D102
 
 
+KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
 NewSegmenter = Callable[[Skeleton, Settings], LimbSegmenter]
 
 
@@ -71,7 +73,9 @@ class Limbs:
         self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
         self._counters: list[RepetitionCounter] = []  # one for each, or none
         self._renew_counters(settings)
-        self._by_joint = limbs_by_joint(self._groups)
+        by_joint = limbs_by_joint(self._groups)
+        # The same joints lead again and again, and a segment is told of several times.
+        self._leading = functools.lru_cache(KNOWN_LEADERS)(lambda joints: leading_limb(joints, by_joint))
         order = [joint for limb in self._groups for joint in limb.joints]
         self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
         self._means = [k for k, joint in enumerate(order) if joint == MEAN]  # which of them are the mean
@@ -156,9 +160,7 @@ class Limbs:
             events += counter.push(view, time)
         return events
 
-    def _push_apart(
-        self, time: NDArray[np.float64], first_frame: int | None, begin: int = 0
-    ) -> list[Event]:
+    def _push_apart(self, time: NDArray[np.float64], first_frame: int | None, begin: int = 0) -> list[Event]:
         """Take a frame of each limb in, from `begin` on, one after the other."""
         events: list[Event] = []
         rows = [segmenter.row for segmenter in self._segmenters]
@@ -173,7 +175,7 @@ class Limbs:
     def lead(self, events: list[Event]) -> list[Event]:
         """Return events of the body, the segments among them with the limb that led."""
         return [
-            msgspec.structs.replace(event, limb=leading_limb(event.active_joints, self._by_joint))
+            msgspec.structs.replace(event, limb=self._leading(event.active_joints))
             if isinstance(event, SegmentEvent)
             else event
             for event in events
