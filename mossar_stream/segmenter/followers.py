@@ -134,7 +134,8 @@ class Followers:
         body = engine.push_frame(row, position, time)
         if body is None:
             return self._push_limbs(limbs, row, position, time, None)
-        return [*limbs.lead(body), *limbs.push(position, time, None)]
+        found = limbs.push(position, time, None)
+        return limbs.lead(body) + found if body else found
 
     def push(
         self,
@@ -215,7 +216,7 @@ class Followers:
     ) -> list[Event]:
         """Take one frame in, of the body and of its limbs."""
         if not abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause:  # a take may begin
-            limbs.catch_up()
+            limbs.stop()
         if self.counter is None:
             body = engine.push_short(row, position, time, first_frame)
         else:

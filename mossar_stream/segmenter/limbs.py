@@ -112,16 +112,20 @@ class Limbs:
     @property
     def segmenters(self) -> dict[str, LimbSegmenter]:
         """The segmenter of each; its events say nothing of the limb."""
-        self.catch_up()
+        self._catch_up()
         return dict(zip(self.names, self._segmenters, strict=True))
 
     def hold(self, _position: NDArray[np.float32], time: float) -> bool:
         """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon."""
         return self._goes_on and time - self._taken < self._spacing
 
-    def catch_up(self) -> None:
-        """Let the clocks of the limbs show what the body's shows, and ask them about the next frame."""
+    def stop(self) -> None:
+        """Ask all limbs about the next frame, and let them know of those before it: a take may begin with it."""
         self._goes_on = False
+        self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Let the clocks of the limbs show what the body's shows."""
         body = self._body.clock
         for segmenter in self._segmenters:
             clock = segmenter.row.clock
@@ -133,7 +137,7 @@ class Limbs:
     def push(
         self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
     ) -> list[Event]:
-        """Take one frame of the body in, after the body; `catch_up` came before it if a take may begin with it.
+        """Take one frame of the body in, after the body; `stop` came before it if a take may begin with it.
 
         Args:
             positions: (1, J, 3) m.
@@ -183,25 +187,25 @@ class Limbs:
 
     def end_take(self) -> list[Event]:
         """End the take of all limbs."""
-        self.catch_up()
+        self.stop()
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
         return counted + [event for own in self._segmenters for event in _told(own.end_take())]
 
     def reset(self) -> list[Event]:
         """End the take of all limbs, and forget their ranges."""
-        self.catch_up()
+        self.stop()
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
         return counted + [event for own in self._segmenters for event in _told(own.reset())]
 
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all limbs."""
-        self.catch_up()
+        self.stop()
         for segmenter in self._segmenters:
             segmenter.level = level
 
     def change(self, settings: Settings) -> list[Event]:
         """Go on with other settings of the performer, which leave the limbs as they are; return what that ends."""
-        self.catch_up()
+        self.stop()
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
@@ -240,7 +244,7 @@ class Limbs:
 
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
-        self.catch_up()
+        self.stop()
         limbs = [segmenter.snapshot() for segmenter in self._segmenters]
         return (*limbs, *(counter.snapshot() for counter in self._counters))
 
