@@ -395,4 +395,4 @@ def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs:
         plan = Plan(skeleton, own, row.plan.fps)
         return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, row.name))
 
-    return Limbs(row.plan.skeleton, settings, new_segmenter)
+    return Limbs(row, settings, new_segmenter)
