@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.warm_up import warm_up
 from mossar_stream.events import Event
-from mossar_stream.memory.event_buffer import new_event_buffer, take_events
+from mossar_stream.memory.event_buffer import Source, new_event_buffer, take_events
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 BATCH = 512  # events that there is room for besides those of one frame
@@ -45,11 +45,10 @@ class Buffers:
         self.scratch = new_scratch(plan.shape)
         self.events = new_event_buffer(plan.most_events + BATCH)
         self.for_run = self.scratch, self.events, plan.most_events
-        self._joints = plan.skeleton.names
         self._view = memoryview(self.events)  # type: ignore[arg-type]
         self.guard = Guard()
         warm_up(plan)
 
-    def take_events(self, performers: Mapping[int, str], channel: str) -> list[Event]:
-        """Return what lies in the event buffer, and empty it; performers are named by row."""
-        return take_events(self._view, performers, self._joints, channel)
+    def take_events(self, sources: Mapping[int, Source]) -> list[Event]:
+        """Return what lies in the event buffer, and empty it; sources are given by row."""
+        return take_events(self._view, sources)

@@ -7,6 +7,7 @@ from mossar_stream.algorithm.row import ROW, ROW_BYTES, records
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import BODY, Event
+from mossar_stream.memory.event_buffer import Source
 
 ROWS = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
@@ -29,7 +30,7 @@ class Pool:
         self.buffers = buffers
         self.memory = memory
         self.is_open = memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["open"]
-        self.names: dict[int, str] = {}  # by row
+        self.sources: dict[int, Source] = {}  # of the rows in use
         self._free = list(range(len(memory)))[::-1]
         self._used: set[int] = set()
 
@@ -45,17 +46,17 @@ class Pool:
             self.memory[index] = 0
         self._used.add(index)
         self.plan.prepare(self.memory[index], index)
-        self.names[index] = name
+        self.sources[index] = Source(name, self.channel, self.plan.skeleton.names)
         return Row(self, index)
 
     def free(self, index: int) -> None:
         """Take back a row."""
-        del self.names[index]
+        del self.sources[index]
         self._free.append(index)
 
     def take_events(self) -> list[Event]:
         """Return what lies in the event buffer, and empty it."""
-        return self.buffers.take_events(self.names, self.channel)
+        return self.buffers.take_events(self.sources)
 
 
 class Row:
@@ -72,6 +73,7 @@ class Row:
         state: ROW, the row's records.
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
+        taken_time: (1,) s, `clock["taken_time"]`.
         is_live: Whether the take that is open has been told of.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         is_placed: Whether that was found; it is not before somebody was seen.
@@ -81,7 +83,7 @@ class Row:
     """
 
     def __init__(self, pool: Pool, index: int) -> None:
-        self.name = pool.names[index]
+        self.name = pool.sources[index].performer
         self.pending: list[Event] = []
         self.is_level_new = False
         self._enter(pool, index)
@@ -92,7 +94,8 @@ class Row:
         self.params, self.guard = pool.plan.params, pool.buffers.guard
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
-        self.last_time = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["time"]
+        clock = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]
+        self.last_time, self.taken_time = clock["time"], clock["taken_time"]
         self.look()
         self.indices = np.array([index])
 
@@ -143,16 +146,15 @@ class Row:
 
     def _leave_for(self, plan: Plan) -> None:
         self.release()
-        other = pool_of_one(plan, self.name)
-        other.pool.channel = self.pool.channel
+        other = pool_of_one(plan, self.name, channel=self.pool.channel)
         other.pool.buffers.guard = self.guard  # the thread that is in stays in
         self._enter(other.pool, other.index)
 
-    def move_to(self, memory: NDArray[np.uint8]) -> None:
-        """Go on in other memory of the same length, (1, row) bytes."""
+    def move_to(self, memory: NDArray[np.uint8], buffers: Buffers, channel: str) -> None:
+        """Go on in other memory of the same length, (1, row) bytes, with other buffers, which are large enough."""
         content, is_live = self.memory[0].copy(), self.is_live
         self.release()
-        pool = Pool(self.plan, self.pool.buffers, memory, self.pool.channel)
+        pool = Pool(self.plan, buffers, memory, channel)
         self._enter(pool, pool.allocate(self.name).index)
         self.memory[0] = content
         self.clock["row"] = self.index
@@ -164,15 +166,16 @@ class Row:
         self.pool.free(self.index)
 
 
-def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None) -> Row:
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None, channel: str = BODY) -> Row:
     """Return the row of a performer who has a pool for itself.
 
     Args:
         plan: How the row is laid out.
         name: The performer's.
         content: Bytes of such a row that there is already.
+        channel: Of its events.
     """
-    row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
+    row = Pool(plan, Buffers(plan), plan.new_memory(1), channel).allocate(name)
     if content is not None:
         row.memory[0] = content
         row.look()
@@ -208,4 +211,4 @@ class Pools:
 
     def drop_empty(self) -> None:
         """Give the memory back in which nobody is left."""
-        self._pools = [pool for pool in self._pools if pool.names]
+        self._pools = [pool for pool in self._pools if pool.sources]

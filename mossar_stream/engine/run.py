@@ -17,7 +17,7 @@ from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
 BUFFER_FULL = STOPS  # what the caller must do, besides what `advance` asks for
 ADVANCE, UPDATE = "mossar.advance", "mossar.update_window"
 advance_by_name = linked(ADVANCE, int64)(advance)
-_update_window = linked(UPDATE, void)(update_window)
+update_window_by_name = linked(UPDATE, void)(update_window)
 FOLLOWS = np.int64(FOLLOW)
 
 
@@ -57,7 +57,7 @@ def run(
             cursor[1] += code // STOPS
             stop = code % STOPS
             if stop == HAPPENED:
-                _update_window(memory, row, params, scratch, event_buffer, FOLLOWS)
+                update_window_by_name(memory, row, params, scratch, event_buffer, FOLLOWS)
             elif stop != DONE:
                 return stop  # type: ignore[no-any-return]
         cursor[0] += 1

@@ -14,6 +14,7 @@ from mossar_stream.events import (
     BODY,
     KEY_FRAME_KINDS,
     KEY_FRAME_STATUSES,
+    SCHEMA_VERSION,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
     Event,
@@ -67,6 +68,14 @@ class Point(NamedTuple):
     strength: float  # NaN where it is not known
 
 
+class Source(NamedTuple):
+    """Whose the events of a row are."""
+
+    performer: str
+    channel: str  # the body, or a limb
+    joints: tuple[str, ...]  # names
+
+
 def new_event_buffer(most: int) -> NDArray[np.uint8]:
     """Return a buffer for `most` events."""
     return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
@@ -101,31 +110,31 @@ def put_key_frame(clock, events, point, status, rev, decided):
     event.until_time = clock.time
 
 
-def take_events(
-    buffer: memoryview, performers: Mapping[int, str], joints: tuple[str, ...], channel: str = BODY
-) -> list[Event]:
+def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event]:
     """Return the events in a buffer, and empty it.
 
     Args:
         buffer: Its bytes.
-        performers: Names by row.
-        joints: Names.
-        channel: That the events are of: the body, or a limb.
+        sources: By row.
     """
     events: list[Event] = []
-    within = "" if channel == BODY else f"{channel}/"
-    last, of, performer, prefix = -1, -1, "", ""
+    (count,) = _COUNT.unpack_from(buffer)
+    if not count:
+        return events
+    last, of = -1, -1
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
-         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer):
+         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer, count):
         # fmt: on
         if row != last or take != of:
-            last, of, performer = row, take, performers[row]
-            prefix = f"{performer}/{within}{take}/"
+            last, of = row, take
+            performer, channel, joints = sources[row]
+            prefix = f"{performer}/{take}/" if channel == BODY else f"{performer}/{channel}/{take}/"
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
             event: Event = KeyFrameEvent(
+                v=SCHEMA_VERSION,  # its default is made by a call
                 performer=performer,
                 id=f"{prefix}{begin}",
                 rev=rev,
@@ -144,6 +153,7 @@ def take_events(
         else:
             five = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
+                v=SCHEMA_VERSION,
                 performer=performer,
                 id=f"{prefix}{begin}-{end}",
                 rev=rev,
@@ -162,11 +172,8 @@ def take_events(
     return events
 
 
-def _take_records(buffer: memoryview) -> Iterator[tuple[Any, ...]]:
-    """Return the records in a buffer, and empty it."""
-    (count,) = _COUNT.unpack_from(buffer)
-    if not count:
-        return iter(())
+def _take_records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
+    """Return the records in a buffer, so many, and empty it."""
     _COUNT.pack_into(buffer, 0, 0)
     return _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
 

@@ -98,12 +98,18 @@ class Followers:
         """Choose what `hold` does; asking at each frame would take longer than most frames do."""
         counter, recognition = self.counter, self.recognition
         self.hold: Hold = _hold_nothing
-        if self.limbs is not None or self._tells_phase:
+        if self._tells_phase or (self.limbs is not None and counter is not None):
             return
-        if counter is None and recognition is not None:
+        if self.limbs is not None:
+            self.hold = self.limbs.hold if recognition is None else self._hold_both
+        elif counter is None and recognition is not None:
             self.hold = recognition.hold
         elif counter is not None and recognition is None:
             self.hold = counter.hold
+
+    def _hold_both(self, position: NDArray[np.float32], time: float) -> bool:
+        limbs, recognition = self.limbs, self._recognition
+        return bool(limbs and limbs.hold(position, time) and recognition and recognition.hold(position, time))
 
     def push_one(
         self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64], seconds: float
@@ -116,14 +122,20 @@ class Followers:
             time: (1,) s.
             seconds: The same as a number.
         """
-        recognition = self._recognition
-        if self.hold is not _hold_nothing or self._tells_phase:
+        recognition, limbs, counter = self._recognition, self.limbs, self.counter
+        if self._tells_phase or (limbs is None and (recognition is None or counter is None)):
             return self.push(row, position, time)
-        if recognition is not None and not recognition.hold(position, seconds):
-            return self._push_and_recognise(recognition, row, position, time, None)
-        if self.limbs is not None:
-            return self._push_limbs(self.limbs, row, position, time, None)
-        return self._push_body(row, position, time, None)
+        if recognition is not None:
+            was_asked = limbs is not None and counter is None and limbs.hold(position, seconds)
+            if was_asked or not recognition.hold(position, seconds):
+                return self._push_and_recognise(recognition, row, position, time, None)
+        if limbs is None or counter is not None:
+            return self._push_channels(row, position, time, None)
+        body = engine.push_frame(row, position, time)
+        if body is None:
+            return self._push_limbs(limbs, row, position, time, None)
+        found = limbs.push(position, time, None)
+        return limbs.lead(body) + found if body else found
 
     def push(
         self,
@@ -203,6 +215,8 @@ class Followers:
         first_frame: int | None,
     ) -> list[Event]:
         """Take one frame in, of the body and of its limbs."""
+        if not abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause:  # a take may begin
+            limbs.stop()
         if self.counter is None:
             body = engine.push_short(row, position, time, first_frame)
         else:

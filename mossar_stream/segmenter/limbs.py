@@ -1,5 +1,6 @@
 """Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
@@ -7,10 +8,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.window_step import FOLLOW
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.engine.limb_rows import BEYOND, LimbRows
+from mossar_stream.engine.limb_rows import LimbRows
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
@@ -42,6 +42,7 @@ class LimbSegmenter(Protocol):
     def snapshot(self) -> bytes: ...  # noqa: D102
 
 
+KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
 NewSegmenter = Callable[[Skeleton, Settings], LimbSegmenter]
 
 
@@ -53,10 +54,11 @@ def settings_of_limbs(settings: Settings) -> Settings:
 class Limbs:
     """The limbs of one performer.
 
-    A limb's take opens and ends with the body's, because both see the same times.
+    A limb's take opens and ends with the body's, because both see the same times. While it goes on, limbs take in what
+    the body takes in, and are not asked about the frames that come too soon for it.
 
     Args:
-        skeleton: Of the performer.
+        body: The performer's row.
         settings: Of the performer; `limbs` says which.
         new_segmenter: Returns a segmenter for a limb's skeleton with settings.
 
@@ -64,14 +66,16 @@ class Limbs:
         FrameError: See `groups_of`.
     """
 
-    def __init__(self, skeleton: Skeleton, settings: Settings, new_segmenter: NewSegmenter) -> None:
-        self._groups = groups_of(skeleton, settings.limbs)
+    def __init__(self, body: Row, settings: Settings, new_segmenter: NewSegmenter) -> None:
+        self._body = body
+        self._groups = groups_of(body.plan.skeleton, settings.limbs)
         own = settings_of_limbs(settings)
         self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
-        self._joints = len(skeleton)
         self._counters: list[RepetitionCounter] = []  # one for each, or none
         self._renew_counters(settings)
-        self._by_joint = limbs_by_joint(self._groups)
+        by_joint = limbs_by_joint(self._groups)
+        # The same joints lead again and again, and a segment is told of several times.
+        self._leading = functools.lru_cache(KNOWN_LEADERS)(lambda joints: leading_limb(joints, by_joint))
         order = [joint for limb in self._groups for joint in limb.joints]
         self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
         self._means = [k for k, joint in enumerate(order) if joint == MEAN]  # which of them are the mean
@@ -79,14 +83,16 @@ class Limbs:
 
     def _lay(self) -> None:
         """Bring the rows of all limbs together, which is done again when one needed more room."""
-        for limb, segmenter in zip(self._groups, self._segmenters, strict=True):
-            segmenter.row.pool.channel = limb.name
         self._rows = LimbRows(
-            [segmenter.row for segmenter in self._segmenters], [limb.joints for limb in self._groups]
+            [segmenter.row for segmenter in self._segmenters],
+            [limb.joints for limb in self._groups],
+            self.names,
         )
-        self._rows.warm_up(self._joints)
-        # Whether all limbs are in takes that go on, and nothing waits for their next frame.
+        self._rows.warm_up(self._body)
+        # Whether all limbs are in takes that go on, and nothing waits for their next frame;
         self._goes_on = False
+        self._taken = 0.0  # if so: when the body, and so they, took the last frame in, s,
+        self._spacing = 0.0  # and by how much later the next one comes at least, s
 
     def _renew_counters(self, settings: Settings) -> None:
         self._counters_of = (settings.repetitions, settings.max_pause)
@@ -106,60 +112,74 @@ class Limbs:
     @property
     def segmenters(self) -> dict[str, LimbSegmenter]:
         """The segmenter of each; its events say nothing of the limb."""
+        self._catch_up()
         return dict(zip(self.names, self._segmenters, strict=True))
+
+    def hold(self, _position: NDArray[np.float32], time: float) -> bool:
+        """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon."""
+        return self._goes_on and time - self._taken < self._spacing
+
+    def stop(self) -> None:
+        """Ask all limbs about the next frame, and let them know of those before it: a take may begin with it."""
+        self._goes_on = False
+        self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Let the clocks of the limbs show what the body's shows."""
+        body = self._body.clock
+        for segmenter in self._segmenters:
+            clock = segmenter.row.clock
+            if clock["open"]:
+                clock["used_frame"], clock["time"] = body["used_frame"], body["time"]
+                if body["open"]:
+                    clock["next_frame"] = body["next_frame"]
 
     def push(
         self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
     ) -> list[Event]:
-        """Take one frame of the body in.
+        """Take one frame of the body in, after the body; `stop` came before it if a take may begin with it.
 
         Args:
             positions: (1, J, 3) m.
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
-        counted = first_frame is None or engine.counts_on(self._segmenters[0].row, first_frame)
-        goes_on = counted and self._goes_on
-        if not goes_on:
+        goes_on, taken = self._goes_on, float(self._body.taken_time[0])
+        is_new = taken != self._taken
+        if goes_on and not is_new and not self._counters:
+            return []
+        if not (goes_on and is_new):
             np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
             self._rows.frame[0, self._means] = mean_of(positions)
-        if goes_on:
-            news = self._rows.advance(positions, time)
-            events = self._news(news, time, first_frame) if news else []
-        else:
-            events = self._push_apart(time, first_frame)
-        if self._counters:
-            for counter, view in zip(self._counters, self._rows.views, strict=True):
-                events += counter.push(view, time)
-        return events
-
-    def _news(self, news: int, time: NDArray[np.float64], first_frame: int | None) -> list[Event]:
-        """Return the events of the limbs of which `advance_limbs` has news."""
         events: list[Event] = []
-        for i, segmenter in enumerate(self._segmenters):
-            if news >> i & 1:
-                events += engine.update(segmenter.row, FOLLOW)
-            elif news >> (i + BEYOND) & 1:
-                events += _told(engine.push(segmenter.row, self._rows.views[i], time, first_frame))
-                self._goes_on = False
+        if not goes_on:
+            events = self._push_apart(time, first_frame)
+        elif is_new:
+            self._taken = taken
+            done, events = self._rows.advance(positions, self._body)
+            if done < len(self._segmenters):
+                events += self._push_apart(time, None, done)
+        for counter, view in zip(self._counters, self._rows.views, strict=False):
+            events += counter.push(view, time)
         return events
 
-    def _push_apart(self, time: NDArray[np.float64], first_frame: int | None) -> list[Event]:
-        """Take a frame of each limb in, one after the other."""
+    def _push_apart(self, time: NDArray[np.float64], first_frame: int | None, begin: int = 0) -> list[Event]:
+        """Take a frame of each limb in, from `begin` on, one after the other."""
         events: list[Event] = []
         rows = [segmenter.row for segmenter in self._segmenters]
-        for row, view in zip(rows, self._rows.views, strict=True):
+        for row, view in zip(rows[begin:], self._rows.views[begin:], strict=True):
             events += _told(engine.push_short(row, view, time, first_frame))
         if not self._rows.holds(rows):
             self._lay()
         self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in rows)
+        self._taken, self._spacing = float(self._body.taken_time[0]), self._body.plan.spacing
         return events
 
     def lead(self, events: list[Event]) -> list[Event]:
         """Return events of the body, the segments among them with the limb that led."""
         return [
-            msgspec.structs.replace(event, limb=leading_limb(event.active_joints, self._by_joint))
+            msgspec.structs.replace(event, limb=self._leading(event.active_joints))
             if isinstance(event, SegmentEvent)
             else event
             for event in events
@@ -167,25 +187,25 @@ class Limbs:
 
     def end_take(self) -> list[Event]:
         """End the take of all limbs."""
-        self._goes_on = False
+        self.stop()
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
         return counted + [event for own in self._segmenters for event in _told(own.end_take())]
 
     def reset(self) -> list[Event]:
         """End the take of all limbs, and forget their ranges."""
-        self._goes_on = False
+        self.stop()
         counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
         return counted + [event for own in self._segmenters for event in _told(own.reset())]
 
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all limbs."""
-        self._goes_on = False
+        self.stop()
         for segmenter in self._segmenters:
             segmenter.level = level
 
     def change(self, settings: Settings) -> list[Event]:
         """Go on with other settings of the performer, which leave the limbs as they are; return what that ends."""
-        self._goes_on = False
+        self.stop()
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
@@ -224,7 +244,7 @@ class Limbs:
 
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
-        self._goes_on = False
+        self.stop()
         limbs = [segmenter.snapshot() for segmenter in self._segmenters]
         return (*limbs, *(counter.snapshot() for counter in self._counters))
 

@@ -153,9 +153,22 @@ def test_it_does_not_matter_how_frames_are_cut(size):
     ] == once
 
 
+def quicker(frames, times):
+    """Return four frames in place of each, most of which come too soon to be taken in at level motion."""
+    between = np.arange(4 * len(times) - 3) / 4
+    whole = between.astype(int)
+    later = np.minimum(whole + 1, len(times) - 1)
+    share = (between - whole)[:, None, None].astype(np.float32)
+    times = np.interp(between, np.arange(len(times)), times)
+    times[[70, 301]] = times[69], np.nan
+    return frames[whole] * (1 - share) + frames[later] * share, times
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+@pytest.mark.parametrize("is_quick", [False, True])
 @pytest.mark.parametrize("fps", [None, 5.0])  # at 5 the rows need more room than the rate promises
-def test_the_events_of_a_limb_are_those_of_a_segmenter_of_its_joints_alone(fps):
-    frames, times = gapped()
+def test_the_events_of_a_limb_are_those_of_a_segmenter_of_its_joints_alone(fps, is_quick):
+    frames, times = quicker(*gapped()) if is_quick else gapped()
     settings = Settings(limbs=True)
     segmenter = Segmenter(KINECT_20, settings, fps=fps)
     found = [e for i in range(len(times)) for e in segmenter.push(frames[i], float(times[i]))]
@@ -171,6 +184,21 @@ def test_the_events_of_a_limb_are_those_of_a_segmenter_of_its_joints_alone(fps):
         ]
         assert [e for e in found if getattr(e, "channel", "body") == limb.name] == wanted
         assert wanted or limb.name != "left_arm"
+
+
+@pytest.mark.parametrize("level", ["motion", "posture"])
+def test_limbs_know_of_frames_that_come_too_soon_when_they_are_asked(level):
+    frames, times = quicker(*waving())
+    segmenter = Segmenter(KINECT_20, Settings(limbs=True, level=level))
+    for k in range(250):
+        segmenter.push(frames[k], float(times[k]))
+        if k % 10 == 3:
+            seen = {(state.frame, state.time) for state in segmenter.limb_states.values()}
+            assert seen == {(segmenter.state.frame, segmenter.state.time)}
+    segmenter.level = 0.1
+    segmenter.push(frames[250], float(times[250]))
+    last = {e.end_frame for e in segmenter.end_take() if isinstance(e, SegmentEvent) and e.status == "final"}
+    assert max(last) == 250
 
 
 @pytest.mark.parametrize("first", [0, 7])
