@@ -30,8 +30,8 @@ TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
 JOINTS = 7  # that count and can move relative to the centre
 
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 2.0, 11.0, 3.7, 1.2, 1.7
-EVEN = 3.0  # what evidence must outweigh
+CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 2.5, 11.0, 3.5, 0.9, 1.8
+EVEN = 3.4  # what evidence must outweigh
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike

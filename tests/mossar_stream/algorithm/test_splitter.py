@@ -125,4 +125,4 @@ def test_a_take_begins_with_nothing_of_the_one_before(core):
     used.end_take()
     for segmenter in (used, fresh):
         segmenter.push(frames[:1], begin)
-    assert used._row.state["curve"].tobytes() == fresh._row.state["curve"].tobytes()
+    assert used.row.state["curve"].tobytes() == fresh.row.state["curve"].tobytes()
