@@ -252,18 +252,18 @@ class Performers:
         frames = given_positions(positions)
         moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
-        unknown = [name for name in names if name not in self._segmenters]
-        if unknown or len(set(names)) != len(names):
-            raise FrameError(
-                f"performer {unknown[0]!r} was not announced" if unknown else "a performer is named twice"
-            )
+        try:
+            segmenters = [self._segmenters[name] for name in names]
+        except KeyError as unknown:
+            raise FrameError(f"performer {unknown.args[0]!r} was not announced") from None
+        if len(set(names)) != len(names):
+            raise FrameError("a performer is named twice")
         if frames.ndim != 4 or len(frames) != len(names) or frames.shape[3] != 3:
             raise FrameError(
                 f"positions have shape {frames.shape}; {len(names)} performers need ({len(names)}, n, J, 3)"
             )
         if moments.shape not in (frames.shape[:2], frames.shape[1:2]):
             raise FrameError(f"positions have shape {frames.shape} but times {moments.shape}")
-        segmenters = [self._segmenters[name] for name in names]
         if {segmenter.joints for segmenter in segmenters} - {frames.shape[2]}:
             other = next(segmenter for segmenter in segmenters if segmenter.joints != frames.shape[2])
             raise FrameError(
@@ -274,13 +274,13 @@ class Performers:
             self._segmenters[name] = segmenter
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
         moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        if any(segmenter.is_followed for segmenter in segmenters):
+        followed = [segmenter for segmenter in segmenters if segmenter.is_followed]
+        if followed:
             pushed = zip(segmenters, frames, moments, strict=True)
             return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
         rows = [segmenter.row for segmenter in segmenters]
-        if frames.dtype is not FLOAT32 or any(
-            row.origin is not None or not (row.is_live and row.is_placed) for row in rows
-        ):
+        to_shift = [row for row in rows if row.origin is not None or not (row.is_live and row.is_placed)]
+        if to_shift or frames.dtype is not FLOAT32:
             frames = np.stack([narrowed(row, *own) for row, *own in zip(rows, frames, moments, strict=True)])
         return engine.push_many(rows, frames, moments)
 

@@ -12,7 +12,9 @@ SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
 SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
-INTERVAL = 0.3  # s between key frames that are told of when Algorithm 2 accepts them
+# s between key frames that are told of when Algorithm 2 accepts them, and between those of which the later one is slow
+INTERVAL, SHORT_INTERVAL = 0.36, 0.25
+RISEN = 1.2  # times the speed at the key frame that the speed must have reached before
 QUICK = 3.0  # V; who is faster is in the midst of a move
 ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
@@ -24,7 +26,8 @@ FACTS_OF_CANDIDATE = np.dtype(
         ("home", "f8"),  # m, distance from the pose in which the performer dwells
         ("peak", "f8"),  # m/s, largest since the last key frame that was told of
         ("before", "i8"),  # where the key frame before is told to be
-        ("told_time", "f8"),  # s, of that key frame
+        ("told_time", "f8"),  # s, of the last key frame that was told of
+        ("told_speed", "f8"),  # m/s, lowest speed at that one
     ],
 )
 
@@ -39,6 +42,7 @@ def start_facts(facts, frame, time):
     facts.peak = 0.0
     facts.before = frame
     facts.told_time = time + SETTLING
+    facts.told_speed = 0.0
 
 
 @inline_kernel
@@ -107,6 +111,11 @@ def write_facts(summary, begin, facts, scales, noise, joints):
 
 @inline_kernel
 def is_told(facts, scales, time, noise):
-    """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise."""
+    """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise.
+
+    Of two that are close the later one is told of, too, if it is no faster: the first may have been a halt on the way.
+    """
     slow = facts.speed <= QUICK * usual_speed(scales)
-    return slow and time - facts.told_time >= INTERVAL - MARGIN and facts.peak >= ABOVE_NOISE * noise
+    rose = facts.peak >= max(ABOVE_NOISE * noise, RISEN * facts.speed)
+    interval = SHORT_INTERVAL if facts.speed <= RISEN * facts.told_speed else INTERVAL
+    return slow and rose and time - facts.told_time >= interval - MARGIN

@@ -149,6 +149,20 @@ class Motion:
         finals += [self.candidates[number].told for number in undecided if number in kept]
         return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
+    def told(self) -> list[int]:
+        """Return where the key frames are told to be that are told of when Algorithm 2 accepts them."""
+        told, first, before, speed = [], 0, self.times[0] + facts.SETTLING, 0.0
+        for c in self.candidates:
+            since = np.arange(first, c.confirmed + 1)
+            peak = self.speed[since[self.times[since] > before + pose_history.MARGIN]].max(initial=0.0)
+            rose = peak >= max(facts.ABOVE_NOISE * c.noise, facts.RISEN * c.speed)
+            interval = facts.SHORT_INTERVAL if c.speed <= facts.RISEN * speed else facts.INTERVAL
+            apart = self.times[c.frame] - before >= interval - pose_history.MARGIN
+            if apart and rose and c.speed <= facts.QUICK * c.usual:
+                told.append(c.told)
+                first, before, speed = c.confirmed + 1, self.times[c.frame], c.speed
+        return self.taken[np.array(told, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
+
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
 

@@ -247,7 +247,8 @@ def _add_key(w, slot, state, point, rev):
     note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD
     if is_told(facts, scales, point.time, noise):
-        told, facts.told_time, facts.peak = TOLD, point.time, 0.0
+        told = TOLD
+        facts.told_time, facts.told_speed, facts.peak = point.time, facts.speed, 0.0
     frame, time = point.frame, point.time
     if facts.before < facts.frame:
         frame, time = facts.frame, facts.time

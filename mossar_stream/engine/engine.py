@@ -142,7 +142,7 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
     for pool, members in sorted(by_pool.items(), key=lambda item: len(item[0].memory)):
         own, begins = [rows[k] for k in members], np.array(members) * count
         with pool.buffers.guard:
-            for row in own:
+            for row in [row for row in own if row.pending or row.is_level_new]:
                 events += _take_pending(row)
             indices, ends, cursor = (
                 np.array([row.index for row in own]),

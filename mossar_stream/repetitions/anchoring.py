@@ -1,9 +1,9 @@
 """Where repetitions begin: at which of the two extremes of a cycle.
 
 A rest says where: the extreme where the movement dwells, that is nearer to the pose in which the take began, and where
-limbs are straighter (standing, hanging, lying, arms down), as people who label recordings see it, too. What speaks for
-either is summed over all cycles of a chain, whose neighbours follow without a seam, and decided for all of them: also
-for those that were told of before.
+limbs are straighter and upright (standing, hanging, arms down: what costs least effort), as people who label recordings
+see it, too. What speaks for either is summed over all cycles of a chain, whose neighbours follow without a seam, and
+decided for all of them: also for those that were told of before.
 """
 
 import math
@@ -16,7 +16,7 @@ DWELL, HOMEWARD = (
     0.3,
     0.7,
 )  # how much speaks for an extreme where the movement dwells, and that is nearer to home
-STRAIGHTER = 0.08  # of the length of limbs: more hardly speaks louder
+STRAIGHTER = 0.16  # of the length of limbs: more hardly speaks louder
 LEAN = 0.05  # for leaving it as it is
 LONGEST_PAUSE = 0.5  # cycles, within a bout
 SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
@@ -44,7 +44,7 @@ def weigh(header, samples, component, cycle, row):
 
 @kernel
 def straightening(header, samples, cycles, count):
-    """Return how much straighter limbs are where cycles begin than at their other extreme, from -1 to 1."""
+    """Return how much straighter and more upright limbs are where cycles begin than at their other extreme, from -1 to 1."""
     total = 0.0
     for i in range(count):
         total += _straightness(header, samples, cycles[0, i]) - _straightness(header, samples, cycles[1, i])

@@ -12,7 +12,7 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
-SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how straight a limb is
+SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
 
 
 def next_wanted(origin, time):
@@ -107,15 +107,26 @@ def close_sample(header, samples):
 
 @kernel
 def _straightness(header, pose):
-    """Return how straight limbs are: the distance of the ends of two bones over the sum of their lengths, mean."""
+    """Return how straight and upright limbs are, 0 to 2, mean.
+
+    That is the distance of the ends of two bones, and how far one is above the other, over the sum of their lengths.
+    """
     total, count = 0.0, 0
     for k in range(header.chains):
         one = _distance(header, pose, header.chain[k, 0], header.chain[k, 1])
         other = _distance(header, pose, header.chain[k, 1], header.chain[k, 2])
         if min(one, other) >= SHORTEST_BONE:
-            total += _distance(header, pose, header.chain[k, 0], header.chain[k, 2]) / (one + other)
+            ends = _distance(header, pose, header.chain[k, 0], header.chain[k, 2])
+            above = abs(_height(header, pose, header.chain[k, 0]) - _height(header, pose, header.chain[k, 2]))
+            total += (ends + above) / (one + other)
             count += 1
     return total / count if count > 0 else 0.0
+
+
+@kernel
+def _height(header, pose, i):
+    """Return how far a joint is above the root, m; y is up."""
+    return 0.0 if i == header.root else float(pose[3 * i + 1])
 
 
 @kernel

@@ -17,9 +17,7 @@ STRIDE = 10  # samples between two looks at the window
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
 HOME = 5  # samples from which on it is known where movements begin
 CYCLES = 64  # remembered; more than fit into the window
-CHAINS = (
-    24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how straight limbs are
-)
+CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
 
 POSTURES = 9  # that describe a cycle
 BINS = 64  # of histograms
@@ -37,7 +35,7 @@ CYCLE = np.dtype(
         (
             "straighter",
             "f8",
-        ),  # how much straighter limbs are where the cycle begins than at the other extreme
+        ),  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
         ("resting", "f8"),  # how much more the movement dwells there and is at home, from -1 to 1
         ("turned", "i8"),  # 1 if repetitions begin at the other extreme
     ]
@@ -111,7 +109,7 @@ class Samples(NamedTuple):
     axes: np.ndarray  # (COMPONENTS, D), unit vectors
     scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
     smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
-    straight: np.ndarray  # (SAMPLES,) how straight limbs are, 0 to 1, ring buffer as `by_sample`
+    straight: np.ndarray  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `by_sample`
     sums: np.ndarray  # (D,) of the open sample's frames
     least: np.ndarray  # (D,) of them
     most: np.ndarray  # (D,) of them

@@ -41,6 +41,9 @@ class Segmenter:
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
         moves: That are recognised, as they are now; events of type `MoveEvent` tell of them.
 
+    Attributes:
+        row: Where the state lies, for those who run the rows of a pool.
+
     A segmenter is used by one thread at a time; different ones may run in different threads.
 
     Raises:
@@ -88,7 +91,7 @@ class Segmenter:
     ) -> None:
         self.performer = row.name
         self.joints = len(row.plan.skeleton)
-        self._row = row
+        self.row = row
         self._level = level
         self._one_shape = (self.joints, 3)
         # None while a moved level waits for a push
@@ -109,16 +112,11 @@ class Segmenter:
         segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
         return segmenter
 
-    @property
-    def row(self) -> Row:
-        """Where the state lies, for those who run the rows of a pool."""
-        return self._row
-
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        self._row.clock["take"] = counts["take"]
+        self.row.clock["take"] = counts["take"]
         for name in COUNTERS:
-            self._row.state["counters"][name] = counts.get(name, 0)
+            self.row.state["counters"][name] = counts.get(name, 0)
         followers = self._followers
         if followers.counter is not None:
             followers.counter.take = counts["take"]
@@ -128,22 +126,22 @@ class Segmenter:
     @property
     def skeleton(self) -> Skeleton:
         """The performer's joints."""
-        return self._row.plan.skeleton
+        return self.row.plan.skeleton
 
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self._row.plan.given.replace(level=self._level)
+        return self.row.plan.given.replace(level=self._level)
 
     @property
     def take(self) -> int:
         """Number of the take that is open, or of the next one."""
-        return int(self._row.clock["take"])
+        return int(self.row.clock["take"])
 
     @property
     def stats(self) -> dict[str, int]:
         """Frames taken in; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
-        return {name: int(self._row.state["counters"][name]) for name in COUNTERS}
+        return {name: int(self.row.state["counters"][name]) for name in COUNTERS}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -153,7 +151,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self._row.memory[0], self._row.plan) if self._row.clock["open"] else None
+        return curve_state(self.row.memory[0], self.row.plan) if self.row.clock["open"] else None
 
     @property
     def moves(self) -> Moves | None:
@@ -205,7 +203,7 @@ class Segmenter:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        row = self._row
+        row = self.row
         chosen = row.plan.given.replace(level=level).level
         row.state["plan"]["beta"] = row.plan.strength(chosen)
         self._level = chosen
@@ -231,7 +229,7 @@ class Segmenter:
 
     def planned(self, **changes: object) -> tuple[Plan, LevelName | float]:
         """Return the plan and the level that `change` would bring, and change nothing."""
-        before = self._row.plan
+        before = self.row.plan
         level = before.given.replace(level=changes.pop("level", self._level)).level
         given = before.given.replace(**changes).at_level(level)
         groups_of(self.skeleton, given.limbs)  # or nothing is changed
@@ -239,7 +237,7 @@ class Segmenter:
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `planned` returned, and return the events of the take that this ends."""
-        row, before = self._row, self._row.plan
+        row, before = self.row, self.row.plan
         events: list[Event] = []
         if plan.continues(before):
             row.replan(plan)
@@ -275,7 +273,7 @@ class Segmenter:
             RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
-        row = self._row
+        row = self.row
         if (
             isinstance(times, NUMBERS)
             and type(positions) is np.ndarray
@@ -332,27 +330,27 @@ class Segmenter:
             The pending events; nothing more if no take is open.
         """
         events, limbs = self._followers.end_take(), self._followers.limbs
-        body = engine.end_take(self._row, reason)
+        body = engine.end_take(self.row, reason)
         return events + (body if limbs is None else together(limbs.lead(body), limbs.end_take()))
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
         events = self.end_take("reset")
-        events.append(engine.stream_event(self._row, "reset", reason))
-        self._row.state["range"]["largest"] = 0.0
-        forget_noise(self._row.state["noise"])
+        events.append(engine.stream_event(self.row, "reset", reason))
+        self.row.state["range"]["largest"] = 0.0
+        forget_noise(self.row.state["noise"])
         self._followers.reset()
         return events
 
     def release(self) -> None:
         """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
-        self._row.release()
+        self.row.release()
         self._followers.release()
 
     @property
     def state_bytes(self) -> int:
         """Bytes of the state, besides what is shared with others."""
-        return self._row.plan.row_bytes + self._followers.bytes_taken
+        return self.row.plan.row_bytes + self._followers.bytes_taken
 
     def snapshot(self, *, with_moves: bool = True) -> bytes:
         """Return everything the segmenter knows as checksummed bytes; it goes on undisturbed.
@@ -360,7 +358,7 @@ class Segmenter:
         Args:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
         """
-        row, following = self._row, self._followers.snapshot(with_moves=with_moves)
+        row, following = self.row, self._followers.snapshot(with_moves=with_moves)
         row.pending = engine.take_pending(row)
         return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
 

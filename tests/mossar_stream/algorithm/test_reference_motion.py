@@ -14,13 +14,16 @@ LABELLED = Path(__file__).parents[4] / "shared" / "data" / "labelled"
 SAME = 0.1  # s
 
 
-def compare(core, positions, fps, skeleton):
-    """Return how many final key frames, of both, lie beside one of the other, and how many there are."""
+def compare(core, positions, fps, skeleton, status="final"):
+    """Return how many key frames, of both, lie beside one of the other, and how many there are."""
     positions = np.ascontiguousarray(positions, np.float32)
     segmenter = Segmenter(skeleton, fps=fps)
     events = segmenter.push(positions) + segmenter.end_take()
-    streamed = np.array(sorted(event.time for event in core.key_frames(events, "final")))
-    plain = np.array(Motion(positions, fps, skeleton.root).final()) / fps
+    streamed = np.array(sorted({event.time for event in core.key_frames(events, status)}))
+    motion = Motion(positions, fps, skeleton.root)
+    # What is final without having been told of before is confirmed then.
+    frames = {*motion.final(), *(motion.told() if status == "confirmed" else ())}
+    plain = np.array(sorted(frames)) / fps
     near = [
         sum(np.abs(two - time).min() <= SAME for time in one) if len(two) else 0
         for one, two in ((streamed, plain), (plain, streamed))
@@ -33,7 +36,8 @@ def compare(core, positions, fps, skeleton):
     # Streams keep poses in 1/8 mm, which decides where two candidates are as good: often, in punches of a few frames.
     [("precog/Seq*_1", 0.95), ("gesture_phase/*", 0.95), ("ui_prmd/m0*_s01", 0.95)],
 )
-def test_streams_decide_as_the_plain_rule_does(core, pattern, least):
+@pytest.mark.parametrize("status", ["final", "confirmed"])
+def test_streams_decide_as_the_plain_rule_does(core, pattern, least, status):
     paths = sorted(LABELLED.glob(f"{pattern}.json"))
     if not paths:
         pytest.skip("no labelled recordings in ../shared/data/labelled")
@@ -41,7 +45,7 @@ def test_streams_decide_as_the_plain_rule_does(core, pattern, least):
     for path in paths:
         archive = np.load(path.parent / json.loads(path.read_text())["recording"])
         skeleton = Skeleton(tuple(map(str, archive["joint_names"])), tuple(map(int, archive["parents"])))
-        near, both = compare(core, archive["positions"], float(archive["fps"]), skeleton)
+        near, both = compare(core, archive["positions"], float(archive["fps"]), skeleton, status)
         same, total = same + near, total + both
     assert total > 40
     assert same >= least * total
