@@ -168,10 +168,16 @@ class Limbs:
         """Take a frame of each limb in, from `begin` on, one after the other."""
         events: list[Event] = []
         rows = [segmenter.row for segmenter in self._segmenters]
+        # Their takes begin with a frame that the body takes in, or they would take in others than the body from then on.
+        if not rows[0].is_live and self._body.taken_time[0] != time[0]:
+            self.join(int(self._body.clock["take"]), int(self._body.clock["next_frame"]))
+            return events
         for row, view in zip(rows[begin:], self._rows.views[begin:], strict=True):
             events += _told(engine.push_short(row, view, time, first_frame))
         if not self._rows.holds(rows):
+            frame = self._rows.frame
             self._lay()
+            self._rows.frame[:] = frame  # repetitions are counted in it, too
         self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in rows)
         self._taken, self._spacing = float(self._body.taken_time[0]), self._body.plan.spacing
         return events

@@ -287,6 +287,36 @@ def test_limbs_can_be_had_while_a_take_goes_on():
         segmenter.change(limbs="a=Tail")
 
 
+@pytest.mark.parametrize("first", range(60, 66))
+def test_a_snapshot_does_not_disturb_limbs_that_came_in_between_two_frames_of_the_body(first):
+    frames, times = quicker(*waving())
+    found = []
+    for step in (0, 1):
+        segmenter = Segmenter(KINECT_20)
+        segmenter.push(frames[:first], times[:first])
+        segmenter.change(limbs=True)
+        found.append([])
+        for k in range(first, 600):
+            found[-1] += segmenter.push(frames[k], float(times[k]))
+            if step:
+                segmenter.snapshot()
+        found[-1] += segmenter.end_take()
+    assert found[0] == found[1]
+    assert any(getattr(event, "channel", "") == "left_arm" for event in found[0])
+
+
+def test_repetitions_of_a_limb_are_those_of_its_joints_alone_when_the_source_is_quick():
+    frames, times = quicker(*waving())
+    body = Segmenter(KINECT_20, Settings(limbs=True, repetitions=True, rate_limit=0.0), fps=5.0)
+    counter = body._followers.limbs._counters[FIVE.index("left_arm")]
+    seen, push = [], counter.push
+    counter.push = lambda view, time: seen.append(view[0].copy()) or push(view, time)
+    for frame, time in zip(frames, times, strict=True):
+        body.push(frame, float(time))
+    arm = next(limb for limb in groups_of(KINECT_20, wanted=True) if limb.name == "left_arm")
+    assert np.array_equal(seen, positions_of(arm, frames))
+
+
 def test_performers_share_pools_and_give_them_back():
     frames, times = waving()
     alone = [to_json(e) for e in events_of(Settings(limbs=True), frames, times)]
