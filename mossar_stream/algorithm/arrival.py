@@ -5,7 +5,6 @@ to the centre, since the take began: in the means of the pose, in the poses that
 segments. So neither its coming nor where it was before makes segments unlike.
 """
 
-from mossar_stream.algorithm.cycles import keep_in_cycles
 from mossar_stream.algorithm.joints import count_moving, counts
 from mossar_stream.algorithm.one_euro import begin_filter
 from mossar_stream.algorithm.open_segment import flush_waiting
@@ -29,14 +28,13 @@ from mossar_stream.similarity.summary import DURATION
 
 
 @kernel
-def welcome(joints, segment, history, cycles, filtered, rest):
+def welcome(joints, segment, history, filtered, rest):
     """Let the joints count that are there for the first time, before the features of the frame are set.
 
     Args:
         joints: Joints.
         segment: OpenSegment.
         history: PoseHistory.
-        cycles: Cycles.
         filtered: (6, filtered_joints) m and m/s, see one_euro.py.
         rest: Log speed of somebody who rests.
     """
@@ -49,7 +47,6 @@ def welcome(joints, segment, history, cycles, filtered, rest):
         if body[place(j) + WORK] > 0.0:
             _set_features(body, place(j), center, rest)
             keep_all_along(history, j)
-            keep_in_cycles(cycles, body, j)
     flatten(body, segment.pose)
     for slot in range(len(segment.summaries)):
         summary = segment.summaries[slot]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.algorithm.cycles import FREE, JUDGED_AFTER, due_verdict, judge
+from mossar_stream.algorithm.verdicts import FREE, JUDGED_AFTER, due_verdict, judge
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
 
@@ -13,7 +13,7 @@ def set_due_time(w):
     if w.state.undecided > 0 and w.plan.offline == 0:
         due = w.keys[0].time + w.plan.hold
     if w.plan.evidence == 1:
-        due = min(due, due_verdict(w.cycles, verdict_delay(w.plan)))
+        due = min(due, due_verdict(w.verdicts, verdict_delay(w.plan)))
     w.state.due_time = due
 
 
@@ -27,9 +27,9 @@ def verdict_delay(plan):
 def judge_candidates(w, until):
     """Judge the candidates that are due until some time, s, and let their key frames know."""
     first = w.state.ordinal - w.state.undecided
-    while due_verdict(w.cycles, verdict_delay(w.plan)) <= until:
-        ordinal = w.cycles.state.judged
-        verdict = judge(w.cycles)
+    while due_verdict(w.verdicts, verdict_delay(w.plan)) <= until:
+        ordinal = w.verdicts.state.judged
+        verdict = judge(w.verdicts)
         if ordinal >= first and verdict != FREE:
             w.keys[ordinal - first].verdict = verdict
             w.state.ranked = 0

@@ -24,16 +24,6 @@ from mossar_stream.algorithm.clock import (
     note_time,
     place_in_time,
 )
-from mossar_stream.algorithm.cycles import (
-    CANDIDATES,
-    LAGS,
-    LONGEST_WINDOW,
-    NOTE,
-    PLACES,
-    Cycles,
-    follow_cycles,
-    start_cycles,
-)
 from mossar_stream.algorithm.facts import (
     EARLIER,
     EARLIER_IN_NOISE,
@@ -63,6 +53,7 @@ from mossar_stream.algorithm.scales import follow_poses, follow_scales, start_sc
 from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
 from mossar_stream.algorithm.tempo import follow_pose, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
+from mossar_stream.algorithm.verdicts import Counted, start_verdicts
 from mossar_stream.algorithm.window import start_window
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
@@ -76,11 +67,13 @@ from mossar_stream.memory.joint_pages import (
     page_of,
 )
 from mossar_stream.memory.slots import start_slots
+from mossar_stream.repetitions.sampling import take_frame
+from mossar_stream.repetitions.state import HEADER, begin, kept_views
 from mossar_stream.similarity.evidence import SPEED_OFFSET as SPEED_OFFSET_SHARE
 from mossar_stream.similarity.protocol import add_pose
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL = range(5)  # stop codes
-STOPS = 5
+DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop codes
+STOPS = 6
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
@@ -93,7 +86,7 @@ class Arrays(NamedTuple):
     joints: Joints
     segment: OpenSegment
     history: PoseHistory
-    cycles: Cycles
+    counted: Counted
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
     ring_step: NDArray[np.int64]  # (ring,)
@@ -120,8 +113,9 @@ def advance(
 
     Returns:
         STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
-        TAKE_ENDS end the take before the next frame, RING_FULL or WINDOW_FULL make more room for displacements or for
-        key frames (offline) before it. One number, because a second one would cost as much as the frame.
+        TAKE_ENDS end the take before the next frame, LOOK_DUE look at the repetitions before it (`look` of counting.py),
+        RING_FULL or WINDOW_FULL make more room for displacements or for key frames (offline) before it. One number,
+        because a second one would cost as much as the frame.
     """
     row = memory[index]
     state = part(row, 0, ROW, (1,))[0]
@@ -135,6 +129,8 @@ def advance(
         place = place_in_time(clock, time, plan.max_pause)
         if place == BEYOND:
             return STOPS * i + TAKE_ENDS
+        if place != IN_VAIN and _is_look_due(state, a.counted, time):
+            return STOPS * i + LOOK_DUE
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
             note_time(clock, time)
             count_frame(clock, state.counters)
@@ -153,9 +149,29 @@ def advance(
             count_frame(clock, state.counters)
             continue
         _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
+        if plan.evidence == 1:
+            _count(a.counted, positions[i], time)
         if state.curve.found.happened != 0 or time >= state.window.due_time:
             return STOPS * (i + 1) + HAPPENED
     return STOPS * len(times) + DONE
+
+
+@inline_kernel
+def _is_look_due(state, counted, time):
+    """Tell whether the repetitions must be looked at before a frame."""
+    if state.plan.evidence == 0 or state.clock.open == 0:
+        return False
+    return counted.headers[0].own == 1 and time >= counted.headers[0].due
+
+
+@inline_kernel
+def _count(counted, position, time):
+    """Let the repetitions know of a frame; those of a limb are its body's."""
+    header = counted.headers[0]
+    if header.own == 1:
+        take_frame(header, counted.samples, position, time)
+    else:
+        header.latest = time
 
 
 @inline_kernel(returns_views=True)
@@ -182,12 +198,9 @@ def _arrays_of(state, row, params):
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
             body,
         ),
-        Cycles(
-            state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
-            part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
-            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
-            part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
+        Counted(
+            part(row, at.counted, HEADER, (plan.evidence,)),
+            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.evidence * plan.joints),
         ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
         part(row, at.ring_time, np.float64, (plan.ring,)),
@@ -227,7 +240,7 @@ def _take_in(state, a, frame, time):
 @kernel
 def _open_take(state, a, time):
     """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
-    clock, segment = state.clock, a.segment
+    plan, clock, segment = state.plan, state.clock, a.segment
     clock.open = 1
     start_velocity(state.velocity, state.average)
     start_noise(state.noise.recent)
@@ -237,7 +250,9 @@ def _open_take(state, a, time):
     start_window(state.window, clock.next_frame, time)
     start_memo(a.memo)
     start_facts(state.facts, clock.next_frame, time)
-    start_cycles(state.cycles, time)
+    start_verdicts(state.verdicts)
+    if plan.evidence == 1:
+        begin(a.counted.headers[0], a.counted.samples, time)
 
 
 @inline_kernel
@@ -319,12 +334,12 @@ def _describe(state, a, dt, first):
     if evidence:
         offset = np.float32(SPEED_OFFSET_SHARE * usual_speed(state.scales))
     if state.joints.arrived == 1:
-        welcome(a.joints, a.segment, a.history, a.cycles, a.filtered, np.log(offset))
+        welcome(a.joints, a.segment, a.history, a.filtered, np.log(offset))
     kept, moved = smoothing_weights(dt) if evidence else UNFILTERED
     localise(a.joints, kept, moved)
     squares = follow_speeds(a.history, body, clock.time, offset)
     if plan.evidence == 1:
-        _follow_evidence(state, a, squares, dt, first)
+        _follow_scales(state, a, squares, dt, first)
     if plan.flat == 1 or first:
         flatten(body, a.segment.pose)
     if plan.tempo == 1:
@@ -339,13 +354,10 @@ def _describe(state, a, dt, first):
 
 
 @inline_kernel
-def _follow_evidence(state, a, squares, dt, first):
-    """Let scales and cycles follow."""
-    plan, body = state.plan, a.joints.body
+def _follow_scales(state, a, squares, dt, first):
+    """Let the scales follow."""
     if first:
-        start_scales(state.scales, body, plan.joints)
+        start_scales(state.scales, a.joints.body, state.plan.joints)
     else:
         follow_scales(state.scales, squares / state.joints.moving, dt)
     note_speed(state.facts, state.scales, state.clock.time)
-    noise = noise_of_speed(state.noise, plan.moving_joints)
-    follow_cycles(a.cycles, state.scales, body, state.joints.moving, state.clock.time, noise)

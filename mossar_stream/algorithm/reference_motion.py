@@ -1,7 +1,8 @@
 """The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
 
-Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `cycles.py` and
-`noise.py`; constants are theirs, the rest is written anew. All joints must be there in all frames.
+Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `verdicts.py` and
+`noise.py`; constants are theirs, the rest is written anew, but for the counting of repetitions. All joints must be there
+in all frames.
 """
 
 import math
@@ -14,14 +15,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm import cycles, facts, pose_history, scales
+from mossar_stream.algorithm import facts, pose_history, scales, verdicts
 from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
+from mossar_stream.repetitions.counter import RepetitionCounter
+from mossar_stream.repetitions.state import RATE, STRIDE
+from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity import evidence
+from mossar_stream.skeleton import Skeleton
 
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
 CERTAIN = math.log(2.0**evidence.CERTAIN - 1.0)  # log odds of a key frame that ends a repetition
+LOOKS_APART = STRIDE / RATE  # s, between two looks at what is repeated
 MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
@@ -60,10 +66,11 @@ class Motion:
     Args:
         positions: (n, J, 3) m.
         fps: Hz.
-        root: Index of the root, -1 for the centroid.
+        skeleton: Their joints.
     """
 
-    def __init__(self, positions: Array, fps: float, root: int) -> None:
+    def __init__(self, positions: Array, fps: float, skeleton: Skeleton) -> None:
+        root = skeleton.root
         self.taken = taken_frames(np.arange(len(positions)) / fps)
         taken = np.asarray(positions, dtype=np.float64)[self.taken]
         poses = localise(without_leaps(taken, self.taken / fps), root)
@@ -79,7 +86,7 @@ class Motion:
         self.extent, self.away = surroundings(self)
         self.sums = _sums(self)
         self.candidates = list(self._candidates())
-        self.inside, self.period = periods(self)
+        self.counted = bouts(np.asarray(positions)[self.taken], self.times, skeleton)
         self._known: dict[tuple[int, int, int], list[float] | None] = {}
 
     def _candidates(self) -> Iterator[Candidate]:
@@ -166,6 +173,9 @@ class Motion:
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
 
+    def _told(self, number: int) -> float:
+        return float(self.times[self.candidates[number].told])
+
     def _kept(self, numbers: list[int], left: int, end: int, weights: Weights) -> set[int]:
         """Return which of the undecided key frames stand at the level (Algorithm 3)."""
         kept = list(numbers)
@@ -183,12 +193,12 @@ class Motion:
         """Return the log odds of a candidate between two frames, as the verdict on it leaves them before `end`."""
         verdict, known = self.verdicts[number]
         if known >= end:
-            verdict = int(cycles.FREE)
-        if verdict == cycles.WITHIN:
+            verdict = int(verdicts.FREE)
+        if verdict == verdicts.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
         odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
-        return max(odds, CERTAIN) if verdict == cycles.ENDS else odds
+        return max(odds, CERTAIN) if verdict == verdicts.ENDS else odds
 
     @cached_property
     def verdicts(self) -> list[tuple[int, int]]:
@@ -198,26 +208,46 @@ class Motion:
         for number in range(len(confirmed)):
             due = int(np.searchsorted(self.times, self._time(number) + HOLD))
             known = min(max(due, confirmed[number]), len(self.times) - 1)
-            verdict, last = self._judge(number, bisect_right(confirmed, known), known, last)
+            moment = self.times[known] if due < len(self.times) else np.inf
+            counted = self.counted[1][np.searchsorted(self.counted[0], moment, "right") - 1]
+            verdict, last = self._judge(number, bisect_right(confirmed, known), counted, last)
             found.append((verdict, known))
         return found
 
-    def _judge(self, number: int, noted: int, now: int, last: float) -> tuple[int, float]:
+    def _judge(self, number: int, noted: int, counted: Array, last: float) -> tuple[int, float]:
         """Return the verdict on a candidate, and when the last repetition ended."""
-        if not self.inside[now]:
-            return int(cycles.FREE), last
-        period, time = self.period[now], self._time(number)
+        time = self._told(number)
+        period = _period_at(counted, time)
+        if not period > 0.0:
+            return int(verdicts.FREE), last
 
         def cost(other: int) -> float:
             c = self.candidates[other]
-            unlike = c.home + cycles.SLOWNESS * np.log(c.speed / c.usual + cycles.SLOWNESS_OFFSET)
-            steps = (self._time(other) - last) / period if np.isfinite(last) else 0.0
-            return float(unlike + min(1.0, 2.0 * abs(steps - np.rint(steps))))
+            unlike = c.home + verdicts.SLOWNESS * np.log(c.speed / c.usual + verdicts.SLOWNESS_OFFSET)
+            return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._told(other)) / period)
 
-        near = [i for i in range(noted) if abs(self._time(i) - time) <= 0.5 * period]
-        if min(near, key=cost) != number or time - last < cycles.NEAREST * period:
-            return int(cycles.WITHIN), last
-        return int(cycles.ENDS), time
+        near = [i for i in range(noted) if abs(self._told(i) - time) <= 0.5 * period]
+        if min(near, key=cost) != number or time - last < verdicts.NEAREST * period:
+            return int(verdicts.WITHIN), last
+        return int(verdicts.ENDS), time
+
+
+def _period_at(counted: Array, time: float) -> float:
+    """Return the period of the bout that a time lies in, or goes on to, s; 0 if it lies in none."""
+    before = counted[counted[:, 0] <= time]
+    if not len(before):
+        return 0.0
+    _, end, period = before[-1]
+    is_last = len(before) == len(counted)
+    goes_on = is_last and time < end + LONGEST_SILENCE * period + LOOKS_APART
+    return float(period) if time <= end or goes_on else 0.0
+
+
+def _off_bound(counted: Array, time: float) -> float:
+    """Return how far a time is from where a repetition begins or ends, or should, s."""
+    _, end, period = counted[-1]
+    bounds = [*counted[:, 0], *counted[:, 1], end + period * max(0.0, np.rint((time - end) / period))]
+    return float(np.abs(np.array(bounds) - time).min())
 
 
 def without_gaps(positions: Array) -> Array:
@@ -346,45 +376,15 @@ def _sums(motion: Motion) -> list[Array]:
     return [np.cumsum(np.concatenate([np.zeros_like(value[:1]), value]), axis=0) for value in weighted]
 
 
-def periods(motion: Motion) -> tuple[NDArray[np.bool_], Array]:
-    """Return at each frame whether the performer repeats a movement, and the period, s."""
-    taken, due = [], 0.0
-    for t, time in enumerate(motion.times):
-        if time >= due - cycles.MARGIN:
-            taken.append(t)
-            due = max(due + cycles.SPACING, time)
-    inside, period = np.zeros(len(motion.times), bool), np.zeros(len(motion.times))
-    poses, totals = motion.poses[taken], np.zeros((len(taken) + 1, cycles.LAGS + 1))
-    within, last = False, 0.0
-    for i, t in enumerate(taken):
-        lags = min(i, cycles.LAGS)
-        apart = ((poses[i] - poses[i - lags : i][::-1]) ** 2).sum(axis=(1, 2)) / motion.moving_joints
-        apart = np.maximum(apart - cycles.NOISE_APART * motion.noise[t] ** 2, 0.0)
-        totals[i + 1] = totals[i]
-        totals[i + 1, 1 : lags + 1] += apart
-        least = cycles.LEAST_APART * motion.noise[t] ** 2
-        found, depth = _period(totals, i + 1, cycles.STILL * motion.extent[t] ** 2, least)
-        within = found > 0.0 and (within or depth < cycles.CERTAIN)
-        last = found if found > 0.0 else last
-        inside[t:], period[t:] = within, last
-    return inside, period
-
-
-def _period(totals: Array, taken: int, still: float, least: float) -> tuple[float, float]:
-    """Return the period, 0 if there is none, and how deep the normalised distance is there."""
-    lags = np.arange(1, cycles.LAGS + 1)
-    windows = np.maximum(3 * lags // 4, cycles.SHORTEST_WINDOW)
-    there = np.clip(taken - lags, 0, windows)
-    means = (totals[taken, lags] - totals[taken - there, lags]) / np.maximum(there, 1)
-    below = np.cumsum(means)
-    ratio = np.divide(means * lags, below, out=np.ones(len(lags)), where=below > lags * least)
-    depth = np.concatenate([[1.0], np.where(there == windows, ratio, 2.0)])
-    if not below[-1] / cycles.LAGS > still:
-        return 0.0, 1.0
-    for lag in range(cycles.SHORTEST_LAG, cycles.LAGS):
-        last, value, later = depth[lag - 1 : lag + 2]
-        if value < cycles.DEEP and value <= last and value < later:
-            bend = last - 2.0 * value + later
-            shift = 0.5 * (last - later) / bend if bend > 1e-12 else 0.0
-            return float(lag + shift) * cycles.SPACING, float(value)
-    return 0.0, 1.0
+def bouts(positions: Array, times: Array, skeleton: Skeleton) -> tuple[Array, list[Array]]:
+    """Return what was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s."""
+    counter = RepetitionCounter(skeleton, "p1", 0, math.inf)
+    since, known, looked = [times[0]], [np.zeros((0, 3))], 0
+    for i in range(len(times)):
+        counter.follow(positions[i : i + 1].astype(np.float32), times[i : i + 1])
+        if counter.looks != looked:
+            looked = counter.looks
+            since.append(times[i])
+            known.append(counter.table())
+    counter.look_once_more()
+    return np.array([*since, np.inf]), [*known, counter.table()]

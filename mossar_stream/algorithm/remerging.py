@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.cycles import ENDS, WITHIN
+from mossar_stream.algorithm.verdicts import ENDS, WITHIN
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.evidence import CERTAIN
 from mossar_stream.similarity.protocol import close, merge_into
@@ -62,7 +62,7 @@ class Remerging(NamedTuple):
     costs: NDArray[np.float64]  # (K,) scratch for the costs of the merges
     strengths: NDArray[np.float64]  # (K,) set to the strength of each key frame
     removed: NDArray[np.int64]  # (K,) set to the key frames in the order in which they are removed
-    verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see cycles.py
+    verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see verdicts.py
 
 
 @inline_kernel(returns_views=True)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
-from mossar_stream.algorithm.cycles import CANDIDATES, CYCLES, LAGS, LONGEST_WINDOW, NOTE, PLACES
 from mossar_stream.algorithm.facts import FACTS_OF_CANDIDATE
 from mossar_stream.algorithm.joints import JOINTS
 from mossar_stream.algorithm.noise import NOISE
@@ -26,9 +25,12 @@ from mossar_stream.algorithm.scales import SCALES
 from mossar_stream.algorithm.splitter import CURVE
 from mossar_stream.algorithm.tempo import TEMPO
 from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
+from mossar_stream.algorithm.verdicts import CANDIDATES, NOTE, VERDICTS
 from mossar_stream.algorithm.window import KEY, WINDOW
 from mossar_stream.memory.joint_pages import body_size, pad
 from mossar_stream.memory.slots import SLOTS
+from mossar_stream.repetitions.state import HEADER
+from mossar_stream.repetitions.state import length as samples_size
 
 CACHE_LINE = 64  # bytes
 
@@ -49,10 +51,9 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
-    ("cycle_poses", "f4"),  # (3, joints, PLACES) m, poses of the last seconds, see cycles.py
-    ("cycle_distances", "f4"),  # (LONGEST_WINDOW, LAGS + 1) m², of those poses
-    ("cycle_sums", "f8"),  # (PLACES,) m², scratch
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
+    ("counted", "HEADER"),  # (1,) of the performer's repetitions
+    ("samples", "f4"),  # of them, see repetitions/state.py
 )
 
 PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
@@ -70,6 +71,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("slot_count", "i8"),
         ("memo_size", "i8"),
         ("history_size", "i8"),
+        ("samples", "i8"),  # numbers of the repetitions' samples
         ("capacity", "i8"),  # W
         ("most_events", "i8"),  # that one frame, or the end of a take, can cause
         # Settings; the row's own, so that a level can move while others stay.
@@ -121,14 +123,14 @@ ROW = np.dtype(
         ("history", HISTORY),
         ("tempo", TEMPO),
         ("scales", SCALES),
-        ("cycles", CYCLES),
+        ("verdicts", VERDICTS),
         ("facts", FACTS_OF_CANDIDATE),
         ("window", WINDOW),
         ("at", [(name, "i8") for name, _ in REGIONS]),
     ],
 )
 ROW_BYTES = ROW.itemsize
-_DTYPES = {"KEY": KEY, "NOTE": NOTE, "MARK": MARK, "MEMO": MEMO}
+_DTYPES = {"KEY": KEY, "NOTE": NOTE, "HEADER": HEADER, "MARK": MARK, "MEMO": MEMO}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -143,7 +145,7 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         history: Poses kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
-        evidence: Whether evidence decides, which needs poses of the last seconds.
+        evidence: Whether evidence decides, which needs the repetitions of the performer.
     """
 
     joints: int
@@ -191,10 +193,9 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
-            "cycle_poses": PLACES * 3 * self.joints * self.evidence,
-            "cycle_distances": LONGEST_WINDOW * (LAGS + 1) * self.evidence,
-            "cycle_sums": PLACES * self.evidence,
             "notes": CANDIDATES * self.evidence,
+            "counted": int(self.evidence),
+            "samples": samples_size(self.joints) * self.evidence,
         }
 
     def offsets(self) -> tuple[dict[str, int], int]:

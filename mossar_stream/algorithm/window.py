@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.cycles import FREE, Cycles
 from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
@@ -29,6 +28,7 @@ from mossar_stream.algorithm.remerging import (
     remerge,
 )
 from mossar_stream.algorithm.tempo import pace
+from mossar_stream.algorithm.verdicts import FREE, Verdicts
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     CONFIRMED,
@@ -81,7 +81,7 @@ KEY = np.dtype(
         ("at_frame", "i8"),  # where it is told to be
         ("at_time", "f8"),  # s
         ("told", "i8"),  # whether it was told of as confirmed
-        ("verdict", "i8"),  # on whether it ends a repetition, see cycles.py
+        ("verdict", "i8"),  # on whether it ends a repetition, see verdicts.py
     ],
 )
 NOT_KEPT = np.int64(-2)  # in KEY.before
@@ -116,7 +116,7 @@ class Window(NamedTuple):
     slots: np.void  # SLOTS
     params: np.void  # of the similarity measure
     history: PoseHistory
-    cycles: Cycles
+    verdicts: Verdicts
     keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots

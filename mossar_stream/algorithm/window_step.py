@@ -8,16 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.clock import end_take
-from mossar_stream.algorithm.cycles import (
-    CANDIDATES,
-    LAGS,
-    LONGEST_WINDOW,
-    NOTE,
-    PLACES,
-    Cycles,
-    forget_newest,
-    note_candidate,
-)
 from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
 from mossar_stream.algorithm.facts import is_told, noise_of_speed, write_facts
@@ -35,6 +25,13 @@ from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
 from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, forget_candidate
 from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
+from mossar_stream.algorithm.verdicts import (
+    CANDIDATES,
+    NOTE,
+    Verdicts,
+    forget_newest,
+    note_candidate,
+)
 from mossar_stream.algorithm.window import (
     BEFORE_WINDOW,
     KEY,
@@ -76,6 +73,7 @@ from mossar_stream.memory.event_buffer import (
 )
 from mossar_stream.memory.joint_pages import flatten
 from mossar_stream.memory.slots import allocate, free
+from mossar_stream.repetitions.state import HEADER
 from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
@@ -149,12 +147,10 @@ def _window_of(state, row, params, scratch, event_buffer):
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
             part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
         ),
-        Cycles(
-            state.cycles,
-            part(row, at.cycle_poses, np.float32, (plan.evidence * 3, plan.joints, PLACES)),
-            part(row, at.cycle_distances, np.float32, (plan.evidence * LONGEST_WINDOW, LAGS + 1)),
-            part(row, at.cycle_sums, np.float64, (plan.evidence * PLACES,)),
+        Verdicts(
+            state.verdicts,
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
+            part(row, at.counted, HEADER, (plan.evidence,)),
         ),
         part(row, at.keys, KEY, (places,)),
         part(row, at.order, np.int64, (places,)),
@@ -244,7 +240,6 @@ def _add_key(w, slot, state, point, rev):
     facts, scales = state.facts, state.scales
     noise = noise_of_speed(state.noise, w.plan.moving_joints)
     write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
-    note_candidate(w.cycles, point.time, facts.home / extent(scales), facts.speed / usual_speed(scales))
     told = UNTOLD
     if is_told(facts, scales, point.time, noise):
         told = TOLD
@@ -253,6 +248,8 @@ def _add_key(w, slot, state, point, rev):
     if facts.before < facts.frame:
         frame, time = facts.frame, facts.time
     facts.before = frame
+    home, speed = facts.home / extent(scales), facts.speed / usual_speed(scales)
+    note_candidate(w.verdicts, point.time, time, home, speed)
     placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
     add_key(w, slot, placed, point.time, rev, told)
 
@@ -354,7 +351,7 @@ def _withdraw_newest(w, segment):
     w.state.undecided -= 1
     w.state.ordinal -= 1
     if w.plan.evidence == 1:
-        forget_newest(w.cycles)
+        forget_newest(w.verdicts)
 
 
 @inline_kernel

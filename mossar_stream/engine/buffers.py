@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.warm_up import warm_up
 from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import Source, new_event_buffer, take_events
+from mossar_stream.repetitions.state import SCRATCH, new_room
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 BATCH = 512  # events that there is room for besides those of one frame
@@ -44,6 +47,7 @@ class Buffers:
     def __init__(self, plan: Plan) -> None:
         self.scratch = new_scratch(plan.shape)
         self.events = new_event_buffer(plan.most_events + BATCH)
+        self.for_looks = new_room(plan.shape.padded_joints * plan.shape.evidence), np.zeros(1, SCRATCH)
         self.for_run = self.scratch, self.events, plan.most_events
         self._view = memoryview(self.events)  # type: ignore[arg-type]
         self.guard = Guard()

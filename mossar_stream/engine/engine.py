@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.frame_step import (
     DONE,
     HAPPENED,
+    LOOK_DUE,
     RING_FULL,
     STOPS,
     TAKE_ENDS,
     WINDOW_FULL,
     advance,
 )
-from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL, update_window
+from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL, RANK, update_window
 from mossar_stream.engine.buffers import IN_USE
 from mossar_stream.engine.pool import Pool, Row
 from mossar_stream.engine.run import BUFFER_FULL, run
@@ -70,6 +71,8 @@ def _push(
             events += _end_take(row, "gap" if later else "clock stepped back")
             if first_frame is not None:
                 row.clock["next_frame"] = first_frame + used
+        elif stop == LOOK_DUE:
+            row.look_at_repetitions(times[used])
         elif stop == RING_FULL:  # the source is quicker than its nominal rate
             row.grow(row.plan.larger(ring=2))
         elif stop == WINDOW_FULL:
@@ -203,6 +206,8 @@ def update(row: Row, reason: int) -> list[Event]:
 
 def _update(row: Row, reason: int) -> list[Event]:
     buffers = row.pool.buffers
+    if reason in {END, RANK}:
+        row.look_at_repetitions()
     update_window(row.memory, 0, row.params, buffers.scratch, buffers.events, reason)
     return row.pool.take_events()
 

@@ -17,6 +17,7 @@ from mossar_stream.events import Event
 from mossar_stream.jit.decorators import entry_point, inline_kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
+from mossar_stream.repetitions.state import HEADER, adopt
 
 ONE_DONE, ONE_HAPPENED = np.int64(STOPS + DONE), np.int64(STOPS + HAPPENED)
 OWN_ROW = np.int64(0)
@@ -59,7 +60,9 @@ def advance_limbs(
     frame = part(block, head.frame, np.float32, (head.joints, 3))
     times = part(block, head.time, np.float64, (1,))
     events = part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,))
-    clock = part(body[0], 0, ROW, (1,))[0].clock
+    whole = part(body[0], 0, ROW, (1,))[0]
+    clock = whole.clock
+    counted = part(body[0], whole.at.counted, HEADER, (whole.plan.evidence,))
     times[0] = clock.taken_time
     _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame)
     for i in range(head.limbs):
@@ -72,6 +75,8 @@ def advance_limbs(
         if events[0].row + state.plan.most_events >= len(events):
             return i
         own = part(block, limb.frame, np.float32, (1, limb.joints, 3))
+        if state.plan.evidence == 1:
+            _follow(part(block, limb.row + state.at.counted, HEADER, (1,))[0], counted[0])
         code = advance_by_name(row, OWN_ROW, params[i : i + 1], own, times)
         if code == ONE_HAPPENED:
             before = events[0].row
@@ -91,6 +96,13 @@ def _gather(order: NDArray[np.int64], positions: NDArray[np.float32], frame: NDA
         if joint >= 0:
             for axis in range(3):
                 frame[k, axis] = positions[0, joint, axis]
+
+
+@inline_kernel
+def _follow(header: Any, body: Any) -> None:
+    """Let a limb know what is counted of its body, after each look at that."""
+    if header.looked != body.looked or header.origin != body.origin:
+        adopt(header, body)
 
 
 @inline_kernel

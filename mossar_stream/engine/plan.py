@@ -11,7 +11,9 @@ from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SCRATCH_ROWS
+from mossar_stream.events import BODY
 from mossar_stream.memory.joint_pages import pad
+from mossar_stream.repetitions.preparing import prepare as prepare_counting
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.skeleton import Skeleton
@@ -114,18 +116,12 @@ class Plan:
             and mine.rate_limit == theirs.rate_limit
         )
 
-    def prepare(self, row: NDArray[np.uint8], index: int) -> None:
-        """Fill in the part of a row that does not change while frames come in.
-
-        Args:
-            row: Bytes of the row; zeros, or a row of the same plan.
-            index: Its place in the pool.
-        """
-        state, shape, chosen = records(row), self.shape, self.settings
+    def _values(self) -> dict[str, float]:
+        """Return what PLAN holds."""
+        shape, chosen = self.shape, self.settings
         moving = max(1, shape.joints - 1 if self.center >= 0 else shape.joints)
         noisy = chosen.sig_threshold > 0 and chosen.range != "fixed"
-        state["clock"]["row"] = index
-        values: dict[str, float] = {
+        return {
             "joints": shape.joints,
             "padded_joints": shape.padded_joints,
             "center": self.center,
@@ -138,6 +134,7 @@ class Plan:
             "slot_count": shape.slots,
             "memo_size": shape.memo,
             "history_size": shape.history,
+            "samples": shape.region_sizes()["samples"],
             "capacity": shape.window,
             "most_events": self.most_events,
             "window": chosen.window,
@@ -169,10 +166,29 @@ class Plan:
             "shared": chosen.similarity == "likelihood",
             "offline": self.offline,
         }
+
+    def prepare(self, row: NDArray[np.uint8], index: int, channel: str = BODY) -> None:
+        """Fill in the part of a row that does not change while frames come in.
+
+        Args:
+            row: Bytes of the row; zeros, or a row of the same plan.
+            index: Its place in the pool.
+            channel: The body's, or of a limb.
+        """
+        state = records(row)
+        state["clock"]["row"] = index
+        values = self._values()
         for name in PLAN.names or ():
             state["plan"][name] = values[name]
-        for name, offset in shape.offsets()[0].items():
+        for name, offset in self.shape.offsets()[0].items():
             state["at"][name] = offset
+        self.prepare_counting(row, channel)
+
+    def prepare_counting(self, row: NDArray[np.uint8], channel: str) -> None:
+        """Fill in what the counting of repetitions needs: of the body, or of a limb."""
+        for header in region(row, self.shape, "counted"):
+            prepare_counting(header, self.skeleton, math.inf, channel)
+            header["own"] = channel == BODY
 
     def new_memory(self, count: int) -> NDArray[np.uint8]:
         """Return memory for so many rows, (count, row_bytes), not prepared."""

@@ -1,13 +1,17 @@
 """Pool: rows of memory for performers who share skeleton, settings and rate, so that one call serves many."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.row import ROW, ROW_BYTES, records
+from mossar_stream.algorithm.row import ROW, ROW_BYTES, records, region
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import BODY, Event
 from mossar_stream.memory.event_buffer import Source
+from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.state import adopt_counted
 
 ROWS = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
@@ -45,7 +49,7 @@ class Pool:
         if index in self._used:
             self.memory[index] = 0
         self._used.add(index)
-        self.plan.prepare(self.memory[index], index)
+        self.plan.prepare(self.memory[index], index, self.channel)
         self.sources[index] = Source(name, self.channel, self.plan.skeleton.names)
         return Row(self, index)
 
@@ -74,6 +78,9 @@ class Row:
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         taken_time: (1,) s, `clock["taken_time"]`.
+        counted: HEADER of the performer's repetitions; empty unless evidence decides.
+        samples: float32, of them.
+        looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         is_live: Whether the take that is open has been told of.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         is_placed: Whether that was found; it is not before somebody was seen.
@@ -86,6 +93,7 @@ class Row:
         self.name = pool.sources[index].performer
         self.pending: list[Event] = []
         self.is_level_new = False
+        self.looks: list[tuple[float, NDArray[np.void]]] | None = None
         self._enter(pool, index)
 
     def _enter(self, pool: Pool, index: int) -> None:
@@ -96,8 +104,22 @@ class Row:
         self.clock = self.state["clock"]
         clock = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]
         self.last_time, self.taken_time = clock["time"], clock["taken_time"]
+        self.counted = region(self.memory[0], self.plan.shape, "counted")
+        self.samples = region(self.memory[0], self.plan.shape, "samples")
         self.look()
         self.indices = np.array([index])
+
+    def look_at_repetitions(self, time: float = math.inf) -> None:
+        """Look at what was repeated as often as is due before a frame, s; once more if the take ends."""
+        if len(self.counted) and self.counted["own"][0]:
+            look(self.counted, self.samples, *self.pool.buffers.for_looks, time)
+            if self.looks is not None:
+                self.looks.append((time, self.counted.copy()))
+
+    def adopt_repetitions(self, counted: NDArray[np.void]) -> None:
+        """Let a limb know what is counted of its body, `counted` of the body's row."""
+        if len(self.counted):
+            adopt_counted(self.counted, counted)
 
     def look(self) -> None:
         """Take note of what is in the row."""
@@ -123,7 +145,7 @@ class Row:
     def replan(self, plan: Plan) -> None:
         """Go on with another plan for rows that are laid out the same."""
         self.plan = plan
-        plan.prepare(self.memory[0], self.index)
+        plan.prepare(self.memory[0], self.index, self.pool.channel)
 
     def restart(self, plan: Plan) -> None:
         """Begin in a row of another plan, but count takes and frames on."""
@@ -158,6 +180,7 @@ class Row:
         self._enter(pool, pool.allocate(self.name).index)
         self.memory[0] = content
         self.clock["row"] = self.index
+        self.plan.prepare_counting(self.memory[0], channel)
         self.look()
         self.is_live = is_live
 

@@ -4,15 +4,22 @@ Compiled code does not check its indices. A row from a snapshot is therefore loo
 it: whatever is used as an index must point into the row. Numbers that are only calculated with may be anything.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.algorithm.window import NOT_KEPT
 from mossar_stream.engine.plan import Plan
+from mossar_stream.events import BODY
 from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
+from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
+from mossar_stream.repetitions.preparing import prepare
+from mossar_stream.repetitions.state import HEADER
 from mossar_stream.similarity import protocol as similarity
 
+FARTHEST = 1e9  # m, that somebody may be from the origin
 MOST_WAITING = 100_000  # candidates without a verdict
 
 
@@ -39,9 +46,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("average", "filled"): (0, max(0, shape.smoothing_window)),
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
-        ("cycles", "poses"): (0, 2**60),
-        ("cycles", "candidates"): (candidates, candidates),
-        ("cycles", "judged"): (max(0, candidates - MOST_WAITING), candidates),
+        ("verdicts", "candidates"): (candidates, candidates),
+        ("verdicts", "judged"): (max(0, candidates - MOST_WAITING), candidates),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),
@@ -51,6 +57,15 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     within = (low <= int(state[record][name]) <= high for (record, name), (low, high) in limits.items())
     if state["curve"]["found"]["happened"] != 0 or not all(within):
         return False
+    origin = [float(state["joints"][name]) for name in ("origin_x", "origin_y", "origin_z")]
+    if not np.abs(origin).max() <= FARTHEST:
+        return False
+    prepared = np.zeros(1, HEADER)[0]
+    prepare(prepared, plan.skeleton, math.inf, BODY)
+    for own in region(row, shape, "counted"):
+        follows = own["begun"] == 1 and own["latest"] == state["clock"]["taken_time"]
+        if not (follows and counting_is_sound(own, prepared)):
+            return False
     live = region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
     if not np.isin(live, (0.0, 1.0)).all():
         return False

@@ -1,14 +1,19 @@
 """Kernels are compiled, or loaded from the disk, before frames come in."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.row import region
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
 from mossar_stream.jit.acceleration import open_own_cache
 from mossar_stream.jit.linked import publish
 from mossar_stream.jit.precompile import second_process
 from mossar_stream.memory.event_buffer import new_event_buffer
+from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.state import SCRATCH, new_room
 from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 
@@ -51,6 +56,9 @@ def warm_up(plan: Plan) -> None:
     nobody = np.zeros(0, np.int64)
     batch = nobody, nobody, nobody, np.zeros(2, np.int64)
     run(memory, plan.params, (scratch, events, plan.most_events), batch, frames, times)
+    if plan.shape.evidence:
+        header, samples = (region(memory[0], plan.shape, name) for name in ("counted", "samples"))
+        look(header, samples, new_room(plan.shape.joints), np.zeros(1, SCRATCH), math.inf)
     _ready.add(plan.settings.similarity)
 
 

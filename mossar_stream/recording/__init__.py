@@ -4,6 +4,8 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 """
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -20,6 +22,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
+    BODY,
     KEY_FRAME_KINDS,
     KeyFrameEvent,
     KeyFrameKind,
@@ -38,6 +41,7 @@ from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
+Looks = Sequence[tuple[float, NDArray[np.void]]]  # see `Row.looks`
 CAPACITY = 64  # key frames there is room for at first
 
 
@@ -257,24 +261,30 @@ def _segmented(
     moves: Moves | None = None,
     *,
     curves: bool,
+    channel: str = BODY,
+    looks: Looks = (),
 ) -> Result:
-    """Segment a recording whose arrays fit each other."""
+    """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
     chosen = settings
     frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
-    row = _new_row(skeleton, chosen, fps, moments)
-    states = _push_all(row, frames, moments, curves=curves)
+    row = _new_row(skeleton, chosen, fps, moments, channel)
+    row.looks = [] if chosen.limbs else None
+    states = _push_all(row, frames, moments, looks, curves=curves)
     engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups_of(skeleton, chosen.limbs):
         seen = given_positions(positions_of(limb, frames))
-        limbs[limb.name] = _segmented(seen, moments, limb.skeleton, own, fps, curves=curves)
+        limbs[limb.name] = _segmented(
+            seen, moments, limb.skeleton, own, fps, curves=curves, channel=limb.name, looks=row.looks or ()
+        )
         if chosen.repetitions:
             counted = count_recording(limb.skeleton, seen, moments, chosen.max_pause, limb.name)
             limbs[limb.name].repetitions = counted
+    row.looks = None
     result = Result(row, states, found, limbs)
     if chosen.repetitions:
         result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
@@ -308,15 +318,21 @@ def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
 
 
 def _push_all(
-    row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], *, curves: bool
+    row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], looks: Looks, *, curves: bool
 ) -> list[CurveState]:
-    """Take all frames in; return the curve, frame by frame, if it is wanted."""
-    step = 1 if curves else max(1, len(times))
+    """Take all frames in, of a limb with what was counted of its body; return the curve, if it is wanted."""
+    bounds = {*range(0, len(times), 1 if curves else max(1, len(times))), len(times)}
+    counted = {int(np.argmax(times >= time)): header for time, header in looks if time < np.inf}
+    bounds |= set(counted)
     states = []
-    for begin in range(0, len(times), step):
-        engine.push(row, frames[begin : begin + step], times[begin : begin + step])
+    for begin, end in pairwise(sorted(bounds)):
+        if begin in counted:
+            row.adopt_repetitions(counted[begin])
+        engine.push(row, frames[begin:end], times[begin:end])
         if curves:
             states.append(curve_state(row.memory[0], row.plan))
+    if looks:
+        row.adopt_repetitions(looks[-1][1])
     return states
 
 
@@ -339,13 +355,14 @@ def _new_row(
     settings: Settings,
     fps: float | None,
     times: NDArray[np.float64],
+    channel: str = BODY,
 ) -> Row:
-    """Return a row for a recording."""
+    """Return a row for a recording: of the body, or of a limb."""
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
     history = min(history_size(seconds), history_size(len(times) * SPACING))
     plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, offline=True)
-    return pool_of_one(plan, "p1")
+    return pool_of_one(plan, "p1", channel=channel)
 
 
 def _whole_range(

@@ -9,10 +9,12 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
 
+STANDS_OUT = 2.56 * 1.1  # times the standard deviation of normal noise, with a margin
+
 
 @kernel
 def find_components(header, samples, scratch):
-    """Set axes and scores, in the order of time, for the samples in the window.
+    """Set axes and scores, in the order of time, for the samples in the window, and how far they must swing.
 
     Args:
         header: `HEADER` record.
@@ -23,6 +25,9 @@ def find_components(header, samples, scratch):
         How many samples there are.
     """
     n = min(header.open, SAMPLES)
+    for j in range(samples.pose.size):
+        for i in range(n):
+            samples.by_coordinate[j, i] = samples.by_sample[i, j]
     lost = _begin_axes(samples, n)
     for _ in range(4 if lost else 2):
         _project(samples, n)
@@ -31,9 +36,40 @@ def find_components(header, samples, scratch):
     for k in range(COMPONENTS):
         for j in range(samples.pose.size):
             samples.home_scores[k] += samples.axes[k, j] * samples.home[j]
+    scratch.least = max(header.least * np.sqrt(header.joints), _noise_swing(header, samples, n))
     if header.open > SAMPLES:
         _in_order(samples, header.open % SAMPLES, scratch.ring)
     return n
+
+
+@kernel
+def _noise_swing(header, samples, n):
+    """Return how far the scores of noise alone may swing, from the 10th to the 90th percentile.
+
+    What changes from one sample to the next, and the four components leave, is taken for noise. The root's noise is in
+    all J joints alike, which gives its components J times the variance of a coordinate's noise; n samples of D
+    coordinates show D / n more.
+    """
+    left = 0.0
+    for j in range(samples.pose.size):
+        left += _change(samples.by_coordinate[j], n)
+    for k in range(COMPONENTS):
+        left -= _change(samples.scores[k], n)
+    others = samples.pose.size - (0 if header.travels == 1 else 3) - COMPONENTS
+    if others <= 0:
+        return 0.0
+    variance = max(left, 0.0) / (2.0 * others * (n - 1))
+    return STANDS_OUT * np.sqrt((header.joints + others / n) * variance)
+
+
+@kernel
+def _change(row, n):
+    """Return the sum of squared steps; of white noise, twice its variance times as many."""
+    total = np.float32(0.0)
+    for i in range(1, n):
+        step = row[i] - row[i - 1]
+        total += step * step
+    return float(total)
 
 
 @kernel

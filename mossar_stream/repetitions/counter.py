@@ -9,32 +9,23 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, PhaseEvent, RepetitionEvent, RepetitionStatus
-from mossar_stream.moves.joints import known_joints
-from mossar_stream.repetitions.counting import CHANGED, NOTHING, TAKE_ENDS, count_frames, count_rest
-from mossar_stream.repetitions.sampling import next_wanted
-from mossar_stream.repetitions.state import (
-    CHAINS,
-    CYCLES,
-    GIVEN,
-    HEADER,
-    RATE,
-    SCRATCH,
-    STRIDE,
-    length,
-    start,
+from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.preparing import is_sound, prepare
+from mossar_stream.repetitions.sampling import (
+    CHANGED,
+    LOOK_DUE,
+    NOTHING,
+    TAKE_ENDS,
+    count_frames,
+    next_wanted,
 )
-from mossar_stream.repetitions.timing import Timeline
+from mossar_stream.repetitions.state import HEADER, RATE, SCRATCH, STRIDE, length, new_room
+from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.skeleton import Skeleton
 
 HELD = 64  # frames
-# Cycles without a new one, after which there is no phase, besides the time between looks.
-LONGEST_SILENCE = 1.5
-CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
-SIDES = ("left", "right")
-LEAST_SWING = 0.03  # m, rms over a limb's joints
-CLOCK = ["begun", "origin", "latest", "wanted", "looked"]  # of the header: all at once are read quicker
+CLOCK = ["begun", "origin", "latest", "wanted", "due"]  # of the header: all at once are read quicker
 TALLY = ["clear", "dropped", "cycles", "changed", "latest"]
-FARTHEST = 2**48  # samples; no take is as long
 NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
     ("period", "tempo", "start", "end", "amplitude", "joint")
 )
@@ -77,17 +68,6 @@ def count_recording(
     return [event for event in latest.values() if event.status == "counted"]
 
 
-def chains_of(skeleton: Skeleton) -> list[tuple[int, int, int]]:
-    """Return the joints of bones in pairs: of arms, legs and hips where they are known by name, else of all joints."""
-    known = known_joints(skeleton)
-    named = [
-        tuple(known.get(f"{side}_{joint}", -1) for joint in chain) for chain in CHAIN_NAMES for side in SIDES
-    ]
-    parents = skeleton.parents
-    above = [(j, p, parents[p]) for j, p in enumerate(parents) if p >= 0 and parents[p] >= 0]
-    return [(a, b, c) for a, b, c in named if min(a, b, c) >= 0] or above
-
-
 class RepetitionCounter:
     """Counts how often a movement is repeated; all state has a fixed size.
 
@@ -108,14 +88,7 @@ class RepetitionCounter:
         self.take = take
         self._names = skeleton.names
         self._header = np.zeros(1, HEADER)
-        self._header["joints"], self._header["root"] = len(skeleton), max(skeleton.root, 0)
-        self._header["max_pause"], self._header["travels"] = max_pause, int(channel == BODY)
-        self._header["least"] = 0.0 if channel == BODY else LEAST_SWING
-        chains = chains_of(skeleton)[:CHAINS]
-        self._header["chains"], self._header["chain"][0, : len(chains)] = (
-            len(chains),
-            np.reshape(chains, (-1, 3)),
-        )
+        prepare(self._header[0], skeleton, max_pause, channel)
         self._memory = np.zeros(length(len(skeleton)), np.float32)
         self._row = self._header[0]
         self._clock, self._tally = self._header[CLOCK], self._header[TALLY]  # views
@@ -128,10 +101,10 @@ class RepetitionCounter:
         self._wanted = 0.0  # s, from when on a frame is taken into a sample
         self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
-        self._scratch = np.zeros(1, SCRATCH)
+        self._scratch, self._room = np.zeros(1, SCRATCH), new_room(len(skeleton))
         # No frame: kernels are compiled now, and never while frames come in.
-        count_frames(self._header, self._memory, self._scratch, self._positions[:0], self._times[:0], 0)
-        count_rest(self._header, self._memory, self._scratch)
+        count_frames(self._header, self._memory, self._positions[:0], self._times[:0], 0)
+        look(self._header, self._memory, self._room, self._scratch, math.inf)
 
     def _begin(self) -> None:
         self._told = 0
@@ -140,7 +113,7 @@ class RepetitionCounter:
             int, int
         ] = {}  # messages by number of the cycle, for those that may still change
         self._held = 0
-        start(self._header, self._memory)
+        self._header[["begun", "clear", "dropped", "cycles"]] = 0
         self._set_due()
 
     @property
@@ -148,6 +121,21 @@ class RepetitionCounter:
         """Repetitions counted in this take."""
         clear, dropped, cycles, *_ = self._tally.tolist()[0]
         return dropped + cycles if clear else 0
+
+    @property
+    def looks(self) -> int:
+        """Samples at the last look."""
+        return int(self._row["looked"])
+
+    def table(self) -> NDArray[np.float64]:
+        """Return (n, 3) begin, end and period of the repetitions that are remembered, s."""
+        if not self._row["clear"]:
+            return np.zeros((0, 3))
+        begins, ends, periods = (
+            self._cycles[: self._row["cycles"]][name] for name in ("begins", "ends", "period")
+        )
+        periods = np.where(np.isnan(periods), ends - begins, periods)
+        return np.stack([begins, ends, periods], axis=1) / RATE + [self._origin, self._origin, 0.0]
 
     def follow(
         self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int = 0
@@ -163,7 +151,15 @@ class RepetitionCounter:
             The first frame not taken, and one of `NOTHING`, `CHANGED` and `TAKE_ENDS`.
         """
         self._flush()
-        used, stop = count_frames(self._header, self._memory, self._scratch, positions, times, begin)
+        used, stop = count_frames(self._header, self._memory, positions, times, begin)
+        while stop == LOOK_DUE:
+            if look(self._header, self._memory, self._room, self._scratch, times[used]):
+                used, _ = count_frames(
+                    self._header, self._memory, positions[: used + 1], times[: used + 1], used
+                )
+                stop = CHANGED
+            else:
+                used, stop = count_frames(self._header, self._memory, positions, times, used)
         self._set_due()
         return used, stop
 
@@ -208,35 +204,33 @@ class RepetitionCounter:
         """Count the frames that are held; none of them changes anything."""
         held, self._held = self._held, 0
         if held:
-            count_frames(
-                self._header, self._memory, self._scratch, self._positions[:held], self._times[:held], 0
-            )
+            count_frames(self._header, self._memory, self._positions[:held], self._times[:held], 0)
         self._row["latest"] = max(self._row["latest"], self._last_held)
 
     def _set_due(self) -> None:
         """Note from when on frames must go to the kernel: a look may be due, or the take may end."""
-        begun, self._origin, self._last_held, self._wanted, looked = self._clock.tolist()[0]
-        look = self._origin + (looked + STRIDE - 0.01) / RATE
-        self._due = min(look, self._last_held + self._max_pause) if begun else -math.inf
+        begun, self._origin, self._last_held, self._wanted, due = self._clock.tolist()[0]
+        self._due = min(due, self._last_held + self._max_pause) if begun else -math.inf
 
     def news(self) -> list[RepetitionEvent]:
         """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
         clear, self._dropped, cycles, changed, self._latest = self._tally.tolist()[0]
         total = self._dropped + cycles if clear else 0
-        line = Timeline.since(self._cycles[:cycles], changed)
-        events = [self._event(number, "withdrawn", line) for number in range(self._told, total, -1)]
-        events += [
-            self._event(number, "counted", line) for number in range(self._dropped + changed + 1, total + 1)
-        ]
+        events = [self._event(number, "withdrawn") for number in range(self._told, total, -1)]
+        events += [self._event(number, "counted") for number in range(self._dropped + changed + 1, total + 1)]
         self._told = total
         for number in [number for number in self._revisions if number <= self._dropped]:
             del self._revisions[number]
         return events
 
+    def look_once_more(self) -> bool:
+        """Look at what the last frames of a take show, and return whether it changes anything."""
+        self._flush()
+        return bool(look(self._header, self._memory, self._room, self._scratch, math.inf))
+
     def end_take(self) -> list[RepetitionEvent]:
         """Return what the last frames change; the next frame begins a new take."""
-        self._flush()
-        events = self.news() if count_rest(self._header, self._memory, self._scratch) else []
+        events = self.news() if self.look_once_more() else []
         self.take += int(self._row["begun"])
         self._begin()
         return events
@@ -247,13 +241,9 @@ class RepetitionCounter:
         last = cycles - 1
         if last < 0 or not clear:
             return None
-        line = Timeline.since(self._cycles[:cycles], last)
-        period = line.period(last)
-        if period is None:
-            return None
-        since = (self._last_held - self._origin) * RATE - line.end_of(last)
-        silence = LONGEST_SILENCE * period * RATE + STRIDE
-        return None if since > silence else (since / (period * RATE)) % 1.0
+        end, period = self._cycles[["ends", "period"]].tolist()[last]
+        since = (self._last_held - self._origin) * RATE - end
+        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + STRIDE else None
 
     def phase_news(self) -> list[PhaseEvent]:
         """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
@@ -264,7 +254,7 @@ class RepetitionCounter:
             return []
         return [PhaseEvent(performer=self.performer, take=self.take, channel=BODY, time=time, phase=phase)]
 
-    def _event(self, number: int, status: RepetitionStatus, line: Timeline) -> RepetitionEvent:
+    def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
         revision = self._revisions[number] = self._revisions.get(number, 0) + 1
         channel = "" if self.channel == BODY else f"{self.channel}/"
         withdrawn = status == "withdrawn"
@@ -277,20 +267,21 @@ class RepetitionCounter:
             channel=self.channel,
             total=number - 1 if withdrawn else number,
             decided_time=self._latest,
-            **(NO_CYCLE if withdrawn else self._facts(number - self._dropped - 1, line)),
+            **(NO_CYCLE if withdrawn else self._facts(number - self._dropped - 1)),
         )
 
-    def _facts(self, place: int, line: Timeline) -> dict[str, Any]:
+    def _facts(self, place: int) -> dict[str, Any]:
         """Return what an event says of a cycle."""
-        cycle, period = line[place], line.period(place)
+        cycle = self._cycles[place]
+        period = None if np.isnan(cycle["period"]) else float(cycle["period"]) / RATE
         return {
-            "count": cycle.number,
+            "count": int(cycle["count"]),
             "period": period,
             "tempo": None if period is None else 60.0 / period,
-            "start": self._origin + line.begin_of(place) / RATE,
-            "end": self._origin + line.end_of(place) / RATE,
-            "amplitude": cycle.amplitude,
-            "joint": self._names[cycle.joint],
+            "start": self._origin + float(cycle["begins"]) / RATE,
+            "end": self._origin + float(cycle["ends"]) / RATE,
+            "amplitude": float(cycle["amplitude"]),
+            "joint": self._names[cycle["joint"]],
         }
 
     def snapshot(self) -> bytes:
@@ -319,31 +310,10 @@ class RepetitionCounter:
         if len(content.header) != HEADER.itemsize or len(content.memory) != self._memory.nbytes:
             raise SnapshotError("the snapshot's repetitions are of another size")
         header = np.frombuffer(content.header, HEADER)
-        if not self._is_sound(header[0]):
+        if not is_sound(header[0], self._row):
             raise SnapshotError("the snapshot's repetitions contradict themselves")
         self.take, self._told, self._revisions = content.take, content.told, dict(content.revisions)
         self._phase_told = content.phase_told
         self._header[:] = header
         self._memory[:] = np.frombuffer(content.memory, np.float32)
         self._set_due()
-
-    def _is_sound(self, row: np.void) -> bool:
-        """Return whether every number that kernels use as an index or count lies where it must."""
-        same = all(np.array_equal(row[name], self._row[name]) for name in GIVEN)
-        counts = [int(row[name]) for name in ("frames", "open", "looked", "dropped", "cycles")]
-        cycles = row["cycle"]
-        places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
-        return bool(
-            same
-            and all(0 <= count < FARTHEST for count in counts)
-            and row["cycles"] <= CYCLES
-            and row["looked"] <= row["open"]
-            and 0 <= row["changed"] + 1 <= CYCLES + 1
-            and row["clear"] in (0, 1)
-            and row["begun"] in (0, 1)
-            and np.isfinite(row["origin"])
-            and np.isfinite(row["latest"])
-            and np.isfinite(row["wanted"])
-            and np.all(np.abs(places) < FARTHEST)
-            and np.all((cycles["joint"] >= 0) & (cycles["joint"] < row["joints"]))
-        )

@@ -6,6 +6,7 @@ what was counted in the last part of the window; what is older stands.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, kernel
 from mossar_stream.repetitions.alike import (
@@ -22,11 +23,10 @@ from mossar_stream.repetitions.alike import (
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
-from mossar_stream.repetitions.sampling import close_sample, next_frame_wanted, take_pose
-from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, views
+from mossar_stream.repetitions.sampling import close_sample
+from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, note_look, views
+from mossar_stream.repetitions.timing import time_cycles
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
-
-NOTHING, CHANGED, TAKE_ENDS = 0, 1, 2
 
 PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
 LEAST_SAMPLES = 8
@@ -51,63 +51,58 @@ SHARE = 0.32  # power of the share of the movement that a component has
 
 
 @entry_point(makes_arrays=False)
-def count_frames(headers, memory, scratches, positions, times, begin):
-    """Take frames in, up to and with the first that changes what is counted.
+def look(
+    headers: NDArray[np.void],
+    memory: NDArray[np.float32],
+    room: NDArray[np.float32],
+    scratches: NDArray[np.void],
+    time: float,
+) -> bool:
+    """Look at the window as often as is due before a frame.
 
     Args:
         headers: (1,) `HEADER`.
-        memory: See `Samples`.
+        memory: See `Kept`.
+        room: See `new_room`.
         scratches: (1,) `SCRATCH`.
-        positions: (n, J, 3) float32, m.
-        times: (n,) float64, s.
-        begin: The first frame to take.
+        time: s, of the frame; inf to look at what there is, once.
 
     Returns:
-        The first frame that was not taken, and one of NOTHING, CHANGED and TAKE_ENDS (before that frame).
+        Whether that changed what is counted.
     """
     header = headers[0]
-    samples = views(memory, header.joints)
-    for i in range(begin, len(times)):
-        if not np.isfinite(times[i]):
-            continue
+    samples = views(memory, room, header.joints)
+    if time == np.inf:
         if header.begun == 0:
-            header.begun, header.origin, header.latest, header.wanted = 1, times[i], times[i], times[i]
-        elif abs(times[i] - header.latest) > header.max_pause:
-            return i, TAKE_ENDS
-        elif times[i] <= header.latest:
-            continue
-        changed = False
-        sample = int((times[i] - header.origin) * RATE + 1e-6)
-        while header.open < sample:
+            return False
+        close_sample(header, samples)
+        return _look_once(header, samples, scratches[0])  # type: ignore[no-any-return]
+    changed = False
+    _pass_over(header, samples, int((time - header.origin) * RATE) - header.open)
+    while time >= header.due:
+        while header.open < header.looked + STRIDE:
             close_sample(header, samples)
-            if header.open - header.looked >= STRIDE:
-                changed |= look(header, samples, scratches[0])
-        header.latest = times[i]
-        if times[i] >= header.wanted:
-            header.wanted = next_frame_wanted(header.origin, times[i])
-            take_pose(header, samples, positions[i])
-        if changed:
-            return i + 1, CHANGED
-    return len(times), NOTHING
-
-
-@entry_point(makes_arrays=False)
-def count_rest(headers, memory, scratches):
-    """Look once more when a take ends; return whether that changed what is counted."""
-    header = headers[0]
-    samples = views(memory, header.joints)
-    if header.begun == 0:
-        return False
-    close_sample(header, samples)
-    return look(header, samples, scratches[0])
+        changed |= _look_once(header, samples, scratches[0])
+    return changed
 
 
 @kernel
-def look(header, samples, scratch):
+def _pass_over(header, samples, missing):
+    """Pass over most of a long gap: once the window holds one pose, nothing changes any more."""
+    if missing <= 3 * SAMPLES:
+        return
+    for _ in range(SAMPLES):
+        close_sample(header, samples)
+    header.open += missing - 2 * SAMPLES
+    note_look(header, header.open)
+
+
+@kernel
+def _look_once(header, samples, scratch):
     """Look at the window and renew what is counted in it; return whether anything changed."""
     if header.open < LEAST_SAMPLES:
         return False
-    header.looked = header.open
+    note_look(header, header.open)
     n = find_components(header, samples, scratch)
     _choose_proposal(header, samples, n, scratch)
     winner = scratch.winner
@@ -119,7 +114,10 @@ def look(header, samples, scratch):
     if header.clear and not was_clear:
         _forget_doubtful(header)
         header.changed = 0
+        time_cycles(header, 0)
         return header.cycles > 0
+    if changed:
+        time_cycles(header, header.changed)
     return changed and header.clear == 1
 
 
@@ -173,7 +171,7 @@ def _propose(header, samples, what, scratch):
     for part in range(2 if n > RECENT else 1):
         begin = part * (n - RECENT)
         swing = swing_range(scores[begin:n], n - begin, scratch.counts)
-        if swing <= 0 or swing < header.least * np.sqrt(header.joints):
+        if swing <= 0 or swing < scratch.least:
             return
         if part == 0:
             whole = swing

@@ -8,10 +8,11 @@ import math
 
 import numpy as np
 
-from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES, begin, kept_views
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
+NOTHING, CHANGED, TAKE_ENDS, LOOK_DUE = range(4)  # why no more frames were taken
 SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
 
 
@@ -28,13 +29,63 @@ def next_wanted(origin, time):
 next_frame_wanted = kernel(next_wanted)
 
 
+@entry_point(makes_arrays=False)
+def count_frames(headers, memory, positions, times, first):
+    """Take frames in, up to a look that is due or the end of the take.
+
+    Args:
+        headers: (1,) `HEADER`.
+        memory: See `Kept`.
+        positions: (n, J, 3) float32, m.
+        times: (n,) float64, s.
+        first: The first frame to take.
+
+    Returns:
+        The first frame that was not taken, and one of NOTHING, TAKE_ENDS and LOOK_DUE (before that frame).
+    """
+    header = headers[0]
+    samples = kept_views(memory, header.joints)
+    for i in range(first, len(times)):
+        if not np.isfinite(times[i]):
+            continue
+        if header.begun == 0:
+            begin(header, samples, times[i])
+        elif abs(times[i] - header.latest) > header.max_pause:
+            return i, TAKE_ENDS
+        elif times[i] <= header.latest:
+            continue
+        if times[i] >= header.due:
+            return i, LOOK_DUE
+        take_frame(header, samples, positions[i], times[i])
+    return len(times), NOTHING
+
+
+@inline_kernel
+def take_frame(header, samples, position, time):
+    """Take one frame of a take in, if it is wanted; no look is due before it.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Kept`.
+        position: (J, 3) float32, m, NaN where missing.
+        time: s.
+    """
+    sample = int((time - header.origin) * RATE + 1e-6)
+    while header.open < sample:
+        close_sample(header, samples)
+    header.latest = time
+    if time >= header.wanted:
+        header.wanted = next_frame_wanted(header.origin, time)
+        take_pose(header, samples, position)
+
+
 @kernel
 def take_pose(header, samples, positions):
     """Add a frame to the open sample; what is missing stays where it was.
 
     Args:
         header: `HEADER` record.
-        samples: `Samples`.
+        samples: `Kept`.
         positions: (J, 3) float32, m, NaN where missing.
     """
     r = header.root
@@ -77,7 +128,6 @@ def _appear(header, samples, positions):
             header.unseen -= 1
             for i in range(SAMPLES):
                 samples.by_sample[i, k] = value
-                samples.by_coordinate[k, i] = value
             samples.home[k] = value
             samples.sums[k] = n * value
             samples.least[k] = samples.most[k] = value
@@ -97,7 +147,6 @@ def close_sample(header, samples):
         if np.isnan(value):
             value = np.float32(0.0)
         samples.by_sample[place, k] = value
-        samples.by_coordinate[k, place] = value
         if header.open < HOME:
             samples.home[k] += (value - samples.home[k]) / np.float32(header.open + 1)
     samples.straight[place] = _straightness(header, samples.by_sample[place])

@@ -1,14 +1,16 @@
 """State of one performer's repetitions: a record of fixed size and one array of samples.
 
-Poses are kept at `RATE` over the last `WINDOW` seconds, twice: by sample and by coordinate, so that both products of a
-power iteration run along contiguous memory.
+Poses are kept at `RATE` by sample. A look lays them out by coordinate, too, so that both products of a power iteration
+run along contiguous memory.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import inline_kernel
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.views import part
 
 RATE = 10.0  # Hz, of the samples
 FRAMES = 3  # that make a sample, if there are as many, evenly spread: the others are passed over
@@ -38,6 +40,9 @@ CYCLE = np.dtype(
         ),  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
         ("resting", "f8"),  # how much more the movement dwells there and is at home, from -1 to 1
         ("turned", "i8"),  # 1 if repetitions begin at the other extreme
+        ("begins", "f8"),  # samples, where the repetition begins, and
+        ("ends", "f8"),  # where it ends, see timing.py
+        ("period", "f8"),  # samples, NaN of the first in a bout
     ]
 )
 
@@ -46,6 +51,7 @@ HEADER = np.dtype(
         ("joints", "i8"),
         ("root", "i8"),
         ("travels", "i8"),  # 1 if the root's own path is part of the posture
+        ("own", "i8"),  # 1 if frames are counted here; a limb's row has what its body's row counts
         ("least", "f8"),  # m, rms over joints: what swings by less is not counted
         ("max_pause", "f8"),  # s
         ("chains", "i8"),  # how many there are
@@ -58,6 +64,7 @@ HEADER = np.dtype(
         ("frames", "i8"),  # in the open sample
         ("open", "i8"),  # number of the open sample; as many are complete
         ("looked", "i8"),  # complete samples at the last look
+        ("due", "f8"),  # s, when the next look is due
         ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is told before
         ("dropped", "i8"),  # cycles that are no longer remembered
         ("cycles", "i8"),  # remembered ones
@@ -86,6 +93,7 @@ SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since thos
         ("alike", "f8", (SAMPLES // 2,)),  # agreement of each cycle with the next
         ("counts", "i4", (BINS,)),  # of a histogram
         ("ring", "f4", (SAMPLES,)),  # of scores
+        ("least", "f8"),  # swing of scores; what swings by less is not counted
         ("winner", WINNER),
     ]
 )
@@ -94,6 +102,7 @@ GIVEN = (
     "joints",
     "root",
     "travels",
+    "own",
     "least",
     "max_pause",
     "chains",
@@ -101,65 +110,133 @@ GIVEN = (
 )  # with the skeleton, for all takes
 
 
-class Samples(NamedTuple):
+class Kept(NamedTuple):
     """Views of one performer's array; D = 3 · joints, float32."""
 
     by_sample: np.ndarray  # (SAMPLES, D), m, ring buffer
-    by_coordinate: np.ndarray  # (D, SAMPLES), the same
     axes: np.ndarray  # (COMPONENTS, D), unit vectors
-    scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
-    smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
     straight: np.ndarray  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `by_sample`
     sums: np.ndarray  # (D,) of the open sample's frames
     least: np.ndarray  # (D,) of them
     most: np.ndarray  # (D,) of them
     home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` samples
-    home_scores: np.ndarray  # (COMPONENTS,) of that pose, as `scores`
     pose: np.ndarray  # (D,) latest known, NaN before a joint was seen
 
 
+class Samples(NamedTuple):
+    """What a look works with: what is kept, and arrays that performers share, who are looked at one after the other."""
+
+    by_sample: np.ndarray  # as in `Kept`
+    axes: np.ndarray
+    straight: np.ndarray
+    sums: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
+    home: np.ndarray
+    pose: np.ndarray
+    by_coordinate: np.ndarray  # (D, SAMPLES), as `by_sample`
+    scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
+    smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
+    home_scores: np.ndarray  # (COMPONENTS,) of the pose `home`, as `scores`
+
+
 def length(joints: int) -> int:
-    """Return how many float32 a performer's samples need."""
-    return 3 * joints * (2 * SAMPLES + COMPONENTS + 5) + COMPONENTS * (2 * SAMPLES + 1) + SAMPLES
+    """Return how many float32 are kept of a performer's samples."""
+    return 3 * joints * (SAMPLES + COMPONENTS + 5) + SAMPLES
+
+
+def new_room(joints: int) -> np.ndarray:
+    """Return the float32 array in which a look works, for any performer of so many joints."""
+    return np.zeros(3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1), np.float32)
 
 
 @inline_kernel(returns_views=True)
-def views(memory, joints):
-    """Return the parts of a performer's array as `Samples`."""
+def kept_views(memory, joints):
+    """Return the parts of a performer's array as `Kept`; of no joints there are none."""
     d = 3 * joints
     a = d * SAMPLES
-    b = 2 * a
-    c = b + COMPONENTS * d
-    s = c + COMPONENTS * SAMPLES
-    t = s + COMPONENTS * SAMPLES
-    e = t + SAMPLES
-    return Samples(
-        memory[:a].reshape((SAMPLES, d)),
-        memory[a:b].reshape((d, SAMPLES)),
-        memory[b:c].reshape((COMPONENTS, d)),
-        memory[c:s].reshape((COMPONENTS, SAMPLES)),
-        memory[s:t].reshape((COMPONENTS, SAMPLES)),
-        memory[t:e],
-        memory[e : e + d],
-        memory[e + d : e + 2 * d],
-        memory[e + 2 * d : e + 3 * d],
-        memory[e + 3 * d : e + 4 * d],
-        memory[e + 4 * d : e + 4 * d + COMPONENTS],
-        memory[e + 4 * d + COMPONENTS :],
+    b = a + COMPONENTS * d
+    n = SAMPLES if joints > 0 else 0
+    c = b + n
+    return Kept(
+        part(memory, 0, np.float32, (SAMPLES, d)),
+        part(memory, 4 * a, np.float32, (COMPONENTS, d)),
+        part(memory, 4 * b, np.float32, (n,)),
+        part(memory, 4 * c, np.float32, (d,)),
+        part(memory, 4 * (c + d), np.float32, (d,)),
+        part(memory, 4 * (c + 2 * d), np.float32, (d,)),
+        part(memory, 4 * (c + 3 * d), np.float32, (d,)),
+        part(memory, 4 * (c + 4 * d), np.float32, (d,)),
     )
 
 
-def start(header: np.ndarray, memory: np.ndarray) -> None:
+@inline_kernel(returns_views=True)
+def views(memory, room, joints):
+    """Return the parts of a performer's array and of `new_room` as `Samples`."""
+    d = 3 * joints
+    a = d * SAMPLES
+    b = a + COMPONENTS * SAMPLES
+    c = b + COMPONENTS * SAMPLES
+    kept = kept_views(memory, joints)
+    return Samples(
+        kept.by_sample,
+        kept.axes,
+        kept.straight,
+        kept.sums,
+        kept.least,
+        kept.most,
+        kept.home,
+        kept.pose,
+        part(room, 0, np.float32, (d, SAMPLES)),
+        part(room, 4 * a, np.float32, (COMPONENTS, SAMPLES)),
+        part(room, 4 * b, np.float32, (COMPONENTS, SAMPLES)),
+        part(room, 4 * c, np.float32, (COMPONENTS,)),
+    )
+
+
+@kernel
+def begin(header, samples, time):
     """Begin a take: forget everything but the skeleton.
 
     Args:
-        header: (1,) `HEADER`.
-        memory: (`length(joints)`,) float32.
+        header: `HEADER` record.
+        samples: `Kept`.
+        time: s, of the first frame.
     """
-    kept = {name: header[name].copy() for name in GIVEN}
-    header[:] = np.zeros(1, HEADER)
-    for name, value in kept.items():
-        header[name] = value
-    header["unseen"] = 3 * header["joints"]
-    memory[:] = 0.0
-    memory[-3 * int(header["joints"][0]) :] = np.nan
+    header.begun = 1
+    header.origin = header.latest = header.wanted = time
+    header.unseen = 3 * header.joints
+    header.frames = header.open = header.clear = header.dropped = header.cycles = header.changed = 0
+    note_look(header, 0)
+    samples.axes[:] = 0.0
+    samples.home[:] = 0.0
+    samples.pose[:] = np.nan
+
+
+@kernel
+def adopt(header: Any, body: Any) -> None:
+    """Let a limb know what is counted of its body.
+
+    Args:
+        header: `HEADER` record of the limb.
+        body: `HEADER` record.
+    """
+    header.origin, header.due = body.origin, body.due
+    header.open, header.looked = body.open, body.looked
+    header.clear, header.cycles = body.clear, body.cycles
+    for q in range(body.cycles):
+        header.cycle[q] = body.cycle[q]
+        header.cycle[q].joint = 0  # the body's are counted otherwise
+
+
+@entry_point(makes_arrays=False)
+def adopt_counted(headers: NDArray[np.void], bodies: NDArray[np.void]) -> None:
+    """Do the same from Python, with arrays of one record."""
+    adopt(headers[0], bodies[0])
+
+
+@kernel
+def note_look(header, looked):
+    """Note how many complete samples there are at a look, and when the next one is due."""
+    header.looked = looked
+    header.due = header.origin + (looked + STRIDE) / RATE - 1e-6 / RATE

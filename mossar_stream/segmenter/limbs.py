@@ -123,6 +123,8 @@ class Limbs:
         """Ask all limbs about the next frame, and let them know of those before it: a take may begin with it."""
         self._goes_on = False
         self._catch_up()
+        for segmenter in self._segmenters:
+            segmenter.row.adopt_repetitions(self._body.counted)
 
     def _catch_up(self) -> None:
         """Let the clocks of the limbs show what the body's shows."""
@@ -173,6 +175,8 @@ class Limbs:
             self.join(int(self._body.clock["take"]), int(self._body.clock["next_frame"]))
             return events
         for row, view in zip(rows[begin:], self._rows.views[begin:], strict=True):
+            if row.clock["take"] == self._body.clock["take"]:  # else that of the body began with this frame
+                row.adopt_repetitions(self._body.counted)
             events += _told(engine.push_short(row, view, time, first_frame))
         if not self._rows.holds(rows):
             frame = self._rows.frame

@@ -9,8 +9,8 @@ evidence are added up, each free of units, to log odds:
     rest    log of that speed to the performer's usual speed
     home    distance of the pose from the one in which the performer dwells, in the extent of the movements
 
-Peaks that do not rise above the sensor's noise are no evidence. In cycles the verdict on repetitions takes their place
-(cycles.py). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where they are even.
+Peaks that do not rise above the sensor's noise are no evidence. Where movements are repeated, the verdict on repetitions takes
+their place (verdicts.py). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where they are even.
 
 What is known of the key frame itself stands in the summary of the segment that it ends.
 """
@@ -30,8 +30,8 @@ TEMPO = 5  # relative to ordinary
 NOISE = 6  # m/s, what the sensor's noise adds to u
 JOINTS = 7  # that count and can move relative to the centre
 
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 2.5, 11.0, 3.5, 0.9, 1.8
-EVEN = 3.4  # what evidence must outweigh
+CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.91, 8.63, 3.85, 0.9, 1.79
+EVEN = 3.66  # what evidence must outweigh
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike

@@ -23,7 +23,8 @@ def test_what_is_drawn_out_goes_through_the_same_poses(takes):
 def test_cuts_are_played_as_slowly_as_the_poses(takes):
     for take in takes:
         assert f1(take, at_half_speed(take)) > 0.3
-        assert f1(take, as_recorded(take)) > 0.4
+        assert f1(take, as_recorded(take)) >= 0.4
+    assert np.mean([f1(take, as_recorded(take)) for take in takes]) > 0.4
 
 
 def test_at_higher_rates_key_frames_stay(takes):

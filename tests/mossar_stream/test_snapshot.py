@@ -22,6 +22,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.snapshot import HEAD_BYTES, MAGIC, VERSION
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.moves.recogniser import STATE as MOVES
+from mossar_stream.repetitions.state import HEADER
 from mossar_stream.similarity import summary
 from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
@@ -101,12 +102,12 @@ def test_a_snapshot_of_an_earlier_version_is_refused_by_its_version(segmenter):
 def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
     # Does this fail? Then raise VERSION, and take the new digest down beside it.
     kinds = [ROW.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, PATH_KERNEL.descr,
-             MOVES.descr]  # fmt: skip
+             MOVES.descr, HEADER.descr]  # fmt: skip
     lines = [sorted((n, v) for n, v in vars(module).items() if n.isupper() and isinstance(v, int))
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (VERSION, digest) == (11, "0e3c8dd43347f5fb")
+    assert (VERSION, digest) == (12, "191dc5aa949ba134")
 
 
 @pytest.mark.parametrize(
@@ -154,8 +155,8 @@ INDICES = {
     "history.head": [-1, 10**6],
     "history.filled": [-1, 10**6],
     "window.undecided": [-1, 9, 2**40],
-    "cycles.candidates": [-1, 2**40],
-    "cycles.judged": [-1, 10**9],
+    "verdicts.candidates": [-1, 2**40],
+    "verdicts.judged": [-1, 10**9],
     "window.ordinal": [-1, 0],
     "open_segment.settled": [-1, 10**9],
     "open_segment.since": [-1, 99],
@@ -177,6 +178,36 @@ def test_an_index_that_points_nowhere_is_refused(segmenter, name):
         def change(row, value=value):
             *names, field = name.split(".")
             functools.reduce(operator.getitem, names, records(row))[field] = value
+
+        with pytest.raises(SnapshotError, match="contradicts itself"):
+            Segmenter.restore(with_row(segmenter, change))
+
+
+COUNTED = {
+    "open": [-1, 2**50],
+    "looked": [-1, 2**40],
+    "cycles": [-1, 65],
+    "changed": [-2, 65],
+    "begun": [0, 2],
+    "origin": [np.nan, -1e12],
+    "latest": [np.inf, 1e9],
+    "due": [np.nan],
+    "cycle": [2**60],
+}
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_repetitions_that_cannot_be_are_refused(segmenter, name):
+    if not len(segmenter.row.counted):
+        pytest.skip("only where evidence decides")
+    for value in COUNTED[name]:
+
+        def change(row, value=value):
+            header = region(row, segmenter.row.plan.shape, "counted")[0]
+            if name == "cycle":
+                header["cycle"]["end"][0] = value
+            else:
+                header[name] = value
 
         with pytest.raises(SnapshotError, match="contradicts itself"):
             Segmenter.restore(with_row(segmenter, change))
@@ -249,12 +280,12 @@ def test_the_parts_that_settings_decide_are_not_taken_from_the_row(segmenter):
 
 @pytest.mark.parametrize("level", ["motion", "cluster"])
 @pytest.mark.parametrize("fps", [None, 30.0, 120.0])
-def test_a_snapshot_of_33_joints_takes_at_most_152_kb(core, level, fps):
-    # 20 kB of it, at level motion, are the poses and distances that repetitions of up to 6 s are found by.
+def test_a_snapshot_of_33_joints_takes_at_most_164_kb(core, level, fps):
+    # 59 kB of it, at level motion, are the poses of 12 s in which repetitions are counted, and what was counted.
     segmenter = Segmenter(core.skeleton(33), Settings(level=level), fps=fps)
     positions = np.cumsum(np.random.default_rng(0).normal(0, 0.01, (900, 33, 3)), axis=0)
     segmenter.push(positions, np.arange(900) / (fps or 60.0))
-    assert len(segmenter.snapshot()) <= 152 * 1024
+    assert len(segmenter.snapshot()) <= 164 * 1024
 
 
 def test_pending_events_are_kept(core):

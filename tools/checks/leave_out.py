@@ -66,7 +66,7 @@ def _f1(motion: Motion, take: Take, weights: Weights) -> float:
 def prepare(takes: Sequence[Take]) -> Set:
     """Return a set whose evidence is computed, which does not depend on weights."""
     motions = [
-        Motion(without_gaps(take.positions), take.fps, take.skeleton.root)  # type: ignore[arg-type]
+        Motion(without_gaps(take.positions), take.fps, take.skeleton)  # type: ignore[arg-type]
         for take in takes
     ]
     return Set(motions, list(takes))

@@ -20,7 +20,7 @@ def compare(core, positions, fps, skeleton, status="final"):
     segmenter = Segmenter(skeleton, fps=fps)
     events = segmenter.push(positions) + segmenter.end_take()
     streamed = np.array(sorted({event.time for event in core.key_frames(events, status)}))
-    motion = Motion(positions, fps, skeleton.root)
+    motion = Motion(positions, fps, skeleton)
     # What is final without having been told of before is confirmed then.
     frames = {*motion.final(), *(motion.told() if status == "confirmed" else ())}
     plain = np.array(sorted(frames)) / fps
@@ -67,7 +67,7 @@ def test_so_they_do_for_the_built_in_performer(core, fps, noise):
 def test_more_must_be_outweighed_for_fewer_key_frames():
     demo = pytest.importorskip("mossar_adapters.demo")
     shown = demo.performance(2, fps=30.0, seconds=15)
-    motion = Motion(shown.frames.positions, 30.0, shown.skeleton.root)
+    motion = Motion(shown.frames.positions, 30.0, shown.skeleton)
     many, usual, none = (len(motion.final(IN_FORCE._replace(even=even))) for even in (-20.0, 3.0, 500.0))
     assert many > usual > none
 

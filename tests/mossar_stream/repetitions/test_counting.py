@@ -216,6 +216,22 @@ def test_chunks_do_not_matter(size: int) -> None:
     assert [to_json(event) for event in pushed(positions, times, size)] == [to_json(event) for event in one]
 
 
+def test_a_gap_of_a_year_is_passed_over() -> None:
+    positions, times = raises([1.2] * 6)
+    late = times + np.where(times > 5.0, 3e7, 0.0)
+    found = count_recording(SKELETON, positions, late, np.inf)
+    assert 4 <= len(found) <= 6
+    assert all(event.end - event.start < 3.0 for event in found if event.end and event.start)
+
+
+def test_who_stands_before_a_noisy_sensor_repeats_nothing() -> None:
+    shown = performance(1, fps=30.0, noise=0.005, seconds=20, moves=("stand:40",))
+    positions = np.asarray(shown.frames.positions, np.float32)
+    times = np.arange(len(positions)) / 30.0
+    assert len(times) == 600
+    assert count_recording(shown.skeleton, positions, times, 1.0) == []
+
+
 def test_key_frames_and_segments_are_the_same_with_and_without() -> None:
     frames = raises([1.2] * 6)
     without = [to_json(event) for event in pushed(*frames, 16, Settings())]

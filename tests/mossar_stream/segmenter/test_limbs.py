@@ -356,3 +356,23 @@ def test_joints_that_hang_on_nothing_move_against_the_mean_of_all():
     found = events_of(Settings(limbs=True), frames, times, skeleton=markers)
     assert [e for e in found if getattr(e, "channel", "") == "trunk" and e.status == "confirmed"]
     assert all("center_" not in e.active_joints for e in found if isinstance(e, SegmentEvent))
+
+
+def test_a_limb_knows_what_its_body_repeats_live_and_in_recordings():
+    frames, times = standing(KINECT_20, 900), np.arange(900) / FPS
+    lift = np.clip(np.sin(2 * np.pi * np.maximum(times - 3.0, 0.0) / 2.5), 0.0, None) ** 2
+    for joint, share in (("ElbowLeft", 0.3), ("WristLeft", 0.6), ("HandLeft", 0.7)):
+        frames[:, KINECT_20.index(joint), 1] += share * lift
+    settings = Settings(limbs=True)
+    told = {
+        e.time
+        for e in events_of(settings, frames, times, 7)
+        if isinstance(e, KeyFrameEvent) and e.status == "final" and e.channel == "left_arm"
+    }
+    late = np.diff(sorted(time for time in told if time > 12.0))
+    assert len(late) >= 5
+    assert (np.abs(late - 2.5) <= 0.25).sum() >= 4  # one to a lift, and not one to each way
+    assert late.min() > 2.0
+    result = segment_recording(frames, FPS, KINECT_20, settings, times=times)
+    recorded = {key.time for key in result.limbs["left_arm"].at("motion").key_frames}
+    assert len(recorded & told) >= 0.8 * max(len(recorded), len(told))

@@ -48,15 +48,16 @@ def turned(positions, axis):
     return np.asarray(positions, float) @ np.array(about).T
 
 
-@pytest.mark.parametrize("axis", ["y", "z"])  # recordings differ in which one is up
-def test_turned_by_37_degrees_nearly_all_key_frames_stay(takes, axis):
+# y is up; by what is upright is told at which end a repetition begins, and by nothing else.
+@pytest.mark.parametrize(("axis", "least"), [("y", 0.97), ("z", 0.9)])
+def test_turned_by_37_degrees_nearly_all_key_frames_stay(takes, axis, least):
     whole = again = 0
     for take in takes:
         straight, other = final(take, take.positions), final(take, turned(take.positions, axis))
         whole += max(len(straight), len(other))
         again += found_again(straight, other, NEAR)
     assert whole > 100
-    assert again >= 0.97 * whole
+    assert again >= least * whole
 
 
 def test_in_millimetres_all_key_frames_stay(takes, tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 
 from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
 from mossar_stream import Settings
-from mossar_stream.algorithm.frame_step import HAPPENED, STOPS, advance
+from mossar_stream.algorithm.frame_step import HAPPENED, LOOK_DUE, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import pool_of_one
@@ -30,6 +30,7 @@ class _Drive:
         self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
         self.remerging = 0.0  # s, remerge
         self.recording = 0.0  # s, making event records
+        self.looking = 0.0  # s, at what is repeated
         self.calls = 0
         self.events = 0
 
@@ -42,6 +43,10 @@ class _Drive:
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
                     self._update()
+                elif code % STOPS == LOOK_DUE:
+                    began = _ticks()
+                    row.look_at_repetitions(times[done])
+                    self.looking += _ticks() - began
 
     def _update(self) -> None:
         began = _ticks()
@@ -72,11 +77,13 @@ def measure(work: Work) -> Iterator[Measurement]:
         drives.append(drive)
     remerging = [Took(drive.remerging, drive.remerging) for drive in drives]
     recording = [Took(drive.recording, drive.recording) for drive in drives]
-    rest = _less(_less(_less(whole, splitting), remerging), recording)
+    looking = [Took(drive.looking, drive.looking) for drive in drives]
+    rest = _less(_less(_less(_less(whole, splitting), remerging), recording), looking)
     note = "what joins the open segment, noise, tempo, poses kept"
     yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
     yield duration(part, "remerge", "ns/frame", remerging, each=frames)
     yield duration(part, "event records", "ns/frame", recording, each=frames)
+    yield duration(part, "looks at what is repeated", "ns/frame", looking, each=frames)
     calls, events = (
         max(1, int(np.median([getattr(drive, name) for drive in drives]))) for name in ("calls", "events")
     )

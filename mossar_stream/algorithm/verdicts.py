@@ -1,0 +1,161 @@
+"""Verdicts: which candidates end a repetition, and which lie inside one.
+
+While the performer repeats a movement, as counted in `repetitions`, every candidate of Algorithm 2 gets a verdict when it
+is `JUDGED_AFTER` old, or decided: it ends a repetition if, of all candidates within half a period around it, it is the
+slowest, nearest to the pose in which the performer dwells, and nearest to where one repetition ends and the next begins.
+What it is compared with is fixed, so that the verdict is the same whatever the window of Algorithm 3 holds.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.repetitions.state import RATE, STRIDE, Kept
+from mossar_stream.repetitions.timing import LONGEST_SILENCE
+
+CANDIDATES = 32  # remembered
+JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
+NEAREST = 0.6  # periods between two repetitions' ends
+SLOWNESS, SLOWNESS_OFFSET = 1.5, 0.1  # weight of the log speed, and the share of V added to the speed
+OFF_BOUND = 6.0  # weight of the time, in periods, from where one repetition ends and the next begins
+FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
+
+VERDICTS = np.dtype(
+    [
+        ("last_time", "f8"),  # s, end of the last repetition
+        ("candidates", "i8"),  # noted so far
+        ("judged", "i8"),  # of them
+    ],
+)
+NOTE = np.dtype(
+    [
+        ("time", "f8"),  # s, of Algorithm 2's frame
+        ("told", "f8"),  # s, where it is told to be
+        ("cost", "f8"),  # how unlike the end of a repetition it is
+    ]
+)
+
+
+class Verdicts(NamedTuple):
+    """What is needed to judge candidates, as the functions below need it."""
+
+    state: np.void  # VERDICTS
+    notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring
+    counted: NDArray[np.void]  # (1,) HEADER of the performer's repetitions
+
+
+class Counted(NamedTuple):
+    """The repetitions of a performer, as frames need them."""
+
+    headers: NDArray[np.void]  # (1,) HEADER
+    samples: Kept
+
+
+@kernel
+def start_verdicts(state):
+    """Begin a take."""
+    state.last_time = -np.inf
+    state.candidates = 0
+    state.judged = 0
+
+
+@inline_kernel
+def note_candidate(verdicts, time, told, home, speed):
+    """Remember a candidate that Algorithm 2 accepted.
+
+    Args:
+        verdicts: Verdicts.
+        time: s, of the candidate.
+        told: s, where it is told to be.
+        home: Distance from the pose in which the performer dwells, in A.
+        speed: In V.
+    """
+    note = verdicts.notes[verdicts.state.candidates % CANDIDATES]
+    note.time = time
+    note.told = told
+    note.cost = home + SLOWNESS * np.log(speed + SLOWNESS_OFFSET)
+    verdicts.state.candidates += 1
+
+
+@inline_kernel
+def due_verdict(verdicts, delay):
+    """Return when the next candidate must be judged, s; inf if none waits."""
+    state = verdicts.state
+    if state.judged == state.candidates:
+        return np.inf
+    return verdicts.notes[state.judged % CANDIDATES].time + delay
+
+
+@kernel
+def judge(verdicts):
+    """Return the verdict on the oldest candidate that has none."""
+    state = verdicts.state
+    number = state.judged
+    state.judged += 1
+    if state.candidates - number > CANDIDATES:
+        return FREE
+    note = verdicts.notes[number % CANDIDATES]
+    period = _period_at(verdicts.counted[0], note.told)
+    if not period > 0.0:
+        return FREE
+    best, least = number, np.inf
+    for other in range(max(0, state.candidates - CANDIDATES), state.candidates):
+        candidate = verdicts.notes[other % CANDIDATES]
+        if abs(candidate.told - note.told) > 0.5 * period:
+            continue
+        off = _off_bound(verdicts.counted[0], candidate.told) / period
+        cost = candidate.cost + OFF_BOUND * off
+        if cost < least:
+            best, least = other, cost
+    if best != number or note.told - state.last_time < NEAREST * period:
+        return WITHIN
+    state.last_time = note.told
+    return ENDS
+
+
+@kernel
+def _period_at(header, time):
+    """Return the period of the bout that a time lies in, or goes on to, s; 0 if it lies in none."""
+    if header.clear == 0:
+        return 0.0
+    at = (time - header.origin) * RATE
+    for place in range(header.cycles - 1, -1, -1):
+        cycle = header.cycle[place]
+        period = _duration(cycle)
+        goes_on = place == header.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + STRIDE
+        if at >= cycle.begins:
+            return period / RATE if at <= cycle.ends or goes_on else 0.0
+    return 0.0
+
+
+@inline_kernel
+def _duration(cycle):
+    """Return the period at a repetition, samples; of the first of a bout how long it took."""
+    return cycle.ends - cycle.begins if np.isnan(cycle.period) else cycle.period
+
+
+@kernel
+def _off_bound(header, time):
+    """Return how far a time is from where a repetition begins or ends, after the last one from where one should, s."""
+    at = (time - header.origin) * RATE
+    off = np.inf
+    for place in range(header.cycles - 1, -1, -1):
+        cycle = header.cycle[place]
+        if place == header.cycles - 1 and at > cycle.ends:
+            period = _duration(cycle)
+            steps = (at - cycle.ends) / period
+            off = abs(steps - np.rint(steps)) * period
+        off = min(off, abs(at - cycle.begins), abs(at - cycle.ends))
+        if cycle.ends < at - off:  # those before are farther away
+            break
+    return off / RATE
+
+
+@inline_kernel
+def forget_newest(verdicts):
+    """Forget the newest candidate, which was taken back."""
+    state = verdicts.state
+    state.candidates -= 1
+    state.judged = min(state.judged, state.candidates)

@@ -1,0 +1,72 @@
+"""Preparing: what of a performer's repetitions follows from the skeleton, and whether state from outside is sound."""
+
+import numpy as np
+
+from mossar_stream.events import BODY
+from mossar_stream.moves.joints import known_joints
+from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN, RATE, STRIDE
+from mossar_stream.skeleton import Skeleton
+
+CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
+SIDES = ("left", "right")
+LEAST_SWING = 0.03  # m, rms over a limb's joints
+FARTHEST = 2**48  # samples; no take is as long
+MOST_LATE = 2 * STRIDE  # samples
+
+
+def prepare(header: np.void, skeleton: Skeleton, max_pause: float, channel: str) -> None:
+    """Fill in what does not change while frames come in.
+
+    Args:
+        header: `HEADER` record.
+        skeleton: The performer's joints.
+        max_pause: s, after which a take ends.
+        channel: The body's, or of a limb. The way of the root is part of the body's posture, not of a limb's, and small
+            swings of limbs are not counted: they sway along with what the body does.
+    """
+    header["joints"], header["root"] = len(skeleton), max(skeleton.root, 0)
+    header["own"] = 1
+    header["max_pause"], header["travels"] = max_pause, int(channel == BODY)
+    header["least"] = 0.0 if channel == BODY else LEAST_SWING
+    chains = chains_of(skeleton)[:CHAINS]
+    header["chains"] = len(chains)
+    header["chain"][: len(chains)] = np.reshape(chains, (-1, 3))
+
+
+def chains_of(skeleton: Skeleton) -> list[tuple[int, int, int]]:
+    """Return the joints of bones in pairs: of arms, legs and hips where they are known by name, else of all joints."""
+    known = known_joints(skeleton)
+    named = [
+        tuple(known.get(f"{side}_{joint}", -1) for joint in chain) for chain in CHAIN_NAMES for side in SIDES
+    ]
+    parents = skeleton.parents
+    above = [(j, p, parents[p]) for j, p in enumerate(parents) if p >= 0 and parents[p] >= 0]
+    return [(a, b, c) for a, b, c in named if min(a, b, c) >= 0] or above
+
+
+def is_sound(header: np.void, prepared: np.void) -> bool:
+    """Return whether every number that kernels use as an index or count lies where it must.
+
+    Args:
+        header: `HEADER` record from outside.
+        prepared: The same as `prepare` leaves it.
+    """
+    same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)
+    counts = [int(header[name]) for name in ("frames", "open", "looked", "dropped", "cycles")]
+    cycles = header["cycle"]
+    places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
+    times = [float(header[name]) for name in ("origin", "latest", "wanted", "due")]
+    late = (times[1] - times[0]) * RATE - counts[1]  # samples, of the latest frame after the complete ones
+    return bool(
+        same
+        and all(0 <= count < FARTHEST for count in counts)
+        and header["cycles"] <= CYCLES
+        and header["looked"] <= header["open"]
+        and 0 <= header["changed"] + 1 <= CYCLES + 1
+        and header["clear"] in (0, 1)
+        and header["begun"] in (0, 1)
+        and np.isfinite(times).all()
+        and (not header["begun"] or abs(late) < MOST_LATE)
+        and np.all(np.abs(places) < FARTHEST)
+        and np.all((cycles["joint"] >= 0) & (cycles["joint"] < header["joints"]))
+    )
