@@ -27,6 +27,12 @@ ROOT = Path(__file__).parents[2]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 COARSE = "/?fixedDpr=0.25"  # draws few pixels, because here the processor draws them
+PRESS_AND_READ = """
+mark => {
+    mark.dispatchEvent(new PointerEvent("pointerdown", {bubbles: true}))
+    return mark.querySelector("title").textContent
+}
+"""
 SOON = 90_000  # ms, for what the page does after a touch; the first picture takes half a minute on a busy machine
 
 
@@ -85,6 +91,13 @@ def until(window, condition, *, seconds=SOON / 1000):
         window.wait_for_timeout(100)
 
 
+def box_of(window, place):
+    """Return where something is on the page; again while it is being drawn anew."""
+    boxes = []
+    until(window, lambda: boxes.append(window.locator(place).first.bounding_box()) or boxes[-1])
+    return boxes[-1]
+
+
 def drag(window, name, share):
     """Drag the slider called so to a share of its width; again if the page moved under the pointer."""
     box = window.locator(f"label:text-is('{name}')").locator("xpath=ancestor::*[.//*[@role='slider']][1]")
@@ -95,6 +108,8 @@ def drag_once(window, box, share):
     """Drag a slider and return whether it came along."""
     track = box.locator("[class*=Slider-trackContainer], [class*=Slider-root]").first.bounding_box()
     thumb = box.locator("[role=slider]").first.bounding_box()
+    if not (track and thumb):
+        return False
     y = thumb["y"] + thumb["height"] / 2
     window.mouse.move(thumb["x"] + thumb["width"] / 2, y)
     window.mouse.down()
@@ -196,8 +211,8 @@ def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
     try:
         window.goto(address(running)[0] + COARSE)
         window.wait_for_selector("#mossar-whole", timeout=180_000)
-        whole, chart = (window.locator(name).bounding_box() for name in ("#mossar-whole", "#mossar-chart"))
-        for box in (whole, chart):  # below 760 px the curve was gone
+        for name in ("#mossar-whole", "#mossar-chart"):  # below 760 px the curve was gone
+            box = box_of(window, name)
             assert box["x"] >= 0
             assert box["x"] + box["width"] <= 391
             assert 0 <= box["y"] < box["y"] + box["height"] < 400
@@ -211,9 +226,10 @@ def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
         until(window, lambda: 9.5 <= playhead(window) <= 10.5)
 
         press(window, "Play")
+        window.wait_for_selector("button:visible:has-text('Pause')", timeout=SOON)
         mark = window.locator("#mossar-chart svg.plot > svg[onpointerdown]:has(.final)").nth(2)
-        time = float(re.search(r"at ([\d.]+) s", mark.locator("title").text_content())[1])
-        mark.dispatch_event("pointerdown")
+        said = mark.evaluate(PRESS_AND_READ)  # at once: the chart moves on
+        time = float(re.search(r"at ([\d.]+) s", said)[1])
         window.wait_for_selector("button:visible:has-text('Play')", timeout=SOON)  # it has stopped there
         until(window, lambda: abs(playhead(window) - time) <= 0.051)
 
@@ -234,7 +250,7 @@ def playhead(window):
 
 def touch(window, place, share):
     """Press on a picture at a share of its width; low, because viser's notice of slow graphics hides its upper part."""
-    box = window.locator(place).first.bounding_box()
+    box = box_of(window, place)
     window.mouse.click(box["x"] + share * box["width"], box["y"] + 0.9 * box["height"])
 
 
