@@ -149,7 +149,7 @@ def advance(
             count_frame(clock, state.counters)
             continue
         _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
-        if plan.evidence == 1:
+        if plan.counts == 1:
             _count(a.counted, positions[i], time)
         if state.curve.found.happened != 0 or time >= state.window.due_time:
             return STOPS * (i + 1) + HAPPENED
@@ -159,7 +159,7 @@ def advance(
 @inline_kernel
 def _is_look_due(state, counted, time):
     """Tell whether the repetitions must be looked at before a frame."""
-    if state.plan.evidence == 0 or state.clock.open == 0:
+    if state.plan.counts == 0 or state.clock.open == 0:
         return False
     return counted.headers[0].own == 1 and time >= counted.headers[0].due
 
@@ -199,8 +199,8 @@ def _arrays_of(state, row, params):
             body,
         ),
         Counted(
-            part(row, at.counted, HEADER, (plan.evidence,)),
-            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.evidence * plan.joints),
+            part(row, at.counted, HEADER, (plan.counts,)),
+            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.counts * plan.joints),
         ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
         part(row, at.ring_time, np.float64, (plan.ring,)),
@@ -251,7 +251,7 @@ def _open_take(state, a, time):
     start_memo(a.memo)
     start_facts(state.facts, clock.next_frame, time)
     start_verdicts(state.verdicts)
-    if plan.evidence == 1:
+    if plan.counts == 1:
         begin(a.counted.headers[0], a.counted.samples, time)
 
 

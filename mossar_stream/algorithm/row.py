@@ -102,6 +102,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("post_roll", "f8"),  # s
         ("tempo", "i8"),
         ("evidence", "i8"),  # whether evidence decides, see evidence.py
+        ("counts", "i8"),  # whether repetitions are counted: evidence needs them, or they are told of
         ("facts", "i8"),  # where its facts begin in a summary
         ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
@@ -145,7 +146,8 @@ class Shape(msgspec.Struct, frozen=True):
         one_euro: Whether the joints are filtered.
         history: Poses kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
-        evidence: Whether evidence decides, which needs the repetitions of the performer.
+        evidence: Whether evidence decides.
+        counts: Whether repetitions are counted: evidence needs them, or they are told of.
     """
 
     joints: int
@@ -157,6 +159,7 @@ class Shape(msgspec.Struct, frozen=True):
     history: int
     counted: bool
     evidence: bool
+    counts: bool
 
     @property
     def padded_joints(self) -> int:
@@ -194,8 +197,8 @@ class Shape(msgspec.Struct, frozen=True):
             "marks": self.history,
             "poses": self.history * 3 * joints,
             "notes": CANDIDATES * self.evidence,
-            "counted": int(self.evidence),
-            "samples": samples_size(self.joints) * self.evidence,
+            "counted": int(self.counts),
+            "samples": samples_size(self.joints) * self.counts,
         }
 
     def offsets(self) -> tuple[dict[str, int], int]:

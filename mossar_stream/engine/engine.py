@@ -72,7 +72,7 @@ def _push(
             if first_frame is not None:
                 row.clock["next_frame"] = first_frame + used
         elif stop == LOOK_DUE:
-            row.look_at_repetitions(times[used])
+            events += row.look_at_repetitions(times[used])
         elif stop == RING_FULL:  # the source is quicker than its nominal rate
             row.grow(row.plan.larger(ring=2))
         elif stop == WINDOW_FULL:
@@ -206,10 +206,9 @@ def update(row: Row, reason: int) -> list[Event]:
 
 def _update(row: Row, reason: int) -> list[Event]:
     buffers = row.pool.buffers
-    if reason in {END, RANK}:
-        row.look_at_repetitions()
+    told = row.look_at_repetitions() if reason in {END, RANK} else []
     update_window(row.memory, 0, row.params, buffers.scratch, buffers.events, reason)
-    return row.pool.take_events()
+    return told + row.pool.take_events()
 
 
 def take_pending(row: Row) -> list[Event]:
@@ -241,6 +240,8 @@ def _end_take(row: Row, reason: str) -> list[Event]:
         ended = stream_event(row, "ended", reason)
         events += _update(row, END)
         events.append(ended)
+        if row.telling is not None:
+            row.telling.end()
         row.is_live = False
     return events
 

@@ -77,6 +77,7 @@ class Plan:
             history=history or pose_history.history_size(kept),
             counted=not offline,
             evidence=resolved.similarity == "evidence",
+            counts=resolved.similarity == "evidence" or resolved.repetitions,
         )
 
     @property
@@ -161,7 +162,8 @@ class Plan:
             "pre_roll": chosen.pre_roll,
             "post_roll": chosen.post_roll,
             "tempo": chosen.tempo,
-            "evidence": chosen.similarity == "evidence",
+            "evidence": shape.evidence,
+            "counts": shape.counts,
             "facts": similarity.facts_at(chosen, self.params),
             "shared": chosen.similarity == "likelihood",
             "offline": self.offline,

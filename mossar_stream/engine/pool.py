@@ -12,6 +12,7 @@ from mossar_stream.events import BODY, Event
 from mossar_stream.memory.event_buffer import Source
 from mossar_stream.repetitions.counting import look
 from mossar_stream.repetitions.state import adopt_counted
+from mossar_stream.repetitions.telling import Telling
 
 ROWS = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
@@ -78,9 +79,10 @@ class Row:
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         taken_time: (1,) s, `clock["taken_time"]`.
-        counted: HEADER of the performer's repetitions; empty unless evidence decides.
+        counted: HEADER of the performer's repetitions; empty unless they are counted.
         samples: float32, of them.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
+        telling: What is told of them; None if nobody asks for it.
         is_live: Whether the take that is open has been told of.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         is_placed: Whether that was found; it is not before somebody was seen.
@@ -94,6 +96,7 @@ class Row:
         self.pending: list[Event] = []
         self.is_level_new = False
         self.looks: list[tuple[float, NDArray[np.void]]] | None = None
+        self.telling: Telling | None = None
         self._enter(pool, index)
 
     def _enter(self, pool: Pool, index: int) -> None:
@@ -106,15 +109,26 @@ class Row:
         self.last_time, self.taken_time = clock["time"], clock["taken_time"]
         self.counted = region(self.memory[0], self.plan.shape, "counted")
         self.samples = region(self.memory[0], self.plan.shape, "samples")
+        self._renew_telling()
         self.look()
         self.indices = np.array([index])
 
-    def look_at_repetitions(self, time: float = math.inf) -> None:
-        """Look at what was repeated as often as is due before a frame, s; once more if the take ends."""
-        if len(self.counted) and self.counted["own"][0]:
-            look(self.counted, self.samples, *self.pool.buffers.for_looks, time)
-            if self.looks is not None:
-                self.looks.append((time, self.counted.copy()))
+    def _renew_telling(self) -> None:
+        """Tell of what is counted in the row, if the settings call for it; go on if it is so already."""
+        if self.plan.given.repetitions and self.pool.channel == BODY:
+            self.telling = self.telling or Telling(self.plan.skeleton, self.name)
+            self.telling.look_into(self.counted)
+        else:
+            self.telling = None
+
+    def look_at_repetitions(self, time: float = math.inf) -> list[Event]:
+        """Look at what was repeated as often as is due before a frame, s, once more if the take ends; return what to say."""
+        if not (len(self.counted) and self.counted["own"][0]):
+            return []
+        changed = look(self.counted, self.samples, *self.pool.buffers.for_looks, time)
+        if self.looks is not None:
+            self.looks.append((time, self.counted.copy()))
+        return self.telling.news(int(self.clock["take"])) if changed and self.telling is not None else []
 
     def adopt_repetitions(self, counted: NDArray[np.void]) -> None:
         """Let a limb know what is counted of its body, `counted` of the body's row."""
@@ -146,6 +160,7 @@ class Row:
         """Go on with another plan for rows that are laid out the same."""
         self.plan = plan
         plan.prepare(self.memory[0], self.index, self.pool.channel)
+        self._renew_telling()
 
     def restart(self, plan: Plan) -> None:
         """Begin in a row of another plan, but count takes and frames on."""

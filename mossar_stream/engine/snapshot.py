@@ -20,11 +20,12 @@ from mossar_stream.frames import constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.repetitions.telling import Told
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 12  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 13  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -35,14 +36,14 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         moves: As a file of moves has them; None if none are recognised, or they are kept elsewhere.
         digest: Of the moves.
         recognition: What is remembered of the performer to recognise them; None if none are.
-        repetitions: What the counter knows, if there is one.
+        repetitions: What was told of them, if they are told of.
         limbs: A snapshot of each limb, in their order.
     """
 
     moves: bytes | None = None
     digest: bytes = b""
     recognition: bytes | None = None
-    repetitions: bytes = b""
+    repetitions: Told | None = None
     limbs: tuple[bytes, ...] = ()
 
 

@@ -1,11 +1,11 @@
 """Kernels are compiled, or loaded from the disk, before frames come in."""
 
+import functools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.row import region
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
 from mossar_stream.jit.acceleration import open_own_cache
@@ -13,7 +13,7 @@ from mossar_stream.jit.linked import publish
 from mossar_stream.jit.precompile import second_process
 from mossar_stream.memory.event_buffer import new_event_buffer
 from mossar_stream.repetitions.counting import look
-from mossar_stream.repetitions.state import SCRATCH, new_room
+from mossar_stream.repetitions.state import HEADER, SCRATCH, length, new_room
 from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 
@@ -29,7 +29,7 @@ def precompile(settings: Settings | None = None) -> None:
     process is started only if something must be compiled, and has ended when this returns.
 
     Args:
-        settings: Defaults to `Settings()`; only the similarity measure matters here.
+        settings: Defaults to `Settings()`; only the similarity measure, and whether repetitions are counted, matter here.
 
     Raises:
         MossarError: If there is nowhere to write compiled kernels to.
@@ -37,18 +37,34 @@ def precompile(settings: Settings | None = None) -> None:
     Example:
         >>> precompile(Settings(similarity="likelihood"))
     """
-    similarity = (settings or Settings()).resolved().similarity
+    resolved = (settings or Settings()).resolved()
+    similarity = resolved.similarity
     if similarity not in _ready:
         plan = _any_plan(similarity)
         with second_process(__name__, similarity):
             _publish_window_step(plan, plan.new_rows(1))
         warm_up(plan)
+    if resolved.repetitions:
+        _warm_up_looks()
 
 
 def warm_up(plan: Plan) -> None:
     """Compile the kernels for a plan, or load them, if that has not been done in this process."""
-    if plan.settings.similarity in _ready:
-        return
+    if plan.settings.similarity not in _ready:
+        _warm_up_steps(plan)
+        _ready.add(plan.settings.similarity)
+    if plan.shape.counts:
+        _warm_up_looks()
+
+
+@functools.cache
+def _warm_up_looks() -> None:
+    """Compile what looks at repetitions, or load it."""
+    look(np.zeros(1, HEADER), np.zeros(length(1), np.float32), new_room(1), np.zeros(1, SCRATCH), math.inf)
+
+
+def _warm_up_steps(plan: Plan) -> None:
+    """Compile what takes frames in and what decides, or load it."""
     open_own_cache()
     memory = plan.new_rows(1)
     scratch, events = _publish_window_step(plan, memory)
@@ -56,10 +72,6 @@ def warm_up(plan: Plan) -> None:
     nobody = np.zeros(0, np.int64)
     batch = nobody, nobody, nobody, np.zeros(2, np.int64)
     run(memory, plan.params, (scratch, events, plan.most_events), batch, frames, times)
-    if plan.shape.evidence:
-        header, samples = (region(memory[0], plan.shape, name) for name in ("counted", "samples"))
-        look(header, samples, new_room(plan.shape.joints), np.zeros(1, SCRATCH), math.inf)
-    _ready.add(plan.settings.similarity)
 
 
 def compile_part(folder: str, similarity: SimilarityName) -> None:

@@ -24,6 +24,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     BODY,
     KEY_FRAME_KINDS,
+    Event,
     KeyFrameEvent,
     KeyFrameKind,
     MoveEvent,
@@ -37,6 +38,7 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.counter import count_recording
+from mossar_stream.repetitions.telling import as_said_last
 from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
@@ -271,8 +273,8 @@ def _segmented(
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
     row.looks = [] if chosen.limbs else None
-    states = _push_all(row, frames, moments, looks, curves=curves)
-    engine.update(row, RANK)
+    states, told = _push_all(row, frames, moments, looks, curves=curves)
+    told += engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings)
     limbs = {}
@@ -286,8 +288,7 @@ def _segmented(
             limbs[limb.name].repetitions = counted
     row.looks = None
     result = Result(row, states, found, limbs)
-    if chosen.repetitions:
-        result.repetitions = count_recording(skeleton, frames, moments, chosen.max_pause)
+    result.repetitions = as_said_last(told)
     return result
 
 
@@ -319,21 +320,22 @@ def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
 
 def _push_all(
     row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], looks: Looks, *, curves: bool
-) -> list[CurveState]:
-    """Take all frames in, of a limb with what was counted of its body; return the curve, if it is wanted."""
+) -> tuple[list[CurveState], list[Event]]:
+    """Take all frames in, of a limb with what was counted of its body; return the curve, if it is wanted, and the events."""
     bounds = {*range(0, len(times), 1 if curves else max(1, len(times))), len(times)}
     counted = {int(np.argmax(times >= time)): header for time, header in looks if time < np.inf}
     bounds |= set(counted)
-    states = []
+    states: list[CurveState] = []
+    events: list[Event] = []
     for begin, end in pairwise(sorted(bounds)):
         if begin in counted:
             row.adopt_repetitions(counted[begin])
-        engine.push(row, frames[begin:end], times[begin:end])
+        events += engine.push(row, frames[begin:end], times[begin:end])
         if curves:
             states.append(curve_state(row.memory[0], row.plan))
     if looks:
         row.adopt_repetitions(looks[-1][1])
-    return states
+    return states, events
 
 
 def _recognised(

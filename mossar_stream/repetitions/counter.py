@@ -1,14 +1,13 @@
-"""Counter: the repetitions of one performer, frames in, events out."""
+"""Counter: the repetitions of a limb, or of anybody without a row; those of the body are counted in its row."""
 
 import math
-from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import BODY, PhaseEvent, RepetitionEvent, RepetitionStatus
+from mossar_stream.events import BODY, Event, RepetitionEvent
 from mossar_stream.repetitions.counting import look
 from mossar_stream.repetitions.preparing import is_sound, prepare
 from mossar_stream.repetitions.sampling import (
@@ -19,25 +18,19 @@ from mossar_stream.repetitions.sampling import (
     count_frames,
     next_wanted,
 )
-from mossar_stream.repetitions.state import HEADER, RATE, SCRATCH, STRIDE, length, new_room
-from mossar_stream.repetitions.timing import LONGEST_SILENCE
+from mossar_stream.repetitions.state import HEADER, RATE, SCRATCH, length, new_room
+from mossar_stream.repetitions.telling import Telling, Told, as_said_last
 from mossar_stream.skeleton import Skeleton
 
 HELD = 64  # frames
 CLOCK = ["begun", "origin", "latest", "wanted", "due"]  # of the header: all at once are read quicker
-TALLY = ["clear", "dropped", "cycles", "changed", "latest"]
-NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
-    ("period", "tempo", "start", "end", "amplitude", "joint")
-)
 
 __all__ = ["CHANGED", "NOTHING", "TAKE_ENDS", "RepetitionCounter", "count_recording"]
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     take: int
-    told: int
-    phase_told: tuple[float, bool]
-    revisions: dict[int, int]
+    told: Told
     header: bytes
     memory: bytes
 
@@ -59,13 +52,12 @@ def count_recording(
         channel: See `RepetitionCounter`.
     """
     counter = RepetitionCounter(skeleton, "p1", 0, max_pause, channel)
-    latest: dict[str, RepetitionEvent] = {}
+    events: list[Event] = []
     used, stop = 0, CHANGED
     while stop != NOTHING:
         used, stop = counter.follow(positions, times, used)
-        news = counter.end_take() if stop in {NOTHING, TAKE_ENDS} else counter.news()
-        latest.update((event.id, event) for event in news)
-    return [event for event in latest.values() if event.status == "counted"]
+        events += counter.end_take() if stop in {NOTHING, TAKE_ENDS} else counter.news()
+    return as_said_last(events)
 
 
 class RepetitionCounter:
@@ -83,23 +75,20 @@ class RepetitionCounter:
     def __init__(
         self, skeleton: Skeleton, performer: str, take: int, max_pause: float, channel: str = BODY
     ) -> None:
-        self.performer = performer
-        self.channel = channel
         self.take = take
-        self._names = skeleton.names
+        self._telling = Telling(skeleton, performer, channel)
         self._header = np.zeros(1, HEADER)
         prepare(self._header[0], skeleton, max_pause, channel)
         self._memory = np.zeros(length(len(skeleton)), np.float32)
+        self._telling.look_into(self._header)
         self._row = self._header[0]
-        self._clock, self._tally = self._header[CLOCK], self._header[TALLY]  # views
-        self._cycles = self._header["cycle"][0]  # (CYCLES,) `CYCLE`, view
+        self._clock = self._header[CLOCK]  # view
         self._max_pause = max_pause
         self._positions = np.zeros((HELD, len(skeleton), 3), np.float32)
         self._times = np.zeros(HELD)
         self._last_held = self._due = -math.inf  # s
         self._origin = 0.0  # s, of the take
         self._wanted = 0.0  # s, from when on a frame is taken into a sample
-        self._latest, self._dropped = 0.0, 0  # s, at the last news; cycles that were no longer remembered
         self._begin()
         self._scratch, self._room = np.zeros(1, SCRATCH), new_room(len(skeleton))
         # No frame: kernels are compiled now, and never while frames come in.
@@ -107,20 +96,10 @@ class RepetitionCounter:
         look(self._header, self._memory, self._room, self._scratch, math.inf)
 
     def _begin(self) -> None:
-        self._told = 0
-        self._phase_told = (-math.inf, False)  # s, of which frame, and whether it had one
-        self._revisions: dict[
-            int, int
-        ] = {}  # messages by number of the cycle, for those that may still change
+        self._telling.end()
         self._held = 0
         self._header[["begun", "clear", "dropped", "cycles"]] = 0
         self._set_due()
-
-    @property
-    def total(self) -> int:
-        """Repetitions counted in this take."""
-        clear, dropped, cycles, *_ = self._tally.tolist()[0]
-        return dropped + cycles if clear else 0
 
     @property
     def looks(self) -> int:
@@ -131,9 +110,8 @@ class RepetitionCounter:
         """Return (n, 3) begin, end and period of the repetitions that are remembered, s."""
         if not self._row["clear"]:
             return np.zeros((0, 3))
-        begins, ends, periods = (
-            self._cycles[: self._row["cycles"]][name] for name in ("begins", "ends", "period")
-        )
+        cycles = self._row["cycle"][: self._row["cycles"]]
+        begins, ends, periods = (cycles[name] for name in ("begins", "ends", "period"))
         periods = np.where(np.isnan(periods), ends - begins, periods)
         return np.stack([begins, ends, periods], axis=1) / RATE + [self._origin, self._origin, 0.0]
 
@@ -184,7 +162,7 @@ class RepetitionCounter:
             self._held = held + 1
         return True
 
-    def push(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[RepetitionEvent]:
+    def push(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event]:
         """Take one frame in, and return what it changes.
 
         Args:
@@ -193,7 +171,7 @@ class RepetitionCounter:
         """
         if self.hold(position[0], float(time[0])):
             return []
-        events: list[RepetitionEvent] = []
+        events: list[Event] = []
         _, stop = self.follow(position, time)
         if stop == TAKE_ENDS:
             events = self.end_take()
@@ -212,89 +190,26 @@ class RepetitionCounter:
         begun, self._origin, self._last_held, self._wanted, due = self._clock.tolist()[0]
         self._due = min(due, self._last_held + self._max_pause) if begun else -math.inf
 
-    def news(self) -> list[RepetitionEvent]:
-        """Return what to say after `CHANGED`: cycles withdrawn, then those that are new or changed."""
-        clear, self._dropped, cycles, changed, self._latest = self._tally.tolist()[0]
-        total = self._dropped + cycles if clear else 0
-        events = [self._event(number, "withdrawn") for number in range(self._told, total, -1)]
-        events += [self._event(number, "counted") for number in range(self._dropped + changed + 1, total + 1)]
-        self._told = total
-        for number in [number for number in self._revisions if number <= self._dropped]:
-            del self._revisions[number]
-        return events
+    def news(self) -> list[Event]:
+        """Return what to say after `CHANGED`."""
+        return self._telling.news(self.take)
 
     def look_once_more(self) -> bool:
         """Look at what the last frames of a take show, and return whether it changes anything."""
         self._flush()
         return bool(look(self._header, self._memory, self._room, self._scratch, math.inf))
 
-    def end_take(self) -> list[RepetitionEvent]:
+    def end_take(self) -> list[Event]:
         """Return what the last frames change; the next frame begins a new take."""
         events = self.news() if self.look_once_more() else []
         self.take += int(self._row["begun"])
         self._begin()
         return events
 
-    def phase(self) -> float | None:
-        """Return where in the cycle the latest frame is, 0 to 1 from where cycles begin; None out of a bout."""
-        clear, _, cycles, *_ = self._tally.tolist()[0]
-        last = cycles - 1
-        if last < 0 or not clear:
-            return None
-        end, period = self._cycles[["ends", "period"]].tolist()[last]
-        since = (self._last_held - self._origin) * RATE - end
-        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + STRIDE else None
-
-    def phase_news(self) -> list[PhaseEvent]:
-        """Return the phase of the latest frame, unless it was told, or nothing repeats and that was told."""
-        phase = self.phase()
-        time = self._last_held
-        before, self._phase_told = self._phase_told, (time, phase is not None)
-        if time == before[0] or (phase is None and not before[1]):
-            return []
-        return [PhaseEvent(performer=self.performer, take=self.take, channel=BODY, time=time, phase=phase)]
-
-    def _event(self, number: int, status: RepetitionStatus) -> RepetitionEvent:
-        revision = self._revisions[number] = self._revisions.get(number, 0) + 1
-        channel = "" if self.channel == BODY else f"{self.channel}/"
-        withdrawn = status == "withdrawn"
-        return RepetitionEvent(
-            performer=self.performer,
-            id=f"{self.performer}/{channel}{self.take}/r{number}",
-            rev=revision,
-            status=status,
-            take=self.take,
-            channel=self.channel,
-            total=number - 1 if withdrawn else number,
-            decided_time=self._latest,
-            **(NO_CYCLE if withdrawn else self._facts(number - self._dropped - 1)),
-        )
-
-    def _facts(self, place: int) -> dict[str, Any]:
-        """Return what an event says of a cycle."""
-        cycle = self._cycles[place]
-        period = None if np.isnan(cycle["period"]) else float(cycle["period"]) / RATE
-        return {
-            "count": int(cycle["count"]),
-            "period": period,
-            "tempo": None if period is None else 60.0 / period,
-            "start": self._origin + float(cycle["begins"]) / RATE,
-            "end": self._origin + float(cycle["ends"]) / RATE,
-            "amplitude": float(cycle["amplitude"]),
-            "joint": self._names[cycle["joint"]],
-        }
-
     def snapshot(self) -> bytes:
         """Return everything the counter knows."""
         self._flush()
-        content = _Content(
-            self.take,
-            self._told,
-            self._phase_told,
-            self._revisions,
-            self._header.tobytes(),
-            self._memory.tobytes(),
-        )
+        content = _Content(self.take, self._telling.told(), self._header.tobytes(), self._memory.tobytes())
         return msgspec.msgpack.encode(content)
 
     def restore(self, blob: bytes) -> None:
@@ -312,8 +227,8 @@ class RepetitionCounter:
         header = np.frombuffer(content.header, HEADER)
         if not is_sound(header[0], self._row):
             raise SnapshotError("the snapshot's repetitions contradict themselves")
-        self.take, self._told, self._revisions = content.take, content.told, dict(content.revisions)
-        self._phase_told = content.phase_told
+        self.take = content.take
         self._header[:] = header
+        self._telling.go_on(content.told)
         self._memory[:] = np.frombuffer(content.memory, np.float32)
         self._set_due()

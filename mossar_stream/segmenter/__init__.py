@@ -117,11 +117,8 @@ class Segmenter:
         self.row.clock["take"] = counts["take"]
         for name in COUNTERS:
             self.row.state["counters"][name] = counts.get(name, 0)
-        followers = self._followers
-        if followers.counter is not None:
-            followers.counter.take = counts["take"]
-        if followers.limbs is not None:
-            followers.limbs.carry_on(counts)
+        if self._followers.limbs is not None:
+            self._followers.limbs.carry_on(counts)
 
     @property
     def skeleton(self) -> Skeleton:
@@ -313,12 +310,16 @@ class Segmenter:
     @property
     def repetitions(self) -> int:
         """Repetitions counted in the open take; 0 without the setting."""
-        return 0 if self._followers.counter is None else self._followers.counter.total
+        row = self.row
+        return row.telling.total if row.telling is not None and row.clock["open"] else 0
 
     @property
     def phase(self) -> float | None:
         """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
-        return None if self._followers.counter is None else self._followers.counter.phase()
+        row = self.row
+        if row.telling is None or not row.clock["open"]:
+            return None
+        return row.telling.phase(float(row.last_time[0]))
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -358,7 +359,7 @@ class Segmenter:
         Args:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
         """
-        row, following = self.row, self._followers.snapshot(with_moves=with_moves)
+        row, following = self.row, self._followers.snapshot(self.row, with_moves=with_moves)
         row.pending = engine.take_pending(row)
         return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
 
@@ -384,7 +385,7 @@ class Segmenter:
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001
-        segmenter._followers.restore(known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
+        segmenter._followers.restore(row, known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
         return segmenter
 
 

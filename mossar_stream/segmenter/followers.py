@@ -1,4 +1,4 @@
-"""What else follows a performer's frames: moves, repetitions, limbs. All are off by default, and cost nothing then."""
+"""What else follows a performer's frames: moves, limbs, the phase. All are off by default, and cost nothing then."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,6 @@ from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import Event
 from mossar_stream.moves.recognition import Recognition
-from mossar_stream.repetitions.counter import NOTHING, TAKE_ENDS, RepetitionCounter
 from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
 from mossar_stream.settings import Settings
 
@@ -26,7 +25,6 @@ class Followers:
         new_limbs: Returns the limbs of a row's performer that settings call for.
 
     Attributes:
-        counter: Of repetitions, or None.
         limbs: Key frames of limbs, or None.
         hold: Takes one frame of a take in, (1, J, 3) m and s, and tells whether nothing comes of it but what the body has
             to say; if not, `push` must be called.
@@ -36,11 +34,9 @@ class Followers:
         self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs]
     ) -> None:
         self._recognition = recognition
-        self.counter: RepetitionCounter | None = None
         self.limbs: Limbs | None = None
         self._new_limbs = new_limbs
-        self._tells_phase = row.plan.given.repetitions and row.plan.given.phase
-        self._renew_counter(row)
+        self._tells_phase = row.plan.given.phase
         self._renew_limbs(row)
         self._choose()
 
@@ -55,15 +51,7 @@ class Followers:
         self._choose()
 
     def __bool__(self) -> bool:
-        return not (self.recognition is None and self.counter is None and self.limbs is None)
-
-    def _renew_counter(self, row: Row) -> None:
-        given = row.plan.given
-        self.counter = (
-            RepetitionCounter(row.plan.skeleton, row.name, int(row.clock["take"]), given.max_pause)
-            if given.repetitions
-            else None
-        )
+        return self._tells_phase or not (self.recognition is None and self.limbs is None)
 
     def _renew_limbs(self, row: Row) -> None:
         given, clock = row.plan.given, row.clock
@@ -80,10 +68,7 @@ class Followers:
         """
         given = row.plan.given
         events: list[Event] = []
-        if (given.repetitions, given.max_pause) != (before.repetitions, before.max_pause):
-            events += [] if self.counter is None else self.counter.end_take()
-            self._renew_counter(row)
-        self._tells_phase = given.repetitions and given.phase
+        self._tells_phase = given.phase
         if given.limbs != before.limbs:
             if self.limbs is not None:
                 events += self.limbs.end_take()
@@ -96,16 +81,14 @@ class Followers:
 
     def _choose(self) -> None:
         """Choose what `hold` does; asking at each frame would take longer than most frames do."""
-        counter, recognition = self.counter, self.recognition
+        limbs, recognition = self.limbs, self.recognition
         self.hold: Hold = _hold_nothing
-        if self._tells_phase or (self.limbs is not None and counter is not None):
+        if self._tells_phase or (limbs is not None and limbs.count):
             return
-        if self.limbs is not None:
-            self.hold = self.limbs.hold if recognition is None else self._hold_both
-        elif counter is None and recognition is not None:
+        if limbs is not None:
+            self.hold = limbs.hold if recognition is None else self._hold_both
+        elif recognition is not None:
             self.hold = recognition.hold
-        elif counter is not None and recognition is None:
-            self.hold = counter.hold
 
     def _hold_both(self, position: NDArray[np.float32], time: float) -> bool:
         limbs, recognition = self.limbs, self._recognition
@@ -122,15 +105,13 @@ class Followers:
             time: (1,) s.
             seconds: The same as a number.
         """
-        recognition, limbs, counter = self._recognition, self.limbs, self.counter
-        if self._tells_phase or (limbs is None and (recognition is None or counter is None)):
+        recognition, limbs = self._recognition, self.limbs
+        if self._tells_phase or limbs is None:
             return self.push(row, position, time)
         if recognition is not None:
-            was_asked = limbs is not None and counter is None and limbs.hold(position, seconds)
+            was_asked = not limbs.count and limbs.hold(position, seconds)
             if was_asked or not recognition.hold(position, seconds):
                 return self._push_and_recognise(recognition, row, position, time, None)
-        if limbs is None or counter is not None:
-            return self._push_channels(row, position, time, None)
         body = engine.push_frame(row, position, time)
         if body is None:
             return self._push_limbs(limbs, row, position, time, None)
@@ -144,7 +125,7 @@ class Followers:
         times: NDArray[np.float64],
         first_frame: int | None = None,
     ) -> list[Event]:
-        """Take frames in, as `engine.push`, and return what is said of the body, limbs, repetitions and moves.
+        """Take frames in, as `engine.push`, and return what is said of the body, limbs and moves, and the phase.
 
         Args:
             row: The performer's.
@@ -152,13 +133,14 @@ class Followers:
             times: (n,) s.
             first_frame: Number of the first frame; None to count on.
         """
-        if self.counter is None or not self._tells_phase:
+        if row.telling is None or not self._tells_phase:
             return self._push_all(row, positions, times, first_frame)
         events: list[Event] = []
         for i in range(len(times)):
             number = None if first_frame is None else first_frame + i
             events += self._push_all(row, positions[i : i + 1], times[i : i + 1], number)
-            events += self.counter.phase_news()
+            if row.clock["open"]:
+                events += row.telling.phase_news(int(row.clock["take"]), float(row.last_time[0]))
         return events
 
     def _push_all(
@@ -197,7 +179,7 @@ class Followers:
     ) -> list[Event]:
         """Take frames in; limbs have their say frame by frame, so that it does not matter how frames are cut."""
         if self.limbs is None or not len(times):
-            return self._push_body(row, positions, times, first_frame)
+            return engine.push_short(row, positions, times, first_frame)
         if len(times) == 1:
             return self._push_limbs(self.limbs, row, positions, times, first_frame)
         events: list[Event] = []
@@ -217,57 +199,13 @@ class Followers:
         """Take one frame in, of the body and of its limbs."""
         if not abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause:  # a take may begin
             limbs.stop()
-        if self.counter is None:
-            body = engine.push_short(row, position, time, first_frame)
-        else:
-            body = self._push_counted(self.counter, row, position, time, first_frame)
+        body = engine.push_short(row, position, time, first_frame)
         found = limbs.push(position, time, first_frame)
         return together(limbs.lead(body), found) if body or found else body
 
-    def _push_body(
-        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
-        """Take frames in; what is said of repetitions comes with the events of the body."""
-        if self.counter is not None:
-            return self._push_counted(self.counter, row, positions, times, first_frame)
-        return engine.push_short(row, positions, times, first_frame)
-
-    def _push_counted(
-        self,
-        counter: RepetitionCounter,
-        row: Row,
-        positions: NDArray[np.float32],
-        times: NDArray[np.float64],
-        first_frame: int | None,
-    ) -> list[Event]:
-        """Push frames in pieces that end where a repetition is told of, so that chunks do not matter."""
-        can_be_quick = len(times) == 1 and first_frame is None and row.is_live and not row.is_level_new
-        if can_be_quick and counter.hold(positions[0], float(times[0])):
-            return engine.push_short(row, positions, times)
-        begin = 0
-        end, stop = counter.follow(positions, times)
-        if can_be_quick and stop == NOTHING:
-            return engine.push_short(row, positions, times)
-        events: list[Event] = []
-        while True:
-            first = None if first_frame is None else first_frame + begin
-            if end > begin or begin == 0:
-                events += engine.push(row, positions[begin:end], times[begin:end], first)
-            if stop == TAKE_ENDS:
-                events += counter.end_take()
-            elif stop != NOTHING:
-                events += counter.news()
-            if stop == NOTHING or (end == len(times) and stop != TAKE_ENDS):
-                return events
-            begin = end
-            end, stop = counter.follow(positions, times, begin)
-
     def end_take(self) -> list[Event]:
-        """End the take of all that follows, and return the events; the body's come after them."""
-        events: list[Event] = [] if self.recognition is None else [*self.recognition.end()]
-        if self.counter is not None:
-            events += self.counter.end_take()
-        return events
+        """End the take of moves, and return the events; the body's come after them, then those of limbs."""
+        return [] if self.recognition is None else [*self.recognition.end()]
 
     def reset(self) -> None:
         """Forget the ranges of limbs, after their takes ended."""
@@ -286,29 +224,30 @@ class Followers:
         limbs = {} if self.limbs is None else self.limbs.segmenters
         return more + sum(own.state_bytes for own in limbs.values())
 
-    def snapshot(self, *, with_moves: bool = True) -> Following:
+    def snapshot(self, row: Row, *, with_moves: bool = True) -> Following:
         """Return everything that is known here; see `Segmenter.snapshot`."""
         recognition = self.recognition
         return Following(
             moves=None if recognition is None or not with_moves else recognition.moves_text,
             digest=b"" if recognition is None else recognition.digest,
             recognition=None if recognition is None else recognition.to_bytes(),
-            repetitions=b"" if self.counter is None else self.counter.snapshot(),
+            repetitions=None if row.telling is None else row.telling.told(),
             limbs=() if self.limbs is None else self.limbs.snapshot(),
         )
 
-    def restore(self, known: Following, restored: Callable[[bytes], LimbSegmenter]) -> None:
+    def restore(self, row: Row, known: Following, restored: Callable[[bytes], LimbSegmenter]) -> None:
         """Go on where a snapshot was made; the recognition is there already.
 
         Args:
+            row: The performer's, restored.
             known: What `snapshot` returned.
             restored: Returns the segmenter of a limb's snapshot.
 
         Raises:
             SnapshotError: If it is damaged, or of other settings.
         """
-        if self.counter is not None:
-            self.counter.restore(known.repetitions)
+        if row.telling is not None and row.clock["open"]:
+            row.telling.go_on(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
 

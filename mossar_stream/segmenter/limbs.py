@@ -105,6 +105,11 @@ class Limbs:
         ]
 
     @property
+    def count(self) -> bool:
+        """Whether repetitions of limbs are counted, which needs all frames."""
+        return bool(self._counters)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Their channels."""
         return tuple(limb.name for limb in self._groups)

@@ -254,9 +254,11 @@ def test_limbs_of_another_snapshot_are_refused():
         Segmenter(KINECT_20, Settings(limbs="a=HandLeft")),
     )
     followers = body._followers
-    known = msgspec.structs.replace(followers.snapshot(), limbs=limbs._followers.snapshot().limbs * 5)
+    known = msgspec.structs.replace(
+        followers.snapshot(body.row), limbs=limbs._followers.snapshot(limbs.row).limbs * 5
+    )
     with pytest.raises(SnapshotError, match="not those of its settings"):
-        followers.restore(known, Segmenter.restore)
+        followers.restore(body.row, known, Segmenter.restore)
 
 
 def test_the_level_moves_limbs_too():

@@ -1,0 +1,159 @@
+"""Telling: what is said of the repetitions that are counted, and what becomes of it when a later look changes them."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import SnapshotError
+from mossar_stream.events import BODY, Event, PhaseEvent, RepetitionEvent, RepetitionStatus
+from mossar_stream.repetitions.state import CYCLES, RATE, STRIDE
+from mossar_stream.repetitions.timing import LONGEST_SILENCE
+from mossar_stream.skeleton import Skeleton
+
+TALLY = [
+    "clear",
+    "dropped",
+    "cycles",
+    "changed",
+    "latest",
+    "origin",
+]  # of the header: all at once are read quicker
+NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
+    ("period", "tempo", "start", "end", "amplitude", "joint")
+)
+
+
+class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What was told so far.
+
+    Args:
+        total: Repetitions of the take.
+        revisions: Messages by number of the repetition, for those that may still change.
+        phase: Of which frame the phase was told at last, s, and whether it had one.
+    """
+
+    total: int
+    revisions: dict[int, int]
+    phase: tuple[float, bool]
+
+
+def as_said_last(events: Iterable[Event]) -> list[RepetitionEvent]:
+    """Return the repetitions that events tell of, each as it was said at last, without those that were withdrawn."""
+    latest = {event.id: event for event in events if isinstance(event, RepetitionEvent)}
+    return [event for event in latest.values() if event.status == "counted"]
+
+
+class Telling:
+    """What is told of the repetitions of one performer, or of a limb.
+
+    Args:
+        skeleton: The joints.
+        performer: Name that events carry.
+        channel: The same.
+    """
+
+    def __init__(self, skeleton: Skeleton, performer: str, channel: str = BODY) -> None:
+        self._performer = performer
+        self._channel = channel
+        self._names = skeleton.names
+        self.end()
+
+    def look_into(self, headers: NDArray[np.void]) -> None:
+        """Tell of what is counted in a (1,) `HEADER` from now on."""
+        self._tally = headers[TALLY]  # views
+        self._cycles = headers["cycle"][0]
+
+    def end(self) -> None:
+        """Begin a new take with the next frame."""
+        self._told = 0
+        self._revisions: dict[int, int] = {}
+        self._phase_told = (-math.inf, False)
+
+    @property
+    def total(self) -> int:
+        """Repetitions counted in this take."""
+        clear, dropped, cycles, *_ = self._tally.tolist()[0]
+        return dropped + cycles if clear else 0
+
+    def news(self, take: int) -> list[Event]:
+        """Return what to say after a look that changed something: repetitions withdrawn, then those new or changed."""
+        clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
+        total = dropped + cycles if clear else 0
+        first = dropped + max(0, min(changed, self._told - dropped))
+        events = [self._event(take, number, "withdrawn") for number in range(self._told, total, -1)]
+        events += [self._event(take, number, "counted") for number in range(first + 1, total + 1)]
+        self._told = total
+        for number in [number for number in self._revisions if number <= dropped]:
+            del self._revisions[number]
+        return events
+
+    def phase(self, time: float) -> float | None:
+        """Return where in the cycle a frame is, s: 0 to 1 from where cycles begin; None out of a bout."""
+        clear, _, cycles, *_, origin = self._tally.tolist()[0]
+        last = cycles - 1
+        if last < 0 or not clear:
+            return None
+        end, period = self._cycles[["ends", "period"]].tolist()[last]
+        since = (time - origin) * RATE - end
+        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + STRIDE else None
+
+    def phase_news(self, take: int, time: float) -> list[Event]:
+        """Return the phase of a frame, s, unless it was told, or nothing repeats and that was told."""
+        phase = self.phase(time)
+        before, self._phase_told = self._phase_told, (time, phase is not None)
+        if time == before[0] or (phase is None and not before[1]):
+            return []
+        return [
+            PhaseEvent(performer=self._performer, take=take, channel=self._channel, time=time, phase=phase)
+        ]
+
+    def _event(self, take: int, number: int, status: RepetitionStatus) -> Event:
+        revision = self._revisions[number] = self._revisions.get(number, 0) + 1
+        channel = "" if self._channel == BODY else f"{self._channel}/"
+        withdrawn = status == "withdrawn"
+        _, dropped, _, _, latest, _ = self._tally.tolist()[0]
+        return RepetitionEvent(
+            performer=self._performer,
+            id=f"{self._performer}/{channel}{take}/r{number}",
+            rev=revision,
+            status=status,
+            take=take,
+            channel=self._channel,
+            total=number - 1 if withdrawn else number,
+            decided_time=latest,
+            **(NO_CYCLE if withdrawn else self._facts(number - dropped - 1)),
+        )
+
+    def _facts(self, place: int) -> dict[str, Any]:
+        """Return what an event says of a cycle."""
+        cycle, origin = self._cycles[place], self._tally["origin"].item()
+        period = None if np.isnan(cycle["period"]) else float(cycle["period"]) / RATE
+        return {
+            "count": int(cycle["count"]),
+            "period": period,
+            "tempo": None if period is None else 60.0 / period,
+            "start": origin + float(cycle["begins"]) / RATE,
+            "end": origin + float(cycle["ends"]) / RATE,
+            "amplitude": float(cycle["amplitude"]),
+            "joint": self._names[cycle["joint"]],
+        }
+
+    def told(self) -> Told:
+        """Return what was told so far, for a snapshot."""
+        return Told(self._told, dict(self._revisions), self._phase_told)
+
+    def go_on(self, told: Told | None) -> None:
+        """Go on where a snapshot was made; what is counted is there already.
+
+        Raises:
+            SnapshotError: If it does not fit what is counted.
+        """
+        total = self.total
+        fits = told is not None and 0 <= told.total <= total and len(told.revisions) <= 2 * CYCLES
+        if told is None or not fits:
+            raise SnapshotError("the snapshot's repetitions contradict themselves")
+        self._told, self._revisions, self._phase_told = told.total, dict(told.revisions), told.phase
