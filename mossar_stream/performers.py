@@ -11,7 +11,7 @@ from mossar_stream.engine.intake import FLOAT32, given_positions, narrowed
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves, copy_of
@@ -84,7 +84,7 @@ class Performers:
         self._moves = copy_of(moves) if moves is not None else None
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
-        self._pools: dict[tuple[Skeleton, float | None, Settings], Pools] = {}
+        self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
         self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
         self._absent: dict[str, _Absent] = {}  # in the order in which they left
         self._first_take = (
@@ -140,7 +140,9 @@ class Performers:
         segmenter = Segmenter.of_row(
             rows.allocate(name),
             recognition,
-            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given).allocate_alone(name),
+            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate_alone(
+                name
+            ),
         )
         if segmenter.level != self._level:
             segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
@@ -187,8 +189,9 @@ class Performers:
 
     def _check_memory(self, name: str, skeleton: Skeleton, fps: float | None) -> None:
         """Raise FrameError if the state of another performer would be more than there may be."""
-        limbs = [limb.skeleton for limb in groups_of(skeleton, self._settings.limbs)]
-        own = sum(Plan(part, self._settings, fps).row_bytes for part in (skeleton, *limbs))
+        parts = [(BODY, skeleton)]
+        parts += [(limb.name, limb.skeleton) for limb in groups_of(skeleton, self._settings.limbs)]
+        own = sum(Plan(part, self._settings, fps, channel=channel).row_bytes for channel, part in parts)
         others = sum(s.state_bytes for other, s in self._segmenters.items() if other != name)
         if own + others > self._most_memory:
             raise FrameError(
@@ -208,9 +211,11 @@ class Performers:
             self._first_take = max(self._first_take, forgotten.counts["take"])
         return events
 
-    def _pools_for(self, skeleton: Skeleton, fps: float | None, settings: Settings) -> Pools:
+    def _pools_for(
+        self, skeleton: Skeleton, fps: float | None, settings: Settings, channel: str = BODY
+    ) -> Pools:
         """Return where the rows of performers, or limbs, with this skeleton, rate and settings lie."""
-        key = skeleton, fps, settings
+        key = skeleton, fps, settings, channel
         if key not in self._pools:
             for pools in self._pools.values():
                 pools.drop_empty()
@@ -218,7 +223,7 @@ class Performers:
                 del self._pools[next(iter(self._pools))]
             if fps is not None:
                 constant_times(0, fps)
-            self._pools[key] = Pools(Plan(skeleton, settings, fps))
+            self._pools[key] = Pools(Plan(skeleton, settings, fps, channel=channel))
         return self._pools[key]
 
     def push(self, frames: Frames) -> list[Event]:

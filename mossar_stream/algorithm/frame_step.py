@@ -68,7 +68,7 @@ from mossar_stream.memory.joint_pages import (
 )
 from mossar_stream.memory.slots import start_slots
 from mossar_stream.repetitions.sampling import take_frame
-from mossar_stream.repetitions.state import HEADER, begin, kept_views
+from mossar_stream.repetitions.state import HEADER, begin, forget_counted, kept_views
 from mossar_stream.similarity.evidence import SPEED_OFFSET as SPEED_OFFSET_SHARE
 from mossar_stream.similarity.protocol import add_pose
 
@@ -87,6 +87,7 @@ class Arrays(NamedTuple):
     segment: OpenSegment
     history: PoseHistory
     counted: Counted
+    adopted: NDArray[np.void]  # (1,) HEADER of a limb, or none
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
     ring_step: NDArray[np.int64]  # (ring,)
@@ -149,8 +150,8 @@ def advance(
             count_frame(clock, state.counters)
             continue
         _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
-        if plan.counts == 1:
-            _count(a.counted, positions[i], time)
+        if plan.repetitions == 1:
+            take_frame(a.counted.headers[0], a.counted.samples, positions[i], time)
         if state.curve.found.happened != 0 or time >= state.window.due_time:
             return STOPS * (i + 1) + HAPPENED
     return STOPS * len(times) + DONE
@@ -159,19 +160,9 @@ def advance(
 @inline_kernel
 def _is_look_due(state, counted, time):
     """Tell whether the repetitions must be looked at before a frame."""
-    if state.plan.counts == 0 or state.clock.open == 0:
+    if state.plan.repetitions == 0 or state.clock.open == 0:
         return False
-    return counted.headers[0].own == 1 and time >= counted.headers[0].due
-
-
-@inline_kernel
-def _count(counted, position, time):
-    """Let the repetitions know of a frame; those of a limb are its body's."""
-    header = counted.headers[0]
-    if header.own == 1:
-        take_frame(header, counted.samples, position, time)
-    else:
-        header.latest = time
+    return time >= counted.headers[0].due
 
 
 @inline_kernel(returns_views=True)
@@ -199,9 +190,10 @@ def _arrays_of(state, row, params):
             body,
         ),
         Counted(
-            part(row, at.counted, HEADER, (plan.counts,)),
-            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.counts * plan.joints),
+            part(row, at.counted, HEADER, (plan.repetitions,)),
+            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.repetitions * plan.joints),
         ),
+        part(row, at.adopted, HEADER, (plan.adopts,)),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
         part(row, at.ring_time, np.float64, (plan.ring,)),
         part(row, at.ring_step, np.int64, (plan.ring,)),
@@ -251,8 +243,10 @@ def _open_take(state, a, time):
     start_memo(a.memo)
     start_facts(state.facts, clock.next_frame, time)
     start_verdicts(state.verdicts)
-    if plan.counts == 1:
+    if plan.repetitions == 1:
         begin(a.counted.headers[0], a.counted.samples, time)
+    if plan.adopts == 1:
+        forget_counted(a.adopted[0])
 
 
 @inline_kernel

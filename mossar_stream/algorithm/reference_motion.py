@@ -18,9 +18,12 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm import facts, pose_history, scales, verdicts
 from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
-from mossar_stream.repetitions.counter import RepetitionCounter
+from mossar_stream.engine import engine
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import pool_of_one
 from mossar_stream.repetitions.state import RATE, STRIDE
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
+from mossar_stream.settings import Settings
 from mossar_stream.similarity import evidence
 from mossar_stream.skeleton import Skeleton
 
@@ -378,13 +381,26 @@ def _sums(motion: Motion) -> list[Array]:
 
 def bouts(positions: Array, times: Array, skeleton: Skeleton) -> tuple[Array, list[Array]]:
     """Return what was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s."""
-    counter = RepetitionCounter(skeleton, "p1", 0, math.inf)
-    since, known, looked = [times[0]], [np.zeros((0, 3))], 0
-    for i in range(len(times)):
-        counter.follow(positions[i : i + 1].astype(np.float32), times[i : i + 1])
-        if counter.looks != looked:
-            looked = counter.looks
-            since.append(times[i])
-            known.append(counter.table())
-    counter.look_once_more()
-    return np.array([*since, np.inf]), [*known, counter.table()]
+    row = pool_of_one(Plan(skeleton, Settings(level="posture", repetitions=True), offline=True), "p1")
+    row.looks = []
+    engine.push(row, positions.astype(np.float32), times)
+    row.look_at_repetitions()
+    since, counted = zip(*row.looks, strict=True)
+    return np.array([times[0], *since]), [np.zeros((0, 3)), *map(_table, counted)]
+
+
+def _table(headers: NDArray[np.void]) -> Array:
+    """Return (n, 3) begin, end and period of the repetitions that were counted, s."""
+    header = headers[0]
+    if not header["clear"]:
+        return np.zeros((0, 3))
+    begins, ends, periods = (
+        header["cycle"][: header["cycles"]][name] for name in ("begins", "ends", "period")
+    )
+    periods = np.where(np.isnan(periods), ends - begins, periods)
+    table: Array = np.stack([begins, ends, periods], axis=1) / RATE + [
+        header["origin"],
+        header["origin"],
+        0.0,
+    ]
+    return table

@@ -52,8 +52,9 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
-    ("counted", "HEADER"),  # (1,) of the performer's repetitions
+    ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
     ("samples", "f4"),  # of them, see repetitions/state.py
+    ("adopted", "HEADER"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
 )
 
 PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
@@ -102,7 +103,8 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("post_roll", "f8"),  # s
         ("tempo", "i8"),
         ("evidence", "i8"),  # whether evidence decides, see evidence.py
-        ("counts", "i8"),  # whether repetitions are counted: evidence needs them, or they are told of
+        ("repetitions", "i8"),  # whether they are counted here
+        ("adopts", "i8"),  # whether what is counted of the body is copied here
         ("facts", "i8"),  # where its facts begin in a summary
         ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
@@ -147,7 +149,8 @@ class Shape(msgspec.Struct, frozen=True):
         history: Poses kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
         evidence: Whether evidence decides.
-        counts: Whether repetitions are counted: evidence needs them, or they are told of.
+        repetitions: Whether they are counted here.
+        adopts: Whether what is counted of the body is copied here.
     """
 
     joints: int
@@ -159,7 +162,8 @@ class Shape(msgspec.Struct, frozen=True):
     history: int
     counted: bool
     evidence: bool
-    counts: bool
+    repetitions: bool
+    adopts: bool
 
     @property
     def padded_joints(self) -> int:
@@ -197,8 +201,9 @@ class Shape(msgspec.Struct, frozen=True):
             "marks": self.history,
             "poses": self.history * 3 * joints,
             "notes": CANDIDATES * self.evidence,
-            "counted": int(self.counts),
-            "samples": samples_size(self.joints) * self.counts,
+            "counted": int(self.repetitions),
+            "samples": samples_size(self.joints) * self.repetitions,
+            "adopted": int(self.adopts),
         }
 
     def offsets(self) -> tuple[dict[str, int], int]:

@@ -133,6 +133,7 @@ def _window_of(state, row, params, scratch, event_buffer):
     plan, at = state.plan, state.at
     places = plan.capacity + 2
     counted = 0 if plan.offline == 1 else places
+    repetitions = at.adopted if plan.adopts == 1 else at.counted
     return Window(
         plan,
         state.clock,
@@ -150,7 +151,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         Verdicts(
             state.verdicts,
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
-            part(row, at.counted, HEADER, (plan.evidence,)),
+            part(row, repetitions, HEADER, (plan.evidence,)),
         ),
         part(row, at.keys, KEY, (places,)),
         part(row, at.order, np.int64, (places,)),

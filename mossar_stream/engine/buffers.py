@@ -47,7 +47,7 @@ class Buffers:
     def __init__(self, plan: Plan) -> None:
         self.scratch = new_scratch(plan.shape)
         self.events = new_event_buffer(plan.most_events + BATCH)
-        self.for_looks = new_room(plan.shape.padded_joints * plan.shape.counts), np.zeros(1, SCRATCH)
+        self.for_looks = new_room(plan.shape.padded_joints * plan.shape.repetitions), np.zeros(1, SCRATCH)
         self.for_run = self.scratch, self.events, plan.most_events
         self._view = memoryview(self.events)  # type: ignore[arg-type]
         self.guard = Guard()

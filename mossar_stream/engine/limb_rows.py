@@ -62,7 +62,7 @@ def advance_limbs(
     events = part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,))
     whole = part(body[0], 0, ROW, (1,))[0]
     clock = whole.clock
-    counted = part(body[0], whole.at.counted, HEADER, (whole.plan.evidence,))
+    counted = part(body[0], whole.at.counted, HEADER, (whole.plan.repetitions,))
     times[0] = clock.taken_time
     _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame)
     for i in range(head.limbs):
@@ -75,8 +75,8 @@ def advance_limbs(
         if events[0].row + state.plan.most_events >= len(events):
             return i
         own = part(block, limb.frame, np.float32, (1, limb.joints, 3))
-        if state.plan.evidence == 1:
-            _follow(part(block, limb.row + state.at.counted, HEADER, (1,))[0], counted[0])
+        if state.plan.adopts == 1:
+            _follow(part(block, limb.row + state.at.adopted, HEADER, (1,))[0], counted[0])
         code = advance_by_name(row, OWN_ROW, params[i : i + 1], own, times)
         if code == ONE_HAPPENED:
             before = events[0].row
@@ -118,7 +118,6 @@ class LimbRows:
     Args:
         rows: One for each limb; they lie in the block from now on.
         joints: Of the performer, of each limb; a negative one is set by the caller.
-        channels: What the events of each limb call it.
 
     Attributes:
         block: Bytes.
@@ -127,7 +126,7 @@ class LimbRows:
         views: The same of each limb, (1, joints, 3).
     """
 
-    def __init__(self, rows: Sequence[Row], joints: Sequence[Sequence[int]], channels: Sequence[str]) -> None:
+    def __init__(self, rows: Sequence[Row], joints: Sequence[Sequence[int]]) -> None:
         order = [joint for own in joints for joint in own]
         sizes = [LINE, *(row.plan.row_bytes for row in rows), LIMB.itemsize * len(rows), 8 * len(order), 8]
         at = np.concatenate([[0], np.cumsum(sizes)]).tolist()
@@ -145,7 +144,7 @@ class LimbRows:
             count, size = len(joints[i]), row.plan.row_bytes
             limbs[i] = at[i + 1], size, frame + 12 * (end - count), count
             place = self.block[at[i + 1] : at[i + 1] + size].reshape(1, size)
-            row.move_to(place, self._buffers, channels[i])
+            row.move_to(place, self._buffers)
         self._places = [row.memory for row in rows]
         self._sources = {i: row.pool.sources[0] for i, row in enumerate(rows)}
 

@@ -35,6 +35,7 @@ class Plan:
         settings: As the user gave them.
         fps: Nominal rate, Hz, or None.
         ring: Places in the velocity ring; None to follow from the rate.
+        channel: The body's, or of a limb.
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
         history: Poses kept, if not what the settings call for.
@@ -47,6 +48,7 @@ class Plan:
         fps: float | None = None,
         ring: int | None = None,
         *,
+        channel: str = BODY,
         window: int | None = None,
         history: int | None = None,
         offline: bool = False,
@@ -57,6 +59,7 @@ class Plan:
         if resolved.range == "file":
             raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
         self.fps = fps
+        self.channel = channel
         self.offline = offline
         self.center = skeleton.root if resolved.center == "root" else -1
         joints = len(skeleton)
@@ -77,7 +80,8 @@ class Plan:
             history=history or pose_history.history_size(kept),
             counted=not offline,
             evidence=resolved.similarity == "evidence",
-            counts=resolved.similarity == "evidence" or resolved.repetitions,
+            repetitions=resolved.repetitions or (resolved.similarity == "evidence" and channel == BODY),
+            adopts=resolved.similarity == "evidence" and channel != BODY,
         )
 
     @property
@@ -115,6 +119,7 @@ class Plan:
             and (mine.window, mine.smoothing, mine.range, mine.tempo)
             == (theirs.window, theirs.smoothing, theirs.range, theirs.tempo)
             and mine.rate_limit == theirs.rate_limit
+            and mine.repetitions == theirs.repetitions
         )
 
     def _values(self) -> dict[str, float]:
@@ -163,19 +168,19 @@ class Plan:
             "post_roll": chosen.post_roll,
             "tempo": chosen.tempo,
             "evidence": shape.evidence,
-            "counts": shape.counts,
+            "repetitions": shape.repetitions,
+            "adopts": shape.adopts,
             "facts": similarity.facts_at(chosen, self.params),
             "shared": chosen.similarity == "likelihood",
             "offline": self.offline,
         }
 
-    def prepare(self, row: NDArray[np.uint8], index: int, channel: str = BODY) -> None:
+    def prepare(self, row: NDArray[np.uint8], index: int) -> None:
         """Fill in the part of a row that does not change while frames come in.
 
         Args:
             row: Bytes of the row; zeros, or a row of the same plan.
             index: Its place in the pool.
-            channel: The body's, or of a limb.
         """
         state = records(row)
         state["clock"]["row"] = index
@@ -184,13 +189,9 @@ class Plan:
             state["plan"][name] = values[name]
         for name, offset in self.shape.offsets()[0].items():
             state["at"][name] = offset
-        self.prepare_counting(row, channel)
-
-    def prepare_counting(self, row: NDArray[np.uint8], channel: str) -> None:
-        """Fill in what the counting of repetitions needs: of the body, or of a limb."""
-        for header in region(row, self.shape, "counted"):
-            prepare_counting(header, self.skeleton, math.inf, channel)
-            header["own"] = channel == BODY
+        for name in ("counted", "adopted"):
+            for header in region(row, self.shape, name):
+                prepare_counting(header, self.skeleton, self.channel)
 
     def new_memory(self, count: int) -> NDArray[np.uint8]:
         """Return memory for so many rows, (count, row_bytes), not prepared."""
@@ -210,6 +211,7 @@ class Plan:
             self.given,
             self.fps,
             ring * self.shape.ring,
+            channel=self.channel,
             window=window * self.shape.window,
             history=self.shape.history,
             offline=self.offline,

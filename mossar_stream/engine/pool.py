@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.row import ROW, ROW_BYTES, records, region
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
-from mossar_stream.events import BODY, Event
+from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import Source
 from mossar_stream.repetitions.counting import look
 from mossar_stream.repetitions.state import adopt_counted
@@ -26,12 +26,10 @@ class Pool:
         plan: How the rows are laid out.
         buffers: May be shared with other pools of the plan, if they are used one after the other.
         memory: (n, row) bytes.
-        channel: Of the events of all rows: the body's, or of a limb.
     """
 
-    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8], channel: str = BODY) -> None:
+    def __init__(self, plan: Plan, buffers: Buffers, memory: NDArray[np.uint8]) -> None:
         self.plan = plan
-        self.channel = channel
         self.buffers = buffers
         self.memory = memory
         self.is_open = memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]["open"]
@@ -50,8 +48,8 @@ class Pool:
         if index in self._used:
             self.memory[index] = 0
         self._used.add(index)
-        self.plan.prepare(self.memory[index], index, self.channel)
-        self.sources[index] = Source(name, self.channel, self.plan.skeleton.names)
+        self.plan.prepare(self.memory[index], index)
+        self.sources[index] = Source(name, self.plan.channel, self.plan.skeleton.names)
         return Row(self, index)
 
     def free(self, index: int) -> None:
@@ -79,8 +77,9 @@ class Row:
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         taken_time: (1,) s, `clock["taken_time"]`.
-        counted: HEADER of the performer's repetitions; empty unless they are counted.
-        samples: float32, of them.
+        counted: (1,) HEADER of repetitions, and float32 samples; empty unless they are counted here.
+        samples: The latter.
+        adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         telling: What is told of them; None if nobody asks for it.
         is_live: Whether the take that is open has been told of.
@@ -109,21 +108,22 @@ class Row:
         self.last_time, self.taken_time = clock["time"], clock["taken_time"]
         self.counted = region(self.memory[0], self.plan.shape, "counted")
         self.samples = region(self.memory[0], self.plan.shape, "samples")
+        self.adopted = region(self.memory[0], self.plan.shape, "adopted")
         self._renew_telling()
         self.look()
         self.indices = np.array([index])
 
     def _renew_telling(self) -> None:
         """Tell of what is counted in the row, if the settings call for it; go on if it is so already."""
-        if self.plan.given.repetitions and self.pool.channel == BODY:
-            self.telling = self.telling or Telling(self.plan.skeleton, self.name)
+        if self.plan.given.repetitions:
+            self.telling = self.telling or Telling(self.plan.skeleton, self.name, self.plan.channel)
             self.telling.look_into(self.counted)
         else:
             self.telling = None
 
     def look_at_repetitions(self, time: float = math.inf) -> list[Event]:
         """Look at what was repeated as often as is due before a frame, s, once more if the take ends; return what to say."""
-        if not (len(self.counted) and self.counted["own"][0]):
+        if not len(self.counted):
             return []
         changed = look(self.counted, self.samples, *self.pool.buffers.for_looks, time)
         if self.looks is not None:
@@ -132,8 +132,8 @@ class Row:
 
     def adopt_repetitions(self, counted: NDArray[np.void]) -> None:
         """Let a limb know what is counted of its body, `counted` of the body's row."""
-        if len(self.counted):
-            adopt_counted(self.counted, counted)
+        if len(self.adopted):
+            adopt_counted(self.adopted, counted)
 
     def look(self) -> None:
         """Take note of what is in the row."""
@@ -159,8 +159,7 @@ class Row:
     def replan(self, plan: Plan) -> None:
         """Go on with another plan for rows that are laid out the same."""
         self.plan = plan
-        plan.prepare(self.memory[0], self.index, self.pool.channel)
-        self._renew_telling()
+        plan.prepare(self.memory[0], self.index)
 
     def restart(self, plan: Plan) -> None:
         """Begin in a row of another plan, but count takes and frames on."""
@@ -183,19 +182,18 @@ class Row:
 
     def _leave_for(self, plan: Plan) -> None:
         self.release()
-        other = pool_of_one(plan, self.name, channel=self.pool.channel)
+        other = pool_of_one(plan, self.name)
         other.pool.buffers.guard = self.guard  # the thread that is in stays in
         self._enter(other.pool, other.index)
 
-    def move_to(self, memory: NDArray[np.uint8], buffers: Buffers, channel: str) -> None:
+    def move_to(self, memory: NDArray[np.uint8], buffers: Buffers) -> None:
         """Go on in other memory of the same length, (1, row) bytes, with other buffers, which are large enough."""
         content, is_live = self.memory[0].copy(), self.is_live
         self.release()
-        pool = Pool(self.plan, buffers, memory, channel)
+        pool = Pool(self.plan, buffers, memory)
         self._enter(pool, pool.allocate(self.name).index)
         self.memory[0] = content
         self.clock["row"] = self.index
-        self.plan.prepare_counting(self.memory[0], channel)
         self.look()
         self.is_live = is_live
 
@@ -204,16 +202,15 @@ class Row:
         self.pool.free(self.index)
 
 
-def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None, channel: str = BODY) -> Row:
+def pool_of_one(plan: Plan, name: str, content: NDArray[np.uint8] | None = None) -> Row:
     """Return the row of a performer who has a pool for itself.
 
     Args:
         plan: How the row is laid out.
         name: The performer's.
         content: Bytes of such a row that there is already.
-        channel: Of its events.
     """
-    row = Pool(plan, Buffers(plan), plan.new_memory(1), channel).allocate(name)
+    row = Pool(plan, Buffers(plan), plan.new_memory(1)).allocate(name)
     if content is not None:
         row.memory[0] = content
         row.look()

@@ -15,7 +15,7 @@ from mossar_stream.algorithm.row import records
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 from mossar_stream.frames import constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
@@ -93,13 +93,14 @@ def pack_snapshot(
 
 
 def unpack_snapshot(
-    blob: bytes, moves: Moves | None = None
+    blob: bytes, moves: Moves | None = None, channel: str = BODY
 ) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
     """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
 
     Args:
         blob: The snapshot.
         moves: For one that was made without them.
+        channel: The body's, or of a limb.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -113,7 +114,7 @@ def unpack_snapshot(
         raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
     try:
         content = msgspec.msgpack.decode(body, type=_Content)
-        plan = Plan(content.skeleton, content.settings, content.fps, content.ring)
+        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, channel=channel)
         if content.fps is not None:
             constant_times(0, content.fps)
         level = plan.strength(content.settings.replace(level=content.level).level)

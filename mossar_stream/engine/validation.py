@@ -4,15 +4,12 @@ Compiled code does not check its indices. A row from a snapshot is therefore loo
 it: whatever is used as an index must point into the row. Numbers that are only calculated with may be anything.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.algorithm.window import NOT_KEPT
 from mossar_stream.engine.plan import Plan
-from mossar_stream.events import BODY
 from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
 from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
@@ -61,11 +58,13 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     if not np.abs(origin).max() <= FARTHEST:
         return False
     prepared = np.zeros(1, HEADER)[0]
-    prepare(prepared, plan.skeleton, math.inf, BODY)
+    prepare(prepared, plan.skeleton, plan.channel)
     for own in region(row, shape, "counted"):
         follows = own["begun"] == 1 and own["latest"] == state["clock"]["taken_time"]
         if not (follows and counting_is_sound(own, prepared)):
             return False
+    if not all(counting_is_sound(header, prepared) for header in region(row, shape, "adopted")):
+        return False
     live = region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
     if not np.isin(live, (0.0, 1.0)).all():
         return False

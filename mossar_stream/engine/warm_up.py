@@ -53,7 +53,7 @@ def warm_up(plan: Plan) -> None:
     if plan.settings.similarity not in _ready:
         _warm_up_steps(plan)
         _ready.add(plan.settings.similarity)
-    if plan.shape.counts:
+    if plan.shape.repetitions:
         _warm_up_looks()
 
 

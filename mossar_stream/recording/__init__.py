@@ -37,7 +37,6 @@ from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, 
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
-from mossar_stream.repetitions.counter import count_recording
 from mossar_stream.repetitions.telling import as_said_last
 from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings, settings_or_default
@@ -283,9 +282,6 @@ def _segmented(
         limbs[limb.name] = _segmented(
             seen, moments, limb.skeleton, own, fps, curves=curves, channel=limb.name, looks=row.looks or ()
         )
-        if chosen.repetitions:
-            counted = count_recording(limb.skeleton, seen, moments, chosen.max_pause, limb.name)
-            limbs[limb.name].repetitions = counted
     row.looks = None
     result = Result(row, states, found, limbs)
     result.repetitions = as_said_last(told)
@@ -363,8 +359,8 @@ def _new_row(
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
     history = min(history_size(seconds), history_size(len(times) * SPACING))
-    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, offline=True)
-    return pool_of_one(plan, "p1", channel=channel)
+    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, channel=channel, offline=True)
+    return pool_of_one(plan, "p1")
 
 
 def _whole_range(

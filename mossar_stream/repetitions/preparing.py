@@ -14,19 +14,17 @@ FARTHEST = 2**48  # samples; no take is as long
 MOST_LATE = 2 * STRIDE  # samples
 
 
-def prepare(header: np.void, skeleton: Skeleton, max_pause: float, channel: str) -> None:
+def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
     """Fill in what does not change while frames come in.
 
     Args:
         header: `HEADER` record.
         skeleton: The performer's joints.
-        max_pause: s, after which a take ends.
         channel: The body's, or of a limb. The way of the root is part of the body's posture, not of a limb's, and small
             swings of limbs are not counted: they sway along with what the body does.
     """
     header["joints"], header["root"] = len(skeleton), max(skeleton.root, 0)
-    header["own"] = 1
-    header["max_pause"], header["travels"] = max_pause, int(channel == BODY)
+    header["travels"] = int(channel == BODY)
     header["least"] = 0.0 if channel == BODY else LEAST_SWING
     chains = chains_of(skeleton)[:CHAINS]
     header["chains"] = len(chains)

@@ -8,14 +8,14 @@ import math
 
 import numpy as np
 
-from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
-from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES, begin, kept_views
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
-NOTHING, CHANGED, TAKE_ENDS, LOOK_DUE = range(4)  # why no more frames were taken
 SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
 
 
+@kernel
 def next_wanted(origin, time):
     """Return from when on the next frame is taken after one that was: `FRAMES` in a sample, evenly spread.
 
@@ -24,40 +24,6 @@ def next_wanted(origin, time):
         time: Of the frame, s.
     """
     return origin + (math.floor((time - origin) * (RATE * FRAMES) + ROUNDING) + 1) / (RATE * FRAMES) - EARLY
-
-
-next_frame_wanted = kernel(next_wanted)
-
-
-@entry_point(makes_arrays=False)
-def count_frames(headers, memory, positions, times, first):
-    """Take frames in, up to a look that is due or the end of the take.
-
-    Args:
-        headers: (1,) `HEADER`.
-        memory: See `Kept`.
-        positions: (n, J, 3) float32, m.
-        times: (n,) float64, s.
-        first: The first frame to take.
-
-    Returns:
-        The first frame that was not taken, and one of NOTHING, TAKE_ENDS and LOOK_DUE (before that frame).
-    """
-    header = headers[0]
-    samples = kept_views(memory, header.joints)
-    for i in range(first, len(times)):
-        if not np.isfinite(times[i]):
-            continue
-        if header.begun == 0:
-            begin(header, samples, times[i])
-        elif abs(times[i] - header.latest) > header.max_pause:
-            return i, TAKE_ENDS
-        elif times[i] <= header.latest:
-            continue
-        if times[i] >= header.due:
-            return i, LOOK_DUE
-        take_frame(header, samples, positions[i], times[i])
-    return len(times), NOTHING
 
 
 @inline_kernel
@@ -75,7 +41,7 @@ def take_frame(header, samples, position, time):
         close_sample(header, samples)
     header.latest = time
     if time >= header.wanted:
-        header.wanted = next_frame_wanted(header.origin, time)
+        header.wanted = next_wanted(header.origin, time)
         take_pose(header, samples, position)
 
 

@@ -51,9 +51,7 @@ HEADER = np.dtype(
         ("joints", "i8"),
         ("root", "i8"),
         ("travels", "i8"),  # 1 if the root's own path is part of the posture
-        ("own", "i8"),  # 1 if frames are counted here; a limb's row has what its body's row counts
         ("least", "f8"),  # m, rms over joints: what swings by less is not counted
-        ("max_pause", "f8"),  # s
         ("chains", "i8"),  # how many there are
         ("chain", "i8", (CHAINS, 3)),  # joints: the end of one bone, what both share, the end of the other
         ("begun", "i8"),  # 1 after the first frame of a take
@@ -102,9 +100,7 @@ GIVEN = (
     "joints",
     "root",
     "travels",
-    "own",
     "least",
-    "max_pause",
     "chains",
     "chain",
 )  # with the skeleton, for all takes
@@ -211,6 +207,12 @@ def begin(header, samples, time):
     samples.axes[:] = 0.0
     samples.home[:] = 0.0
     samples.pose[:] = np.nan
+
+
+@kernel
+def forget_counted(header):
+    """Forget what was adopted, as a take begins."""
+    header.clear = header.cycles = header.looked = 0
 
 
 @kernel

@@ -83,9 +83,8 @@ class Telling:
         """Return what to say after a look that changed something: repetitions withdrawn, then those new or changed."""
         clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
         total = dropped + cycles if clear else 0
-        first = dropped + max(0, min(changed, self._told - dropped))
         events = [self._event(take, number, "withdrawn") for number in range(self._told, total, -1)]
-        events += [self._event(take, number, "counted") for number in range(first + 1, total + 1)]
+        events += [self._event(take, number, "counted") for number in range(dropped + changed + 1, total + 1)]
         self._told = total
         for number in [number for number in self._revisions if number <= dropped]:
             del self._revisions[number]

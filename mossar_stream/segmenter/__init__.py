@@ -14,7 +14,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
@@ -213,8 +213,8 @@ class Segmenter:
         """Change settings while running, and return the events of the take that this ends.
 
         A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity,
-        features and the like, or a named level that brings others), or the tempo, which is known only to those who
-        followed it from the start, ends the take, and the next push starts a new one.
+        features and the like, or a named level that brings others), whether repetitions are counted, or the tempo,
+        which is known only to those who followed it from the start, ends the take, and the next push starts a new one.
 
         Args:
             **changes: Fields of `Settings`.
@@ -230,7 +230,7 @@ class Segmenter:
         level = before.given.replace(level=changes.pop("level", self._level)).level
         given = before.given.replace(**changes).at_level(level)
         groups_of(self.skeleton, given.limbs)  # or nothing is changed
-        return Plan(self.skeleton, given, before.fps, before.shape.ring), level
+        return Plan(self.skeleton, given, before.fps, before.shape.ring, channel=before.channel), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `planned` returned, and return the events of the take that this ends."""
@@ -377,23 +377,23 @@ class Segmenter:
         return cls._restored(blob, moves)
 
     @classmethod
-    def _restored(cls, blob: bytes, moves: Moves | None = None, *, is_limb: bool = False) -> "Segmenter":
-        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, moves)
-        if is_limb and plan.given.limbs:
+    def _restored(cls, blob: bytes, moves: Moves | None = None, *, channel: str = BODY) -> "Segmenter":
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, moves, channel)
+        if channel != BODY and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)
         row.pending = pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001
-        segmenter._followers.restore(row, known, lambda limb: cls._restored(limb, is_limb=True))  # noqa: SLF001
+        segmenter._followers.restore(row, known, lambda limb, channel: cls._restored(limb, channel=channel))  # noqa: SLF001
         return segmenter
 
 
 def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs:
     """Return limbs of the performer of a row, as settings call for them."""
 
-    def new_segmenter(skeleton: Skeleton, own: Settings) -> Segmenter:
-        plan = Plan(skeleton, own, row.plan.fps)
+    def new_segmenter(skeleton: Skeleton, own: Settings, channel: str) -> Segmenter:
+        plan = Plan(skeleton, own, row.plan.fps, channel=channel)
         return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, row.name))
 
     return Limbs(row, settings, new_segmenter)

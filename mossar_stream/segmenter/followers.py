@@ -75,7 +75,7 @@ class Followers:
                 self.limbs.release()
             self._renew_limbs(row)
         elif self.limbs is not None:
-            events += self.limbs.change(given)
+            self.limbs.change(given)
         self._choose()
         return events
 
@@ -83,7 +83,7 @@ class Followers:
         """Choose what `hold` does; asking at each frame would take longer than most frames do."""
         limbs, recognition = self.limbs, self.recognition
         self.hold: Hold = _hold_nothing
-        if self._tells_phase or (limbs is not None and limbs.count):
+        if self._tells_phase:
             return
         if limbs is not None:
             self.hold = limbs.hold if recognition is None else self._hold_both
@@ -108,10 +108,10 @@ class Followers:
         recognition, limbs = self._recognition, self.limbs
         if self._tells_phase or limbs is None:
             return self.push(row, position, time)
-        if recognition is not None:
-            was_asked = not limbs.count and limbs.hold(position, seconds)
-            if was_asked or not recognition.hold(position, seconds):
-                return self._push_and_recognise(recognition, row, position, time, None)
+        if recognition is not None and (
+            limbs.hold(position, seconds) or not recognition.hold(position, seconds)
+        ):
+            return self._push_and_recognise(recognition, row, position, time, None)
         body = engine.push_frame(row, position, time)
         if body is None:
             return self._push_limbs(limbs, row, position, time, None)
@@ -235,13 +235,13 @@ class Followers:
             limbs=() if self.limbs is None else self.limbs.snapshot(),
         )
 
-    def restore(self, row: Row, known: Following, restored: Callable[[bytes], LimbSegmenter]) -> None:
+    def restore(self, row: Row, known: Following, restored: Callable[[bytes, str], LimbSegmenter]) -> None:
         """Go on where a snapshot was made; the recognition is there already.
 
         Args:
             row: The performer's, restored.
             known: What `snapshot` returned.
-            restored: Returns the segmenter of a limb's snapshot.
+            restored: Returns the segmenter of a limb's snapshot, and its channel.
 
         Raises:
             SnapshotError: If it is damaged, or of other settings.

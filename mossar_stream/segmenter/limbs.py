@@ -13,9 +13,8 @@ from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.engine.limb_rows import LimbRows
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event, KeyFrameEvent, SegmentEvent, StreamEvent
+from mossar_stream.events import Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, mean_of
-from mossar_stream.repetitions.counter import RepetitionCounter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -43,12 +42,12 @@ class LimbSegmenter(Protocol):
 
 
 KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
-NewSegmenter = Callable[[Skeleton, Settings], LimbSegmenter]
+NewSegmenter = Callable[[Skeleton, Settings, str], LimbSegmenter]
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
     """Return the settings by which limbs are segmented, given those of the body."""
-    return settings.replace(limbs=False, repetitions=False, phase=False, center="root")
+    return settings.replace(limbs=False, phase=False, center="root")
 
 
 class Limbs:
@@ -60,7 +59,7 @@ class Limbs:
     Args:
         body: The performer's row.
         settings: Of the performer; `limbs` says which.
-        new_segmenter: Returns a segmenter for a limb's skeleton with settings.
+        new_segmenter: Returns a segmenter for a limb's skeleton with settings, and its channel.
 
     Raises:
         FrameError: See `groups_of`.
@@ -70,9 +69,7 @@ class Limbs:
         self._body = body
         self._groups = groups_of(body.plan.skeleton, settings.limbs)
         own = settings_of_limbs(settings)
-        self._segmenters = [new_segmenter(limb.skeleton, own) for limb in self._groups]
-        self._counters: list[RepetitionCounter] = []  # one for each, or none
-        self._renew_counters(settings)
+        self._segmenters = [new_segmenter(limb.skeleton, own, limb.name) for limb in self._groups]
         by_joint = limbs_by_joint(self._groups)
         # The same joints lead again and again, and a segment is told of several times.
         self._leading = functools.lru_cache(KNOWN_LEADERS)(lambda joints: leading_limb(joints, by_joint))
@@ -86,28 +83,12 @@ class Limbs:
         self._rows = LimbRows(
             [segmenter.row for segmenter in self._segmenters],
             [limb.joints for limb in self._groups],
-            self.names,
         )
         self._rows.warm_up(self._body)
         # Whether all limbs are in takes that go on, and nothing waits for their next frame;
         self._goes_on = False
         self._taken = 0.0  # if so: when the body, and so they, took the last frame in, s,
         self._spacing = 0.0  # and by how much later the next one comes at least, s
-
-    def _renew_counters(self, settings: Settings) -> None:
-        self._counters_of = (settings.repetitions, settings.max_pause)
-        self._counters = [
-            RepetitionCounter(
-                limb.skeleton, own.performer, int(own.row.clock["take"]), settings.max_pause, limb.name
-            )
-            for limb, own in zip(self._groups, self._segmenters, strict=True)
-            if settings.repetitions
-        ]
-
-    @property
-    def count(self) -> bool:
-        """Whether repetitions of limbs are counted, which needs all frames."""
-        return bool(self._counters)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -153,22 +134,20 @@ class Limbs:
         """
         goes_on, taken = self._goes_on, float(self._body.taken_time[0])
         is_new = taken != self._taken
-        if goes_on and not is_new and not self._counters:
+        if goes_on and not is_new:
             return []
-        if not (goes_on and is_new):
+        if not goes_on:
             np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
             self._rows.frame[0, self._means] = mean_of(positions)
         events: list[Event] = []
         if not goes_on:
             events = self._push_apart(time, first_frame)
-        elif is_new:
+        else:
             self._taken = taken
             done, events = self._rows.advance(positions, self._body)
             if done < len(self._segmenters):
                 events += self._push_apart(time, None, done)
-        for counter, view in zip(self._counters, self._rows.views, strict=False):
-            events += counter.push(view, time)
         return events
 
     def _push_apart(self, time: NDArray[np.float64], first_frame: int | None, begin: int = 0) -> list[Event]:
@@ -184,9 +163,7 @@ class Limbs:
                 row.adopt_repetitions(self._body.counted)
             events += _told(engine.push_short(row, view, time, first_frame))
         if not self._rows.holds(rows):
-            frame = self._rows.frame
             self._lay()
-            self._rows.frame[:] = frame  # repetitions are counted in it, too
         self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in rows)
         self._taken, self._spacing = float(self._body.taken_time[0]), self._body.plan.spacing
         return events
@@ -203,14 +180,12 @@ class Limbs:
     def end_take(self) -> list[Event]:
         """End the take of all limbs."""
         self.stop()
-        counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
-        return counted + [event for own in self._segmenters for event in _told(own.end_take())]
+        return [event for own in self._segmenters for event in _told(own.end_take())]
 
     def reset(self) -> list[Event]:
         """End the take of all limbs, and forget their ranges."""
         self.stop()
-        counted: list[Event] = [event for counter in self._counters for event in counter.end_take()]
-        return counted + [event for own in self._segmenters for event in _told(own.reset())]
+        return [event for own in self._segmenters for event in _told(own.reset())]
 
     def set_level(self, level: LevelName | float) -> None:
         """Move the level of all limbs."""
@@ -218,26 +193,19 @@ class Limbs:
         for segmenter in self._segmenters:
             segmenter.level = level
 
-    def change(self, settings: Settings) -> list[Event]:
-        """Go on with other settings of the performer, which leave the limbs as they are; return what that ends."""
+    def change(self, settings: Settings) -> None:
+        """Go on with other settings of the performer, which leave the limbs as they are; no take of theirs is ended by them alone."""
         self.stop()
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
         if not self._rows.holds([segmenter.row for segmenter in self._segmenters]):
             self._lay()
-        if self._counters_of == (settings.repetitions, settings.max_pause):
-            return []
-        ended: list[Event] = [event for counter in self._counters for event in counter.end_take()]
-        self._renew_counters(settings)
-        return ended
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes on from those of the body; see `Segmenter.counts`."""
         for segmenter in self._segmenters:
             segmenter.carry_on(counts)
-        for counter in self._counters:
-            counter.take = counts["take"]
 
     def join(self, take: int, frame: int) -> None:
         """Come in while a take of the body is open.
@@ -249,8 +217,6 @@ class Limbs:
         for segmenter in self._segmenters:
             segmenter.row.clock["take"] = take  # no take is open
             segmenter.row.clock["next_frame"] = frame
-        for counter in self._counters:
-            counter.take = take
 
     def release(self) -> None:
         """Give the rows back that the state lies in."""
@@ -260,23 +226,21 @@ class Limbs:
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
         self.stop()
-        limbs = [segmenter.snapshot() for segmenter in self._segmenters]
-        return (*limbs, *(counter.snapshot() for counter in self._counters))
+        return tuple(segmenter.snapshot() for segmenter in self._segmenters)
 
-    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes], LimbSegmenter]) -> None:
+    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes, str], LimbSegmenter]) -> None:
         """Go on where the limbs of a snapshot were.
 
         Args:
-            blobs: One snapshot for each limb, then one of each one's repetitions if they are counted.
-            restored: Returns the segmenter of a snapshot.
+            blobs: One snapshot for each limb.
+            restored: Returns the segmenter of a snapshot of a channel.
 
         Raises:
             SnapshotError: If they are damaged or not those of these limbs.
         """
-        limbs = len(self._segmenters)
-        if len(blobs) != limbs + len(self._counters):
+        if len(blobs) != len(self._segmenters):
             raise SnapshotError("the snapshot's limbs are not those of its settings")
-        found = [restored(blob) for blob in blobs[:limbs]]
+        found = [restored(blob, name) for blob, name in zip(blobs, self.names, strict=True)]
         same = all(
             (one.skeleton, one.performer, one.row.plan.given)
             == (own.skeleton, own.performer, own.row.plan.given)
@@ -286,13 +250,11 @@ class Limbs:
             raise SnapshotError("the snapshot's limbs are not those of its settings")
         self._segmenters = found
         self._lay()
-        for counter, blob in zip(self._counters, blobs[limbs:], strict=True):
-            counter.restore(blob)
 
 
 def _told(events: list[Event]) -> list[Event]:
-    """Return what is said of a limb: its key frames and segments."""
-    return [event for event in events if isinstance(event, KeyFrameEvent | SegmentEvent)]
+    """Return what is said of a limb: its key frames, segments and repetitions."""
+    return [event for event in events if isinstance(event, KeyFrameEvent | SegmentEvent | RepetitionEvent)]
 
 
 def together(body: list[Event], limbs: list[Event]) -> list[Event]:

@@ -19,7 +19,7 @@ from mossar_stream import (
     segment_recording,
     to_json,
 )
-from mossar_stream.repetitions.counter import count_recording
+from mossar_stream.repetitions.telling import as_said_last
 from mossar_tools.evaluation.matching import Cut, match
 
 SHARED = Path(__file__).parents[3].parent / "shared/data/labelled"
@@ -219,7 +219,7 @@ def test_chunks_do_not_matter(size: int) -> None:
 def test_a_gap_of_a_year_is_passed_over() -> None:
     positions, times = raises([1.2] * 6)
     late = times + np.where(times > 5.0, 3e7, 0.0)
-    found = count_recording(SKELETON, positions, late, np.inf)
+    found = segment_recording(positions, 30, SKELETON, COUNTING, times=late).repetitions
     assert 4 <= len(found) <= 6
     assert all(event.end - event.start < 3.0 for event in found if event.end and event.start)
 
@@ -227,9 +227,8 @@ def test_a_gap_of_a_year_is_passed_over() -> None:
 def test_who_stands_before_a_noisy_sensor_repeats_nothing() -> None:
     shown = performance(1, fps=30.0, noise=0.005, seconds=20, moves=("stand:40",))
     positions = np.asarray(shown.frames.positions, np.float32)
-    times = np.arange(len(positions)) / 30.0
-    assert len(times) == 600
-    assert count_recording(shown.skeleton, positions, times, 1.0) == []
+    assert len(positions) == 600
+    assert segment_recording(positions, 30, shown.skeleton, COUNTING).repetitions == []
 
 
 def test_key_frames_and_segments_are_the_same_with_and_without() -> None:
@@ -347,7 +346,8 @@ def test_exercises_are_counted(folder: str, least_near: float, most_error: float
         take = np.load(path.parent / labels["recording"])
         skeleton = Skeleton(tuple(map(str, take["joint_names"])), tuple(map(int, take["parents"])))
         positions, fps = np.asarray(take["positions"], np.float32), float(take["fps"])
-        events = count_recording(skeleton, positions, np.arange(len(positions)) / fps, 1.0)
+        segmenter = Segmenter(skeleton, COUNTING, fps=fps)
+        events = as_said_last(segmenter.push(positions) + segmenter.end_take())
         errors.append(abs(len(events) - labels["repetitions"]))
         shares.append(errors[-1] / labels["repetitions"])
         cuts = [Cut(*(frame / fps for frame in cut)) for cut in labels["cuts"]]
