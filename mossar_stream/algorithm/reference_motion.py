@@ -1,8 +1,8 @@
 """The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
 
 Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `verdicts.py` and
-`noise.py`; constants are theirs, the rest is written anew, but for the counting of repetitions. All joints must be there
-in all frames.
+`noise.py`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints must be there in all
+frames.
 """
 
 import math
@@ -18,12 +18,8 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm import facts, pose_history, scales, verdicts
 from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
-from mossar_stream.engine import engine
-from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import pool_of_one
 from mossar_stream.repetitions.state import RATE, STRIDE
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
-from mossar_stream.settings import Settings
 from mossar_stream.similarity import evidence
 from mossar_stream.skeleton import Skeleton
 
@@ -70,9 +66,12 @@ class Motion:
         positions: (n, J, 3) m.
         fps: Hz.
         skeleton: Their joints.
+        counted: What was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s.
     """
 
-    def __init__(self, positions: Array, fps: float, skeleton: Skeleton) -> None:
+    def __init__(
+        self, positions: Array, fps: float, skeleton: Skeleton, counted: tuple[Array, list[Array]]
+    ) -> None:
         root = skeleton.root
         self.taken = taken_frames(np.arange(len(positions)) / fps)
         taken = np.asarray(positions, dtype=np.float64)[self.taken]
@@ -89,7 +88,7 @@ class Motion:
         self.extent, self.away = surroundings(self)
         self.sums = _sums(self)
         self.candidates = list(self._candidates())
-        self.counted = bouts(np.asarray(positions)[self.taken], self.times, skeleton)
+        self.counted = counted
         self._known: dict[tuple[int, int, int], list[float] | None] = {}
 
     def _candidates(self) -> Iterator[Candidate]:
@@ -377,30 +376,3 @@ def _sums(motion: Motion) -> list[Array]:
     values = [np.ones(len(motion.dt)), motion.poses, motion.poses**2, log_speeds, log_speeds**2]
     weighted = [value * motion.dt.reshape(-1, *[1] * (value.ndim - 1)) for value in values]
     return [np.cumsum(np.concatenate([np.zeros_like(value[:1]), value]), axis=0) for value in weighted]
-
-
-def bouts(positions: Array, times: Array, skeleton: Skeleton) -> tuple[Array, list[Array]]:
-    """Return what was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s."""
-    row = pool_of_one(Plan(skeleton, Settings(level="posture", repetitions=True), offline=True), "p1")
-    row.looks = []
-    engine.push(row, positions.astype(np.float32), times)
-    row.look_at_repetitions()
-    since, counted = zip(*row.looks, strict=True)
-    return np.array([times[0], *since]), [np.zeros((0, 3)), *map(_table, counted)]
-
-
-def _table(headers: NDArray[np.void]) -> Array:
-    """Return (n, 3) begin, end and period of the repetitions that were counted, s."""
-    header = headers[0]
-    if not header["clear"]:
-        return np.zeros((0, 3))
-    begins, ends, periods = (
-        header["cycle"][: header["cycles"]][name] for name in ("begins", "ends", "period")
-    )
-    periods = np.where(np.isnan(periods), ends - begins, periods)
-    table: Array = np.stack([begins, ends, periods], axis=1) / RATE + [
-        header["origin"],
-        header["origin"],
-        0.0,
-    ]
-    return table

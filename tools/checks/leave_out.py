@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from mossar_stream.algorithm.reference_motion import IN_FORCE, Motion, Weights, without_gaps
+from mossar_stream.recording.counted import counted_by
 from mossar_tools.console import Console
 from mossar_tools.evaluation.matching import Cut, match
 from mossar_tools.evaluation.takes import Take, load_folder
@@ -65,10 +66,11 @@ def _f1(motion: Motion, take: Take, weights: Weights) -> float:
 
 def prepare(takes: Sequence[Take]) -> Set:
     """Return a set whose evidence is computed, which does not depend on weights."""
-    motions = [
-        Motion(without_gaps(take.positions), take.fps, take.skeleton)  # type: ignore[arg-type]
-        for take in takes
-    ]
+    motions = []
+    for take in takes:
+        positions = without_gaps(take.positions)  # type: ignore[arg-type]
+        counted = counted_by(positions, take.fps, take.skeleton)
+        motions.append(Motion(positions, take.fps, take.skeleton, counted))
     return Set(motions, list(takes))
 
 

@@ -6,6 +6,7 @@ import pytest
 from mossar_stream import Segmenter, Settings, Skeleton, segment_recording
 from mossar_stream.algorithm.reference_motion import Motion
 from mossar_stream.algorithm.reference_noise import velocity
+from mossar_stream.recording.counted import counted_by
 
 demo = pytest.importorskip("mossar_adapters.demo")
 ORDERS = {"before": ("stand:20", "punch", "kick"), "after": ("punch", "kick", "stand:20")}
@@ -138,9 +139,9 @@ def test_rests_between_reaches_are_found_in_noise_too(noise):
     poses = np.zeros((len(at), 8, 3))
     poses[:, 1:] = targets[number] + share * (targets[number + 1] - targets[number])
     skeleton = Skeleton(tuple("abcdefgh"), (-1, *[0] * 7))
-    clean = np.array(Motion(poses, 30.0, skeleton).final()) / 30.0
-    noisy = np.array(Motion(poses + rng.normal(0, noise, poses.shape), 30.0, skeleton).final()) / 30.0
     rests = np.arange(1, 39) * 1.4 - 0.3
-    for found in (clean, noisy):
+    for seen in (poses, poses + rng.normal(0, noise, poses.shape)):
+        motion = Motion(seen, 30.0, skeleton, counted_by(seen, 30.0, skeleton))
+        found = np.array(motion.final()) / 30.0
         assert np.mean([np.abs(found - rest).min() <= 0.45 for rest in rests]) >= 0.9
         assert len(found) <= 2.2 * len(rests)

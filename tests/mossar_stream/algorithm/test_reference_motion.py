@@ -9,6 +9,7 @@ import pytest
 from mossar_stream import Segmenter, Skeleton
 from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_stream.algorithm.reference_motion import IN_FORCE, Motion, algorithm_2
+from mossar_stream.recording.counted import counted_by
 
 LABELLED = Path(__file__).parents[4] / "shared" / "data" / "labelled"
 SAME = 0.1  # s
@@ -20,7 +21,7 @@ def compare(core, positions, fps, skeleton, status="final"):
     segmenter = Segmenter(skeleton, fps=fps)
     events = segmenter.push(positions) + segmenter.end_take()
     streamed = np.array(sorted({event.time for event in core.key_frames(events, status)}))
-    motion = Motion(positions, fps, skeleton)
+    motion = Motion(positions, fps, skeleton, counted_by(positions, fps, skeleton))
     # What is final without having been told of before is confirmed then.
     frames = {*motion.final(), *(motion.told() if status == "confirmed" else ())}
     plain = np.array(sorted(frames)) / fps
@@ -67,7 +68,8 @@ def test_so_they_do_for_the_built_in_performer(core, fps, noise):
 def test_more_must_be_outweighed_for_fewer_key_frames():
     demo = pytest.importorskip("mossar_adapters.demo")
     shown = demo.performance(2, fps=30.0, seconds=15)
-    motion = Motion(shown.frames.positions, 30.0, shown.skeleton)
+    counted = counted_by(shown.frames.positions, 30.0, shown.skeleton)
+    motion = Motion(shown.frames.positions, 30.0, shown.skeleton, counted)
     many, usual, none = (len(motion.final(IN_FORCE._replace(even=even))) for even in (-20.0, 3.0, 500.0))
     assert many > usual > none
 

@@ -1,0 +1,42 @@
+"""What was known of repetitions at each time of a recording: the rule in plain Python begins with it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.engine import engine
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import pool_of_one
+from mossar_stream.frames import constant_times
+from mossar_stream.repetitions.state import RATE
+from mossar_stream.settings import Settings
+from mossar_stream.skeleton import Skeleton
+
+Array = NDArray[np.float64]
+
+
+def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array, list[Array]]:
+    """Return what was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s.
+
+    Args:
+        positions: (n, J, 3) m.
+        fps: Hz.
+        skeleton: Their joints.
+    """
+    row = pool_of_one(Plan(skeleton, Settings(), fps, offline=True), "p1")
+    row.looks = []
+    engine.push(row, np.asarray(positions, np.float32), constant_times(len(positions), fps))
+    row.look_at_repetitions()
+    since, counted = zip(*row.looks, strict=True)
+    return np.array([0.0, *since]), [np.zeros((0, 3)), *map(_table, counted)]
+
+
+def _table(headers: NDArray[np.void]) -> Array:
+    """Return (n, 3) begin, end and period of the repetitions in a (1,) `HEADER`, s."""
+    header = headers[0]
+    if not header["clear"]:
+        return np.zeros((0, 3))
+    cycles, origin = header["cycle"][: header["cycles"]], header["origin"]
+    begins, ends, periods = (cycles[name] for name in ("begins", "ends", "period"))
+    periods = np.where(np.isnan(periods), ends - begins, periods)
+    table: Array = np.stack([begins, ends, periods], axis=1) / RATE + [origin, origin, 0.0]
+    return table
