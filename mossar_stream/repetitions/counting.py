@@ -77,13 +77,17 @@ def look(
             return False
         close_sample(header, samples)
         return _look_once(header, samples, scratches[0])  # type: ignore[no-any-return]
-    changed = False
+    first = -1  # of the take, that changed
     _pass_over(header, samples, int((time - header.origin) * RATE) - header.open)
     while time >= header.due:
         while header.open < header.looked + STRIDE:
             close_sample(header, samples)
-        changed |= _look_once(header, samples, scratches[0])
-    return changed
+        if _look_once(header, samples, scratches[0]):
+            changed = header.dropped + header.changed
+            first = changed if first < 0 else min(first, changed)
+    if first >= 0:
+        header.changed = max(first - header.dropped, 0)
+    return first >= 0
 
 
 @kernel

@@ -224,6 +224,20 @@ def test_a_gap_of_a_year_is_passed_over() -> None:
     assert all(event.end - event.start < 3.0 for event in found if event.end and event.start)
 
 
+@pytest.mark.parametrize("seed", [3, 4, 7])
+def test_several_looks_at_once_after_a_gap_are_told_of_together(seed: int) -> None:
+    shown = performance(seed, fps=30.0, seconds=30)
+    times = shown.frames.times + np.where(shown.frames.times > 20, 3.0, 0.0)
+    found = segment_recording(shown.frames.positions, 30, shown.skeleton, COUNTING, times=times).repetitions
+    assert len(found) > 8
+    assert all(event.period is None or event.period > 0.3 for event in found)
+    segmenter = Segmenter(shown.skeleton, COUNTING.replace(max_pause=10.0))
+    events = segmenter.push(shown.frames.positions, times) + segmenter.end_take()
+    assert [(e.start, e.end, e.period) for e in as_said_last(events)] == [
+        (e.start, e.end, e.period) for e in found
+    ]
+
+
 def test_who_stands_before_a_noisy_sensor_repeats_nothing() -> None:
     shown = performance(1, fps=30.0, noise=0.005, seconds=20, moves=("stand:40",))
     positions = np.asarray(shown.frames.positions, np.float32)
