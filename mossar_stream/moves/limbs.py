@@ -1,5 +1,6 @@
 """Limbs: which joints belong together, by the names of known joint sets or else by the hierarchy."""
 
+from mossar_stream.events import BODY
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.settings.limb_groups import MOST_LIMBS
 from mossar_stream.skeleton import Skeleton
@@ -14,7 +15,8 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     """Return the joints of each limb of a skeleton.
 
     Trunk with head, left and right arm, left and right leg where the joints are known by name; otherwise what hangs on
-    the root, one limb for each of its children, called like it.
+    the root, one limb for each of its children, called like it (`body_limb` for `body`, the
+    channel of the body).
 
     Args:
         skeleton: Of the performer.
@@ -30,7 +32,10 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     if len(known) >= 8:
         return _named(skeleton, known)
     children = [joint for joint, parent in enumerate(skeleton.parents) if parent == max(skeleton.root, 0)]
-    found = {skeleton.names[child]: _below(skeleton, child) for child in children[:MOST_LIMBS]}
+    names = {child: skeleton.names[child] for child in children[:MOST_LIMBS]}
+    found = {
+        f"{name}_limb" if name == BODY else name: _below(skeleton, child) for child, name in names.items()
+    }
     return found or {TRUNK: tuple(range(len(skeleton)))}
 
 
