@@ -2,6 +2,7 @@
 
 import functools
 import math
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,14 @@ from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
 from mossar_stream.jit.acceleration import open_own_cache
 from mossar_stream.jit.linked import publish
-from mossar_stream.jit.precompile import second_process
+from mossar_stream.jit.precompile import other_processes
 from mossar_stream.memory.event_buffer import new_event_buffer
 from mossar_stream.repetitions.counting import look
 from mossar_stream.repetitions.state import HEADER, SCRATCH, length, new_room
 from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 
+LOOKS = "looks at repetitions"  # a part of what is compiled
 # Measures whose kernels are there; looking them up takes as long as a thousand frames.
 _ready: set[SimilarityName] = set()
 
@@ -25,8 +27,8 @@ def precompile(settings: Settings | None = None) -> None:
     """Compile the kernels that segmenters with these settings need, on two cores where there are two.
 
     They are left in a cache on disk, for this process and those to come; where they lie there already this takes a
-    fraction of a second. A segmenter that is built without it compiles them itself, on one core. A second Python
-    process is started only if something must be compiled, and has ended when this returns.
+    fraction of a second. A segmenter that is built without it compiles them itself, on one core. Other Python
+    processes are started only if something must be compiled, and have ended when this returns.
 
     Args:
         settings: Defaults to `Settings()`; only the similarity measure, and whether repetitions are counted, matter here.
@@ -41,7 +43,8 @@ def precompile(settings: Settings | None = None) -> None:
     similarity = resolved.similarity
     if similarity not in _ready:
         plan = _any_plan(similarity)
-        with second_process(__name__, similarity):
+        parts = (similarity, LOOKS) if plan.shape.repetitions else (similarity,)
+        with other_processes(__name__, parts):
             _publish_window_step(plan, plan.new_rows(1))
         warm_up(plan)
     if resolved.repetitions:
@@ -74,15 +77,19 @@ def _warm_up_steps(plan: Plan) -> None:
     run(memory, plan.params, (scratch, events, plan.most_events), batch, frames, times)
 
 
-def compile_part(folder: str, similarity: SimilarityName) -> None:
+def compile_part(folder: str, part: str) -> None:
     """Compile what `precompile` leaves to another process, if this one has the same cache.
 
     Args:
         folder: Of the cache.
-        similarity: Measure to compile for.
+        part: `LOOKS`, or the similarity measure for which frames are taken in.
     """
-    if folder == str(open_own_cache().folder):
-        plan = _any_plan(similarity)
+    if folder != str(open_own_cache().folder):
+        return
+    if part == LOOKS:
+        _warm_up_looks()
+    else:
+        plan = _any_plan(cast("SimilarityName", part))
         _publish_frame_step(plan, plan.new_rows(1))
 
 

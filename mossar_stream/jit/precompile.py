@@ -1,15 +1,15 @@
-"""A second process that compiles some kernels while this one compiles others, so that two cores are used.
+"""Other processes that compile some kernels while this one compiles others, so that two cores are used.
 
-Compiling holds the interpreter lock, so a thread would not help. The other process is a plain interpreter that is
-told what to compile; it leaves the kernels in the cache on disk. Nothing depends on it: what it does not leave
-there is compiled here.
+Compiling holds the interpreter lock, so threads would not help. The others are plain interpreters that are told what
+to compile; they leave the kernels in the cache on disk. Nothing depends on them: what they do not leave there is
+compiled here.
 """
 
 import contextlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mossar_stream.jit.acceleration import is_accelerated, open_own_cache
@@ -31,14 +31,14 @@ os._exit(0)
 
 
 @contextlib.contextmanager
-def second_process(module: str, argument: str) -> Iterator[None]:
-    """Have something compiled by another process if, and as soon as, a kernel is compiled while the block runs.
+def other_processes(module: str, parts: Sequence[str]) -> Iterator[None]:
+    """Have parts compiled by other processes if, and as soon as, a kernel is compiled while the block runs.
 
-    The block ends when the other process has. If everything is loaded from the cache there is none.
+    The block ends when the others have. If everything is loaded from the cache there are none.
 
     Args:
-        module: That has `compile_part(folder, argument)`.
-        argument: For it.
+        module: That has `compile_part(folder, part)`.
+        parts: One for each process.
     """
     others: list[subprocess.Popen[bytes]] = []
     cache = open_own_cache()
@@ -46,7 +46,7 @@ def second_process(module: str, argument: str) -> Iterator[None]:
     def start() -> None:
         if is_possible(cache):
             with contextlib.suppress(OSError):  # processes may be forbidden
-                others.append(_interpreter(module, cache, argument))
+                others.extend(_interpreter(module, cache, part) for part in parts)
 
     try:
         with on_first_compile(start):
@@ -72,10 +72,10 @@ def is_possible(cache: Cache) -> bool:
     return cores > 1 and cache.lasts and is_interpreter and not is_alone
 
 
-def _interpreter(module: str, cache: Cache, argument: str) -> subprocess.Popen[bytes]:
+def _interpreter(module: str, cache: Cache, part: str) -> subprocess.Popen[bytes]:
     """Start an interpreter that finds the same modules, says nothing, and ends when this process does."""
     return subprocess.Popen(  # noqa: S603 - our own interpreter
-        [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(cache.folder), argument, *sys.path],
+        [sys.executable, "-I", "-c", _PROGRAM.format(module=module), str(cache.folder), part, *sys.path],
         stdin=subprocess.PIPE,  # which closes however this process ends
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

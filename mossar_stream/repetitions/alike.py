@@ -214,7 +214,7 @@ def keep_alike(scores, cycles, count, alike):
         How many are left, the samples that they cover, weighted by their agreement, and whether it is clear that
         a movement repeats.
     """
-    kept, covered, i, clear = 0, 0.0, 0, False
+    kept, covered, i, clear = 0, 0.0, np.int64(0), False
     while i < count:
         j, agreed, strongest = i, 0.0, 0.0
         while j + 1 < count and _pair(scores, cycles, j):

@@ -118,7 +118,7 @@ def _look_once(header, samples, scratch):
     if header.clear and not was_clear:
         _forget_doubtful(header)
         header.changed = 0
-        time_cycles(header, 0)
+        time_cycles(header, header.changed)
         return header.cycles > 0
     if changed:
         time_cycles(header, header.changed)
@@ -351,7 +351,7 @@ def _measure(header, samples, component, cycle, oldest, row):
     scores, smooth = samples.scores[component], samples.smooth[component]
     start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
     row.out = oldest + crossing(smooth, start, far, 0.5)
-    row.back = oldest + crossing(smooth, end, far, 0.5)
+    row.back = oldest + crossing(smooth, np.int64(end), far, 0.5)
     swing = abs(scores[far] - np.float32(0.5) * (scores[start] + scores[end]))
     row.amplitude = float(swing) / np.sqrt(float(header.joints))
     row.joint = _leading_joint(header, samples.axes[component])

@@ -9,6 +9,9 @@ from mossar_stream.jit.decorators import kernel
 INTERVALS = 4
 # Cycles without a new one, after which nothing repeats any more, besides the time between looks.
 LONGEST_SILENCE = 1.5
+LOWER, UPPER = np.arange(
+    2
+)  # as numpy integers: a Python integer would make numba compile a version for each value
 
 
 @kernel
@@ -40,7 +43,7 @@ def _period(header, place):
     end, beyond = place, min(begin + INTERVALS, header.cycles - 1)
     while end < beyond and header.cycle[end + 1].count > 1:
         end += 1
-    return max(0.25 * (_ranked(header, begin, end, 0) + _ranked(header, begin, end, 1)), 1.0)
+    return max(0.25 * (_ranked(header, begin, end, LOWER) + _ranked(header, begin, end, UPPER)), 1.0)
 
 
 @kernel

@@ -8,7 +8,7 @@ import pytest
 
 from mossar_stream.jit import precompile as subject
 from mossar_stream.jit.acceleration import open_own_cache
-from mossar_stream.jit.precompile import second_process
+from mossar_stream.jit.precompile import other_processes
 
 
 def cache():
@@ -29,7 +29,7 @@ def module(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
 
     def write(body):
-        (tmp_path / "lent_hand.py").write_text(f"def compile_part(folder, argument):\n    {body}\n")
+        (tmp_path / "lent_hand.py").write_text(f"def compile_part(folder, part):\n    {body}\n")
         return "lent_hand"
 
     return write
@@ -39,39 +39,39 @@ def module(tmp_path, monkeypatch):
 def noted(tmp_path, module):
     """Return the module of a process that notes what it was asked for, and where."""
     note = tmp_path / "note"
-    return module(f"open({str(note)!r}, 'w').write(folder + ' ' + argument)"), note
+    return module(f"open({str(note)!r}, 'w').write(folder + ' ' + part)"), note
 
 
 def test_the_other_process_starts_when_something_is_compiled_and_is_awaited(noted):
     name, note = noted
-    with second_process(name, "likelihood"):
+    with other_processes(name, ["likelihood"]):
         compile_something()
     assert note.read_text() == f"{cache().folder} likelihood"
 
 
 def test_there_is_none_when_all_is_loaded(noted):
     name, note = noted
-    with second_process(name, "likelihood"):
+    with other_processes(name, ["likelihood"]):
         pass
     assert not note.exists()
 
 
 def test_one_that_fails_is_no_error(module):
-    with second_process(module("raise SystemExit(3)"), "likelihood"):
+    with other_processes(module("raise SystemExit(3)"), ["likelihood"]):
         compile_something()
 
 
 def test_one_that_hangs_is_given_up(module, monkeypatch):
     monkeypatch.setattr(subject, "LONGEST", 0.1)
     began = time.perf_counter()
-    with second_process(module("import time; time.sleep(60)"), "likelihood"):
+    with other_processes(module("import time; time.sleep(60)"), ["likelihood"]):
         compile_something()
     assert time.perf_counter() - began < 30
 
 
 def test_it_ends_with_a_block_that_fails(module):
     began = time.perf_counter()
-    hanging = second_process(module("import time; time.sleep(60)"), "likelihood")
+    hanging = other_processes(module("import time; time.sleep(60)"), ["likelihood"])
     with pytest.raises(KeyboardInterrupt), hanging:  # noqa: PT012
         compile_something()
         raise KeyboardInterrupt
@@ -82,7 +82,7 @@ def test_it_ends_with_a_block_that_fails(module):
 def test_a_program_that_embeds_python_is_not_started_again(noted, monkeypatch, executable):
     monkeypatch.setattr(sys, "executable", executable)
     name, note = noted
-    with second_process(name, "likelihood"):
+    with other_processes(name, ["likelihood"]):
         compile_something()
     assert not note.exists()
 
@@ -95,6 +95,6 @@ def test_a_frozen_program_is_not_started_again(monkeypatch):
 def test_an_interpreter_that_cannot_be_started_is_no_error(noted, monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     name, note = noted
-    with second_process(name, "likelihood"):
+    with other_processes(name, ["likelihood"]):
         compile_something()
     assert not note.exists()
