@@ -52,7 +52,7 @@ def turning_points(scores, n, least, turns):
     Returns:
         How many there are.
     """
-    found = direction = low = high = np.int64(0)
+    found, direction, low, high = 0, 0, 0, 0
     lowest = highest = scores[0]
     for i in range(n):
         score = scores[i]
