@@ -7,6 +7,8 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from mossar_stream.errors import FrameError
+
 MAX_PERFORMER_NAME = 64
 NEAR = 16.0  # m; so far from the origin single precision is a micrometre
 _LONGEST = 1024  # characters that are looked at: others may send names of any length
@@ -37,7 +39,14 @@ def plain_array(values: ArrayLike, kind: DTypeLike) -> NDArray[Any]:
     """Return numbers in the one form that the kernels take: an array of a kind, contiguous, aligned and writeable.
 
     What a masked array masks becomes NaN, which is missing.
+
+    Raises:
+        FrameError: If they are dates.
     """
+    if isinstance(values, np.ndarray) and values.dtype.kind in "mM":
+        raise FrameError(
+            f"times are seconds, not {values.dtype}; (times - times[0]) / np.timedelta64(1, 's')"
+        )
     if isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(np.ma.asarray(values, kind), np.nan)
     return np.require(np.asarray(values), kind, ["C", "A", "W"])

@@ -1,5 +1,8 @@
 """Skeleton: the names of the joints and how they hang together."""
 
+import operator
+from collections.abc import Iterable
+
 import msgspec
 
 from mossar_stream.errors import FrameError
@@ -12,7 +15,7 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Joints of a performer, in the order in which positions carry them.
 
     Args:
-        names: One name per joint, unique.
+        names: One name per joint, unique. Lists and arrays of names are taken, too.
         parents: Index of each joint's parent; -1 for a joint without one. Empty means no joint has a parent.
         root: Index of the body centre, or -1 if there is none (unnamed markers): then the centroid of the
             joints is the centre (paper 3.1.1, localisation).
@@ -20,6 +23,7 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Raises:
         FrameError: If the lengths differ, names repeat or are empty, a parent is out of range or the parents
             form a cycle, or there are more than `MAX_JOINTS` joints.
+        TypeError: If names are no texts, or parents or the root no whole numbers.
 
     Example:
         >>> Skeleton(("hip", "knee", "foot"), (-1, 0, 1)).index("foot")
@@ -31,6 +35,10 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     root: int = 0
 
     def __post_init__(self) -> None:
+        for field, value in zip(
+            self.__struct_fields__, _plain(self.names, self.parents, self.root), strict=True
+        ):
+            msgspec.structs.force_setattr(self, field, value)
         count = len(self.names)
         if not 1 <= count <= MAX_JOINTS:
             raise FrameError(f"a skeleton has 1 to {MAX_JOINTS} joints, not {count}")
@@ -89,6 +97,21 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def bones(self) -> list[tuple[int, int]]:
         """Return the (parent, child) index pairs of all bones."""
         return [(parent, child) for child, parent in enumerate(self.parents) if parent >= 0]
+
+
+def _plain(
+    names: Iterable[str], parents: Iterable[int], root: int
+) -> tuple[tuple[str, ...], tuple[int, ...], int]:
+    """Return the fields of a skeleton as plain texts and numbers: recordings have them as arrays."""
+    if isinstance(names, str):
+        raise TypeError(f"a skeleton needs the names of its joints, not one text, {names[:40]!r}")
+    texts = tuple(names)
+    if not all(isinstance(name, str) for name in texts):
+        raise TypeError("the names of joints are texts")
+    try:
+        return tuple(map(str, texts)), tuple(map(operator.index, parents)), operator.index(root)
+    except TypeError:
+        raise TypeError("parents and the root of a skeleton are whole numbers") from None
 
 
 def _check_names(names: tuple[str, ...]) -> None:

@@ -156,7 +156,7 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
             while stop != DONE:
                 stop = _run(pool, own, (indices, begins, ends, cursor), (positions, times), events)
                 if stop not in (DONE, BUFFER_FULL):
-                    # This performer needs more than the others, who go on after it.
+                    # What this performer needs is done apart; the others go on after it.
                     k, used = cursor.tolist()
                     rest = slice(int(begins[k]) + used, int(ends[k]))
                     events += _push(own[k], positions[rest], times[rest])

@@ -11,6 +11,7 @@ from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SCRATCH_ROWS
+from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY
 from mossar_stream.memory.joint_pages import pad
 from mossar_stream.repetitions.preparing import prepare as prepare_counting
@@ -57,7 +58,9 @@ class Plan:
         self.given = settings
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
-            raise ValueError("range=file needs the whole recording; a stream takes running, decay or fixed")
+            raise SettingsError(
+                "range=file needs the whole recording; a stream takes running, decay or fixed"
+            )
         self.fps = fps
         self.channel = channel
         self.offline = offline

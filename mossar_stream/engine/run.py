@@ -42,7 +42,7 @@ def run(
         times: (n,) s.
 
     Returns:
-        DONE; TAKE_ENDS, RING_FULL or WINDOW_FULL before the frame that the cursor is at; BUFFER_FULL.
+        DONE; TAKE_ENDS, LOOK_DUE, RING_FULL or WINDOW_FULL before the frame that the cursor is at; BUFFER_FULL.
     """
     scratch, event_buffer, most = buffers
     rows, begins, ends, cursor = batch

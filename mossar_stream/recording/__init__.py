@@ -4,6 +4,7 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 """
 
 import math
+import operator
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -179,8 +180,10 @@ class Result:
         """
         if (level is None) == (count is None):
             raise ValueError("at() takes a level or a count")
-        if count is not None and count < 0:
-            raise ValueError(f"count must not be negative, not {count}")
+        if count is not None:
+            count = min(operator.index(count), len(self.key_frames))
+            if count < 0:
+                raise ValueError(f"count must not be negative, not {count}")
         row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
         plan = row.state["plan"]
         if level is None:
@@ -295,6 +298,10 @@ def _checked(
     frames = given_positions(positions)
     if frames.ndim != 3 or frames.shape[2] != 3 or not frames.shape[1]:
         raise FrameError(f"positions have shape {frames.shape}; a recording has (n, J, 3)")
+    if skeleton is not None and not isinstance(skeleton, Skeleton):
+        raise TypeError(
+            f"a recording needs a Skeleton, not {type(skeleton).__name__}; Skeleton(names, parents)"
+        )
     skeleton = skeleton or Skeleton(tuple(f"joint{j}" for j in range(frames.shape[1])), root=-1)
     if len(skeleton) != frames.shape[1]:
         raise FrameError(f"positions have {frames.shape[1]} joints, the skeleton {len(skeleton)}")

@@ -48,7 +48,8 @@ class Segmenter:
 
     Raises:
         TypeError: If `skeleton` is no `Skeleton`.
-        ValueError: If `settings.range` is `file`, which a stream does not have, or `fps` is not positive.
+        SettingsError: If `settings.range` is `file`, which a stream does not have.
+        ValueError: If `fps` is not positive.
         FrameError: If the skeleton lacks joints that the moves or the limbs need.
 
     Example:
@@ -220,7 +221,7 @@ class Segmenter:
             **changes: Fields of `Settings`.
 
         Raises:
-            SettingsError: If a value is illegal; nothing is changed then.
+            SettingsError: If a value is illegal, or FrameError if joints of the limbs lack; nothing is changed then.
         """
         return self.adopt(*self.planned(**changes))
 

@@ -31,7 +31,7 @@ _MOTION: dict[str, object] = {
     "similarity": "evidence",
     "rate_limit": 30.0,
     "window": 0.1,
-    "range_floor": 0.1 * 0.1,
+    "range_floor": 0.01,
     "features": {"positions": 0.5, "log_speed": 0.5},
     "short_segment": 0.0,
     "location": "none",

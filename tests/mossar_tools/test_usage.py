@@ -67,7 +67,7 @@ def save(path, count, joints, positions=None):
         (["run", "demo:", "--config", "no.toml"], "no.toml: cannot be read: No such file"),
         (["demo", "--seed", "x"], "'x' is not a whole number from 0"),
         (["demo", "--noise", "5"], "noise must lie in 0 to 1"),
-        (["segment", "osc://127.0.0.1:9"], "mossar segment takes a recording or demo:"),
+        (["segment", "osc://127.0.0.1:9"], "this command takes a recording or demo:"),
         (["segment", "demo:", "--plot", "x.gif"], "pictures are .png, .svg, .pdf"),
         (["segment", "demo:", "--json", "--csv"], "--json and --csv cannot both go to standard output"),
         (["segment", "demo:", "--keep", "-1"], "is not a whole number from 0"),

@@ -28,6 +28,7 @@ from mossar_stream import (
     Segmentation,
     segment_recording,
 )
+from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.moves_file import read_moves
@@ -73,6 +74,7 @@ def segment_whole(
     settings = options.settings(range="file")
     moves = None if options.moves is None else read_moves(options.moves)
     loaded = load_recording(options, tell)
+    _say_what_is_left_out(loaded)
     result = segment_recording(
         loaded.positions,
         loaded.fps,
@@ -83,6 +85,18 @@ def segment_whole(
         moves=moves,
     )
     return loaded, result, chosen_of(result, options.keep)
+
+
+def _say_what_is_left_out(loaded: LoadedRecording) -> None:
+    """Warn of a recording in which nobody is seen, or some of whose frames are dropped."""
+    times = loaded.times
+    late = int(np.count_nonzero(times[1:] <= np.maximum.accumulate(times)[:-1])) if len(times) else 0
+    if late:
+        LOGGER.warning(
+            "%s: %d of %d frames come out of order and are left out", loaded.name, late, len(times)
+        )
+    if len(times) and np.isnan(loaded.positions).all():
+        LOGGER.warning("%s: nobody is in it: every joint is missing in all frames", loaded.name)
 
 
 def report_of(

@@ -6,6 +6,7 @@ Only the command that is asked for is imported, so that help and errors come at 
 import argparse
 import contextlib
 import difflib
+import errno
 import importlib
 import os
 import sys
@@ -23,6 +24,7 @@ from mossar_tools.signals import interruptibly, leave, raising
 if TYPE_CHECKING:
     from mossar_tools.options import Options
 
+NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EIO}
 COMMANDS: Final[dict[str, str]] = {
     "demo": "a built-in performer streams through the whole pipeline; key frames appear live",
     "run": "segment live or recorded streams; JSON lines on standard output unless --to says otherwise",
@@ -113,6 +115,13 @@ def guarded(program: Callable[[Console], int]) -> int:
 
         LOGGER.error("%s", error)
         return FAILED if isinstance(error, OutputError) else WRONG_USAGE
+    except OSError as error:
+        if error.filename is None and error.errno in NO_ROOM:
+            _leave_standard_output()
+            LOGGER.error("standard output cannot be written: %s", error.strerror)
+        else:
+            _report_defect(error)
+        return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: one line, and the traceback on request
         _report_defect(error)
         return FAILED

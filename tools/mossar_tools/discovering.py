@@ -26,7 +26,7 @@ class Part(msgspec.Struct, frozen=True):
     """A movement of a recording.
 
     Args:
-        start: s since its first frame.
+        start: s, on its clock.
         end: s.
         positions: (n, J, 3) m.
         fps: Hz.
@@ -68,10 +68,10 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
 
 def _part(whole: LoadedRecording, start: float, end: float) -> Part:
     inside = (whole.times >= start) & (whole.times <= end)
-    times, origin = whole.times[inside], float(whole.times[0])
+    times = whole.times[inside]
     span = float(times[-1] - times[0]) if len(times) else 0.0
     fps = (len(times) - 1) / span if span > 0 else whole.fps or 1.0
-    return Part(start - origin, end - origin, whole.positions[inside], fps)
+    return Part(start, end, whole.positions[inside], fps)
 
 
 def lines_of(kinds: list[Kind]) -> list[str]:
@@ -80,8 +80,12 @@ def lines_of(kinds: list[Kind]) -> list[str]:
     for number, kind in enumerate(kinds, 1):
         moments = ", ".join(f"{part.start:.1f}" for part in sorted(kind, key=lambda part: part.start)[:8])
         more = ", ..." if len(kind) > 8 else ""
-        found.append(f"kind {number:<4}{len(kind):>4} times, at {moments}{more} s")
+        found.append(f"kind {number:<4}{_often(kind):>9}, at {moments}{more} s")
     return found
+
+
+def _often(kind: Kind) -> str:
+    return "once" if len(kind) == 1 else f"{len(kind)} times"
 
 
 def draw_kinds(path: Path, whole: LoadedRecording, kinds: list[Kind], palette: Palette) -> None:
@@ -106,7 +110,7 @@ def draw_kinds(path: Path, whole: LoadedRecording, kinds: list[Kind], palette: P
         figure = Figure(figsize=(_WIDE * (POSES + 1), _TALL * rows))
         for number, kind in enumerate(shown):
             bottom = 1 - (number + 1) / rows
-            figure.text(0.01, bottom + 0.5 / rows, f"kind {number + 1}\n{len(kind)} times", va="center")
+            figure.text(0.01, bottom + 0.5 / rows, f"kind {number + 1}\n{_often(kind)}", va="center")
             for place in range(POSES):
                 box = ((place + 1) / (POSES + 1), bottom + 0.06 / rows, 1 / (POSES + 1), 0.88 / rows)
                 frame = round(place * (len(kind[0].positions) - 1) / (POSES - 1))

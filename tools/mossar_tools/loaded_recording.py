@@ -30,7 +30,7 @@ def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecor
     scheme = parse_url(options.file).scheme
     if scheme not in {"demo", "file"}:
         raise UsageError(
-            f"{options.file}: mossar segment takes a recording or demo:; mossar run takes streams"
+            f"{options.file} is a stream, which mossar run takes; this command takes a recording or demo:"
         )
     cuts: dict[str, tuple[Cut, ...]] = {}
     recording = _performance(options, cuts) if scheme == "demo" else recording_of(options.file, options)

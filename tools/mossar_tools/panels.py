@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mossar_stream import Segment
+from mossar_stream import KeyFrame, Segment
 from mossar_tools.dendrogram import Merge, merges
 from mossar_tools.excerpt import Excerpt
 from mossar_tools.figures import FONT
@@ -44,7 +44,7 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
         found = [key for key in merged if key.kind == kind]
         axes.plot(
             [key.time for key in found],
-            [key.velocity for key in found],
+            [_on_the_curve(shown, key) for key in found],
             mark,
             ms=4.5,
             mfc=palette.background,
@@ -53,16 +53,22 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
             label=kind if any(key.kind == kind for key in shown.kept + shown.merged) else None,
             zorder=4,
         )
-    times = shown.columns[:, 0]
     for key in kept:
-        value = np.interp(key.time, times, shown.columns[:, 1]) if len(times) else key.velocity
-        axes.plot(key.time, value, MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5)
+        axes.plot(
+            key.time, _on_the_curve(shown, key), MARKS[key.kind], ms=5, color=colours[key.kind], zorder=5
+        )
     for key in kept:
         axes.axvline(key.time, ymax=1.02, color=colours[key.kind], lw=0.9, zorder=1, clip_on=False)
     return [
         *_said(len(kept), len(shown.kept), "marks of kept key frames"),
         *_said(len(merged), len(shown.merged), "marks of merged ones"),
     ]
+
+
+def _on_the_curve(shown: Excerpt, key: KeyFrame) -> float:
+    """Return the velocity where a key frame is told to be; its own is that of Algorithm 2's frame."""
+    times, values = shown.columns[:, 0], shown.columns[:, 1]
+    return float(np.interp(key.time, times, values)) if len(times) else key.velocity
 
 
 def _draw_envelope(axes: Any, shown: Excerpt, most: int, palette: Palette) -> None:

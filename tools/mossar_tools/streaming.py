@@ -244,4 +244,6 @@ def _let_osc_control(options: Options, listeners: list[ControlListener], control
 def _status(outcome: Outcome) -> int:
     if outcome.errors:
         return WRONG_USAGE if isinstance(outcome.errors[0], FileError) else FAILED
+    if outcome.none_followed:
+        return WRONG_USAGE
     return FAILED if outcome.dead_sinks else DONE

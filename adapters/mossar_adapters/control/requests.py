@@ -107,7 +107,7 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         pipeline.set(request.set, performer)
         return request.set
     if request.get == "settings":
-        return pool.settings if performer is None else pool[performer].settings
+        return (pool.settings if performer is None else pool[performer].settings).resolved()
     if request.get == "stats":
         return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
     if request.do == "reset":

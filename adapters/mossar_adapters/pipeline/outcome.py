@@ -13,6 +13,7 @@ class Outcome(msgspec.Struct):
         complete: Whether it came to its own end, instead of being stopped.
         errors: What went wrong with sources, in order.
         dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.
+        none_followed: Whether performers came and none of them could be followed.
         abandoned: Whether the reader of a sink went away (a closed pipe).
     """
 
@@ -20,6 +21,7 @@ class Outcome(msgspec.Struct):
     complete: bool = False
     errors: list[Exception] = msgspec.field(default_factory=list)
     dead_sinks: list[str] = msgspec.field(default_factory=list)
+    none_followed: bool = False
     abandoned: bool = False
 
 

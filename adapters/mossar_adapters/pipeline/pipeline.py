@@ -134,6 +134,7 @@ class Pipeline:
                 self.upkeep.look(self)
                 self._tick()
             self.outcome.complete = not self._stopping
+            self.outcome.none_followed = bool(self._unfollowed) and not self.latency
         finally:
             self._finish()
         return self.outcome
@@ -331,7 +332,7 @@ class Pipeline:
 
     def _refuse(self, frames: Frames, error: Exception) -> None:
         count = self.unusable.get(frames.performer, 0)
-        if not count:
+        if not count and frames.performer not in self._unfollowed:  # why is said already
             _log.warning("frames of %s cannot be used and are counted: %s", frames.performer, in_words(error))
         self.unusable[frames.performer] = count + len(frames)
 

@@ -18,6 +18,7 @@ from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
     from mossar_adapters.files.loaded import LoadedRecording
+    from mossar_stream import Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
 taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names."""
@@ -42,8 +43,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
-    group.add_argument("--from", dest="begin", metavar="S", type=seconds, help="of a recording: from here, s")
-    group.add_argument("--until", metavar="S", type=seconds, help="of a recording: until here, s")
+    group.add_argument(
+        "--from",
+        dest="begin",
+        metavar="S",
+        type=seconds,
+        help="of a recording: from here, s of its clock, as mossar segment shows it",
+    )
+    group.add_argument(
+        "--until", metavar="S", type=seconds, help="of a recording: until here, s of its clock"
+    )
     group.add_argument(
         "--labels",
         metavar="FILE",
@@ -118,16 +127,16 @@ def _look_after(options: Options, console: Console) -> int:
 def _teach_labels(options: Options, console: Console) -> int:
     path = Path(options.labels or "")
     if path.suffix.lower() == ".csv":
-        rows = _labels_of_table(path)
+        rows, from_first = _labels_of_table(path), False
     else:
         from mossar_adapters.annotations.reading import chosen_tier
         from mossar_adapters.annotations.tiers import MOVES
 
         marks = chosen_tier(path, options.tier, (MOVES,)).marks
-        rows = [(mark.start, mark.end, mark.label.strip()) for mark in marks]
+        rows, from_first = [(mark.start, mark.end, mark.label.strip()) for mark in marks], True
     if not rows:
         raise UsageError(f"{path}: there are no moves in it")
-    return _teach_parts(options, console, rows)
+    return _teach_parts(options, console, rows, from_first=from_first)
 
 
 def _labels_of_table(path: Path) -> list[tuple[float, float, str]]:
@@ -140,22 +149,25 @@ def _labels_of_table(path: Path) -> list[tuple[float, float, str]]:
         raise UsageError(f"{path}: a table of moves has columns start, end (seconds) and name") from None
 
 
-def _teach_parts(options: Options, console: Console, parts: list[tuple[float, float, str]]) -> int:
-    """Take parts of a recording, all or none of them."""
+def _teach_parts(
+    options: Options, console: Console, parts: list[tuple[float, float, str]], *, from_first: bool = False
+) -> int:
+    """Take parts of a recording, all or none of them; times are on its clock, or count from the first frame."""
     from mossar_tools.loaded_recording import load_recording
 
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
+    origin = float(whole.times[0]) if from_first and len(whole.times) else 0.0
     with changing(options.file, whole.skeleton) as moves:
         for begin, until, name in parts:
-            positions, fps = _part(whole, begin, until)
+            positions, fps = _part(whole, origin + begin, origin + until)
             moves.add(name, positions, fps)
-    console.say(f"{options.file}: {len(parts)} taken; {len(moves)} examples of {len(moves.names)} moves")
+    console.say(f"{options.file}: {len(parts)} taken; {_what_is_in(moves)}")
     return DONE
 
 
 def _discover(options: Options, console: Console) -> int:
     """Show the kinds of moves in a recording, and take those that are named."""
-    from mossar_tools.discovering import discover, draw_kinds, lines_of
+    from mossar_tools.discovering import MOST_DRAWN, discover, draw_kinds, lines_of
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
@@ -176,7 +188,10 @@ def _discover(options: Options, console: Console) -> int:
         console.say(f"{left_out} movements were too short, too small, incomplete or too many to compare")
     if picture is not None:
         draw_kinds(picture, whole, kinds, palette(dark=options.dark))
-        console.say(f"drawn: {picture}")
+        console.say(
+            f"drawn: {picture}"
+            + (f" ({MOST_DRAWN} of {len(kinds)} kinds)" if len(kinds) > MOST_DRAWN else "")
+        )
     if not options.names:
         return DONE
     if len(options.names) > len(kinds):
@@ -185,16 +200,20 @@ def _discover(options: Options, console: Console) -> int:
         for name, kind in zip(options.names, kinds, strict=False):
             for part in kind[: options.times] if name != "-" else ():
                 moves.add(name, part.positions, part.fps)
-    console.say(f"{options.file}: {len(moves)} examples of {len(moves.names)} moves")
+    console.say(f"{options.file}: {_what_is_in(moves)}")
     return DONE
 
 
+def _what_is_in(moves: "Moves") -> str:
+    examples, names = len(moves), len(moves.names)
+    return f"{examples} example{'s' * (examples != 1)} of {names} move{'s' * (names != 1)}"
+
+
 def _part(whole: "LoadedRecording", begin: float, until: float) -> tuple[NDArray[np.float32], float]:
-    since = whole.times - whole.times[0] if len(whole.times) else whole.times
-    inside = (since >= begin) & (since <= until)
+    inside = (whole.times >= begin) & (whole.times <= until)
     if np.count_nonzero(inside) < 2:
         raise UsageError(f"there are no frames from {begin:g} s until {until:g} s of {whole.name}")
-    times = since[inside]
+    times = whole.times[inside]
     fps = (len(times) - 1) / float(times[-1] - times[0]) if times[-1] > times[0] else whole.fps or 0.0
     return whole.positions[inside], fps
 
@@ -209,6 +228,8 @@ def _teach_live(options: Options, console: Console) -> int:
     from mossar_tools.streaming import warm_up
     from mossar_tools.taking import MovementTaker
 
+    if Path(options.file).exists():
+        read_moves(options.file)  # what is wrong with the file is said before anybody moves
     settings = options.settings()
     taken = 0
     with contextlib.closing(source_of(options.sources[0], options)) as source:
