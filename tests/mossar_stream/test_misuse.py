@@ -199,3 +199,29 @@ def test_a_performer_that_memory_does_not_reach_for_is_refused_and_the_others_go
     assert pool.names == ("ann",)
     positions, times = walk(60)
     assert pool.push(Frames(positions.astype(np.float32), times, performer="ann"))[0].event == "started"
+
+
+def test_dates_are_not_read_as_seconds():
+    positions, times = walk()
+    dates = np.datetime64("2026-01-01") + (times * 1e9).astype("timedelta64[ns]")
+    with pytest.raises(FrameError, match=r"times are seconds, not datetime64\[ns\]"):
+        Segmenter(SKELETON).push(positions, dates)
+
+
+def test_a_stream_has_no_range_of_the_whole_file():
+    with pytest.raises(SettingsError, match="range=file needs the whole recording"):
+        Segmenter(SKELETON, Settings(range="file"))
+    segmenter = Segmenter(SKELETON, fps=60)
+    with pytest.raises(SettingsError, match="range=file"):
+        segmenter.change(range="file")
+    segmenter.push(*walk())
+
+
+def test_a_recording_needs_a_skeleton_and_counts_are_whole_numbers():
+    positions, _ = walk()
+    with pytest.raises(TypeError, match="needs a Skeleton, not tuple"):
+        segment_recording(positions, 60, ("hip", "hand", "foot"))
+    result = segment_recording(positions, 60, SKELETON)
+    assert result.at(count=10**20).key_frames == result.at(count=np.int64(len(result.key_frames))).key_frames
+    with pytest.raises(TypeError):
+        result.at(count=2.5)

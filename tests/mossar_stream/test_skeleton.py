@@ -1,6 +1,7 @@
 """Skeletons: what they may be, and parts of them."""
 
 import msgspec
+import numpy as np
 import pytest
 
 from mossar_stream import FrameError, Skeleton
@@ -34,6 +35,32 @@ def test_what_no_skeleton_can_be_is_refused_with_one_line(arguments, said):
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
     assert len(str(refused.value)) < 200
+
+
+def test_names_and_parents_may_be_lists_and_arrays_as_recordings_have_them():
+    plain = Skeleton(("hip", "hand"), (-1, 0))
+    for given in (
+        Skeleton(["hip", "hand"], [-1, 0]),
+        Skeleton(np.array(["hip", "hand"]), np.array([-1, 0], np.int16), np.int64(0)),
+        Skeleton(tuple(np.array(["hip", "hand"])), tuple(np.array([-1, 0]))),
+    ):
+        assert given == plain
+        assert hash(given) == hash(plain)
+        assert msgspec.msgpack.encode(given) == msgspec.msgpack.encode(plain)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("ab",), "not one text, 'ab'"),
+        (((1, 2),), "names of joints are texts"),
+        ((("a", "b"), (-1.0, 0.0)), "whole numbers"),
+        ((("a", "b"), (-1, 0), 0.5), "whole numbers"),
+    ],
+)
+def test_what_is_of_another_kind_is_refused(arguments, said):
+    with pytest.raises(TypeError, match=said):
+        Skeleton(*arguments)
 
 
 def test_joints_need_no_parents_and_no_root():

@@ -85,6 +85,35 @@ def test_a_part_of_a_recording_and_a_table_of_parts(mossar, recording, tmp_path)
     assert Moves.load(moves).names == ("raise",)
 
 
+def test_times_are_those_of_the_recording_and_annotations_count_from_its_first_frame(
+    mossar, recording, tmp_path
+):
+    take = recording("take.npz", shown(PUNCH))
+    with np.load(take) as archive:
+        known = dict(archive)
+    np.savez(take, **known, times=40.0 + np.arange(len(known["positions"])) / FPS)
+    table, marks = tmp_path / "labels.csv", tmp_path / "marks.txt"
+    table.write_text("start,end,name\n41.2,43,punch\n")
+    write_annotations(marks, [Tier("moves", (Mark(1.2, 3.0, "punch"),))], 7.0)
+    found = []
+    for k, asked in enumerate(
+        (["--labels", table], ["--name", "punch", "--from", "41.2", "--until", "43"], ["--labels", marks])
+    ):
+        moves = tmp_path / f"{k}.json"
+        status, _, err = mossar("teach", moves, take, *asked, "--unit", "m")
+        assert status == 0, err
+        found.append(Moves.load(moves).examples[0].positions)
+    assert found[0] == found[1] == found[2]
+
+
+def test_a_file_that_holds_no_moves_is_told_of_before_anybody_moves(mossar, tmp_path):
+    (tmp_path / "moves.json").write_text("{}")
+    status, _, err = mossar("teach", tmp_path / "moves.json", "demo:", "--name", "x")
+    assert status == 2
+    assert "not a file of moves" in err
+    assert "rest, do" not in err
+
+
 def test_too_few_movements_are_said_and_those_taken_are_kept(mossar, recording, tmp_path):
     moves, take = tmp_path / "moves.json", recording("take.npz", shown(PUNCH))
     status, _, err = mossar("teach", moves, take, "--name", "punch", "--times", "3", "--unit", "m")
