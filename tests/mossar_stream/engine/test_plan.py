@@ -35,7 +35,8 @@ def test_memory_of_a_performer(page):
 
 def test_memory_of_limbs():
     own = settings_of_limbs(Settings(limbs=True))
-    limbs = [Plan(limb.skeleton, own, 120.0).row_bytes for limb in groups_of(SKELETON, wanted=True)]
+    groups = groups_of(SKELETON, wanted=True)
+    limbs = [Plan(limb.skeleton, own, 120.0, channel=limb.name).row_bytes for limb in groups]
     assert (len(SKELETON), len(limbs)) == (21, 5)
     sizes = [round(sum(limbs) / 1000), kilobytes(SKELETON, Settings())]
     assert said("docs/limbs.md", r"take (\d+) kB .*besides the (\d+) kB of the body") == sizes
