@@ -77,8 +77,8 @@ class Row:
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         taken_time: (1,) s, `clock["taken_time"]`.
-        counted: (1,) HEADER of repetitions, and float32 samples; empty unless they are counted here.
-        samples: The latter.
+        counted: (1,) HEADER of repetitions; empty unless they are counted here.
+        samples: float32, the poses in which they are counted; empty likewise.
         adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         telling: What is told of them; None if nobody asks for it.

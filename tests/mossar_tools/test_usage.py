@@ -1,6 +1,9 @@
 """Wrong usage: one clear line and status 2; odd recordings: a sensible result."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -159,3 +162,41 @@ def test_a_link_that_leads_to_itself_is_one_line(mossar, tmp_path, command):
     status, _, err = mossar(*command, loop)
     assert status == 2
     assert "Too many levels of symbolic links" in err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_standard_output_that_has_no_room_is_no_defect():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "mossar_tools", "settings"],
+            check=False,
+            stdout=full,
+            stderr=subprocess.PIPE,
+        )
+    assert done.returncode == 1
+    assert done.stderr == b"mossar: error: standard output cannot be written: No space left on device\n"
+
+
+def test_a_run_in_which_nobody_can_be_followed_is_wrong_usage(mossar, tmp_path):
+    take = save(tmp_path / "take.npz", 60, 3)
+    status, out, err = mossar("run", take, "--limbs", "a=nope", "--unit", "m")
+    assert (status, out) == (2, "")
+    assert "p1 cannot be followed: limb a: no joint called 'nope'" in err
+    assert "was not announced" not in err
+
+
+def test_what_is_left_out_of_a_recording_is_said(mossar, tmp_path):
+    nobody = save(tmp_path / "nobody.npz", 60, 3, np.full((60, 3, 3), np.nan))
+    status, _, err = mossar("segment", nobody, "--unit", "m")
+    assert status == 0
+    assert "nobody is in it" in err
+    late = save(tmp_path / "late.npz", 60, 3)
+    with np.load(late) as archive:
+        known = dict(archive)
+    times = np.arange(60) / 30
+    times[30:] -= 0.5
+    np.savez(late, **known, times=times)
+    status, out, err = mossar("segment", late, "--unit", "m")
+    assert status == 0
+    assert "15 of 60 frames come out of order and are left out" in err
+    assert "60 frames, 1.5 s" in out

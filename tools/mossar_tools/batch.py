@@ -90,7 +90,7 @@ def segment_whole(
 def _say_what_is_left_out(loaded: LoadedRecording) -> None:
     """Warn of a recording in which nobody is seen, or some of whose frames are dropped."""
     times = loaded.times
-    late = int(np.count_nonzero(times[1:] <= np.maximum.accumulate(times)[:-1])) if len(times) else 0
+    late = int(np.count_nonzero(times[1:] <= np.fmax.accumulate(times)[:-1])) if len(times) else 0
     if late:
         LOGGER.warning(
             "%s: %d of %d frames come out of order and are left out", loaded.name, late, len(times)

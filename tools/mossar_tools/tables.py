@@ -22,7 +22,7 @@ def segmentation_table(
         console: Tells what can be printed.
     """
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
-    length = float(np.ptp(whole.times)) if len(whole.times) else 0.0
+    length = float(np.nanmax(whole.times) - np.nanmin(whole.times)) if len(whole.times) else 0.0
     yield f"{Path(whole.name).name} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
     yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
     if result.repetitions:

@@ -134,7 +134,7 @@ class Pipeline:
                 self.upkeep.look(self)
                 self._tick()
             self.outcome.complete = not self._stopping
-            self.outcome.none_followed = bool(self._unfollowed) and not self.latency
+            self.outcome.none_followed = bool(self._unfollowed) and not self.outcome.frames
         finally:
             self._finish()
         return self.outcome

@@ -308,6 +308,21 @@ def test_a_snapshot_does_not_disturb_limbs_that_came_in_between_two_frames_of_th
     assert any(getattr(event, "channel", "") == "left_arm" for event in found[0])
 
 
+def test_repetitions_of_a_limb_are_those_of_its_joints_alone_when_the_source_is_quick():
+    frames, times = quicker(*waving())
+    body = Segmenter(KINECT_20, Settings(limbs=True, repetitions=True, rate_limit=0.0), fps=5.0)
+    arm = next(limb for limb in groups_of(KINECT_20, wanted=True) if limb.name == "left_arm")
+    own = positions_of(arm, frames)
+    own = (own - own[:, [arm.skeleton.root]]).reshape(len(frames), -1)
+    for i in range(len(times)):
+        body.push(frames[i], float(times[i]))
+        row = body._followers.limbs.segmenters["left_arm"].row
+        latest = row.samples[
+            -own.shape[1] :
+        ]  # the pose that was counted last; at 120 Hz that is every fourth one
+        assert any(np.array_equal(latest, own[k]) for k in range(max(0, i - 8), i + 1))
+
+
 def test_repetitions_of_a_limb_are_the_same_when_its_row_grows_while_frames_come_in():
     frames = standing(KINECT_20, 300)
     frames[:, KINECT_20.index("HandLeft"), 0] += 0.3 - 0.3 * np.cos(2 * np.pi * np.arange(300) / 36)

@@ -70,7 +70,7 @@ TRICKS: Final[dict[str, Callable[[], None]]] = {
     "copied into callers": _replace(decorators, "inner_options", _called),
     "inner kernels without code": _replace(decorators, "inner_options", _finished),
     "called by name": _replace(linked, "is_accelerated", lambda: False),
-    "second process": _replace(precompile, "is_possible", lambda _cache: False),
+    "other processes": _replace(precompile, "is_possible", lambda _cache: False),
 }
 
 
