@@ -1,7 +1,7 @@
 """`mossar tune`: for someone with too many or too few key frames."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from mossar_tools.values import positive
 
 if TYPE_CHECKING:
     from mossar_stream import KeyFrame, Result
+    from mossar_tools.evaluation.matching import Cut
 
 DESCRIPTION = """Too many or too few key frames? Show how many of a recording's key frames stand at which strength, and
 choose a strength: from true cuts, or from how many you want a minute. The settings can be saved for run --config."""
@@ -64,10 +65,11 @@ def run(options: Options, console: Console) -> int:
         raise UsageError(f"{options.save} is there already; --force replaces it")
     outputs = Outputs.of(options)
     recording = load_recording(options)
+    truth = _truth(recording, settings, options)
     result = _segment(recording, settings, options)
     for line in _strengths(recording, result):
         console.line(line)
-    strength = _chosen(recording, result, options, console)
+    strength = _chosen(recording, result, options.per_minute, truth, console)
     if options.save is not None and strength is not None:
         _save(Path(options.save), settings, strength)
         console.say(f"saved: {options.save}; use it with --config {options.save}")
@@ -116,22 +118,38 @@ def _minutes(recording: LoadedRecording) -> float:
     return max(float(recording.times[-1] - recording.times[0]) / 60.0, 1e-9)
 
 
-def _chosen(recording: LoadedRecording, result: "Result", options: Options, console: Console) -> float | None:
+def _truth(
+    recording: LoadedRecording, settings: Settings, options: Options
+) -> "tuple[Sequence[Cut], float] | None":
+    """Return the true cuts and their tolerance, s; None if none were given."""
+    if options.labels is None:
+        return None
+    from mossar_tools.evaluation.takes import cuts_of
+
+    level = settings.resolved().level
+    wanted = level if isinstance(level, str) else "motion"
+    return cuts_of(Path(options.labels), recording.times, wanted, options.tier)
+
+
+def _chosen(
+    recording: LoadedRecording,
+    result: "Result",
+    per_minute: float | None,
+    truth: "tuple[Sequence[Cut], float] | None",
+    console: Console,
+) -> float | None:
     """Return the strength that suits, and say what it gives; None if there is nothing to choose by."""
     ranked = sorted(result.key_frames, key=lambda key: -key.strength)
-    if options.per_minute is not None:
-        count = min(round(options.per_minute * _minutes(recording)), len(ranked))
+    if per_minute is not None:
+        count = min(round(per_minute * _minutes(recording)), len(ranked))
         strength = _between(ranked, count)
         console.line(f"level {strength:.3g}: {count} key frames, {count / _minutes(recording):.1f} a minute")
         return strength
-    if options.labels is None:
+    if truth is None:
         return None
     from mossar_tools.evaluation.metrics import score
-    from mossar_tools.evaluation.takes import cuts_of
 
-    level = result.settings.level
-    wanted = level if isinstance(level, str) else "motion"
-    cuts, tolerance = cuts_of(Path(options.labels), recording.times, wanted, options.tier)
+    cuts, tolerance = truth
     start, duration = float(recording.times[0]), 60.0 * _minutes(recording)
     scores = [
         score(
