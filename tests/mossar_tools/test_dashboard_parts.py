@@ -93,6 +93,24 @@ def test_a_frozen_picture_stays(seen):
     assert seen.glimpses() is not before
 
 
+def test_key_frames_stand_on_the_curve(seen):
+    (glimpse,) = seen.glimpses()
+    drawn = ET.fromstring(chart([glimpse]))
+    box = next(e for e in drawn.iter() if e.get("class") == "box")
+    curve = next(e for e in box.iter() if e.get("class") == "curve").get("d").strip("M").split("L")
+    x, y = np.array([point.split() for point in curve], float).T
+    marks = [
+        e for e in drawn.iter() if e.get("x", "").endswith("%") and len(e) and "mark" in e[0].get("class", "")
+    ]
+    assert len(marks) == len(glimpse.marks) > 5
+    for mark in marks:
+        high = (
+            float(box.get("y"))
+            + float(box.get("height")) * np.interp(10 * float(mark.get("x")[:-1]), x, y) / 100
+        )
+        assert float(mark.get("y")) == pytest.approx(high, abs=1.0), ET.tostring(mark)
+
+
 def test_the_chart_is_well_formed_and_quotes_names(seen):
     (glimpse,) = seen.glimpses()
     ET.fromstring(chart([glimpse]))

@@ -139,7 +139,7 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
 def saying_if_cold(settings: Settings | None = None) -> Iterator[None]:
     """Compile, or load, the kernels before the block runs; say so if they, or others in the block, are compiled."""
     with mossar_stream.on_first_compile(
-        lambda: LOGGER.info("compiling kernels (once on this machine, %s s)", COMPILE_SECONDS)
+        lambda: LOGGER.info("compiling kernels (once for each installation, %s s)", COMPILE_SECONDS)
     ):
         interruptibly(lambda: mossar_stream.precompile(settings))
         yield

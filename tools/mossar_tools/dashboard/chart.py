@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_tools.dashboard.asking import asking
-from mossar_tools.dashboard.glimpse import Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Curve, Glimpse, Mark
 from mossar_tools.dashboard.style import STRIP
 
 MOST_ROWS = 3  # performers with a chart of their own
@@ -116,7 +116,10 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     )
     baseline = top + 8 + room
     axis = f'<line class="axis" x1="0" x2="100%" y1="{baseline:.1f}" y2="{baseline:.1f}"/>'
-    marks = "".join(_symbol(m, place(m.time), top + 8, room, high, seeks=seeks) for m in glimpse.marks)
+    marks = "".join(
+        _symbol(m, place(m.time), top + 8 + room * _height(curve, m, high), baseline, seeks=seeks)
+        for m in glimpse.marks
+    )
     strip = _segments(glimpse, baseline + _GAP) + _limb_strips(glimpse, baseline + _GAP + _STRIP, limbs)
     strip += _moves(glimpse, top + 8)
     head = ""
@@ -129,9 +132,15 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
     return axis + lines + strip + marks + head + name
 
 
-def _symbol(mark: Mark, place: str, top: float, room: float, high: float, *, seeks: bool) -> str:
+def _height(curve: Curve, mark: Mark, high: float) -> float:
+    """Return where on the curve a key frame is told to be, from the top, 0..1; its velocity is that of Algorithm 2's frame."""
+    seen = np.isfinite(curve.value)
+    value = float(np.interp(mark.time, curve.times[seen], curve.value[seen])) if seen.any() else mark.velocity
+    return _y(value, high) / 100
+
+
+def _symbol(mark: Mark, place: str, y: float, baseline: float, *, seeks: bool) -> str:
     """Return stem and symbol of a key frame, with what is known of it as a tooltip."""
-    y = top + room * _y(mark.velocity, high) / 100
     strength = "" if mark.strength is None else f", strength {mark.strength:.2f}"
     title = f"<title>{mark.kind} at {mark.time:.2f} s, frame {mark.frame}{strength}</title>"
     touch = visiting(mark.time) if seeks else ""
@@ -143,7 +152,7 @@ def _symbol(mark: Mark, place: str, top: float, room: float, high: float, *, see
     stem = (
         ""
         if mark.tentative
-        else f'<line class="stem {mark.kind}" x1="{place}" x2="{place}" y1="{y:.1f}" y2="{top + room + _GAP + _STRIP:.1f}"/>'
+        else f'<line class="stem {mark.kind}" x1="{place}" x2="{place}" y1="{y:.1f}" y2="{baseline + _GAP + _STRIP:.1f}"/>'
     )
     return (
         f'{stem}<svg x="{place}" y="{y:.1f}" {touch}><path class="mark {state} {mark.kind}" d="{SYMBOLS[mark.kind]}"/>'
