@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.facts import EARLIER, EARLIER_IN_NOISE
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.engine.plan import Plan
 from mossar_stream.memory.joint_pages import LINES, PAGE, POSE_X
@@ -15,6 +16,8 @@ class CurveState(msgspec.Struct, frozen=True):
     Args:
         frame: Number of the frame.
         time: s.
+        told: s; where a key frame at this frame is told to be. Where evidence decides that is a little earlier, since
+            the velocity is that of a moment ago.
         value: Velocity.
         ceiling: Ceiling of Algorithm 1.
         floor: Floor of Algorithm 1.
@@ -27,6 +30,7 @@ class CurveState(msgspec.Struct, frozen=True):
 
     frame: int
     time: float
+    told: float
     value: float
     ceiling: float
     floor: float
@@ -52,10 +56,15 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     )
     per = 1.0 / scale if scale > 0 else 0.0
     lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
+    time = float(state["clock"]["time"])
+    earlier = 0.0
+    if plan.settings.similarity == "evidence":
+        earlier = EARLIER_IN_NOISE if state["noise"]["loud"] else EARLIER
     pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
     return CurveState(
         frame=int(state["clock"]["used_frame"]),
-        time=float(state["clock"]["time"]),
+        time=time,
+        told=time - earlier,
         value=float(curve["value"]) * per,
         ceiling=float(curve["ceiling"]) * per,
         floor=float(curve["floor"]) * per,

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
+from mossar_adapters.demo import performance
 from mossar_stream import FrameError, Segmenter, Settings, Skeleton, segment_recording
 from mossar_stream.algorithm.reference import generate_key_frames, remerge
 from mossar_stream.settings import Features
@@ -321,3 +322,17 @@ def test_what_does_not_fit_is_refused_with_one_line(core):
             segment_recording(positions, **arguments)
     with pytest.raises(ValueError, match="fps or times"):
         segment_recording(np.zeros((5, 2, 3)))
+
+
+@pytest.mark.parametrize("level", ["motion", "posture"])
+def test_the_curve_tells_where_its_key_frames_stand(level):
+    take = performance(fps=60.0, seconds=20.0)
+    settings = Settings(level=level, location="none")
+    result = segment_recording(take.frames.positions, 60.0, take.skeleton, settings, curves=True)
+    told = np.array([state.told for state in result.curves])
+    value = np.array([state.value for state in result.curves])
+    assert (told <= [state.time for state in result.curves]).all()
+    minima = [key for key in result.key_frames if key.kind == "minimum"]
+    assert len(minima) > 10
+    for key in minima:  # as deep as its own velocity, within a frame that is taken in
+        assert value[np.abs(told - key.time) < 1 / 30].min() < key.velocity + 0.02

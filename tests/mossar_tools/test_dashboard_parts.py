@@ -309,7 +309,7 @@ def test_a_picture_of_a_stream_shows_what_the_page_does(seen):
     shown = excerpt_of(glimpse, [mark for mark in glimpse.marks if not mark.tentative], (0.2, "level"))
     assert [key.time for key in shown.kept] == [mark.time for mark in glimpse.marks if mark.kept]
     assert (shown.start, shown.end) == (glimpse.start, glimpse.end)
-    assert shown.columns[-1, 0] == glimpse.end
+    assert glimpse.end - 0.2 < shown.columns[-1, 0] <= glimpse.end  # the curve is that of a moment ago
     known = seen._tracks["p1"].key_poses()
     assert sum(mark.id in known for mark in glimpse.marks) > 10
 

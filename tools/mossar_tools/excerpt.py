@@ -129,9 +129,14 @@ def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segme
 
 
 def curve_columns(result: Result) -> NDArray[np.float64]:
-    """Return the curve of a result as (n, 4): time (s), velocity, ceiling, floor (shares of the range)."""
-    rows = [(s.time, s.value, s.ceiling, s.floor) for s in result.curves]
-    return np.array(rows, np.float64).reshape(-1, 4)
+    """Return the curve of a result as (n, 4): time (s), velocity, ceiling, floor (shares of the range).
+
+    It stands where its key frames are told to be.
+    """
+    rows = [(s.told, s.value, s.ceiling, s.floor) for s in result.curves]
+    columns = np.array(rows, np.float64).reshape(-1, 4)
+    columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # noise may have grown loud
+    return columns
 
 
 def _level(result: Result, chosen: Segmentation, count: int | None) -> tuple[float, str]:

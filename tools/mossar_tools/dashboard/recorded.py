@@ -19,6 +19,7 @@ from mossar_tools.dashboard.overview import Outline
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
+from mossar_tools.excerpt import curve_columns, excerpt
 from mossar_tools.figures import check_picture
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
@@ -174,7 +175,6 @@ class RecordedShow:
             MossarError: If matplotlib is missing.
         """
         check_picture("whole.png")
-        from mossar_tools.excerpt import excerpt
         from mossar_tools.plot import draw_excerpt
 
         with self._lock:
@@ -278,10 +278,10 @@ def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
     )
     states = result.curves
-    rows = [(s.time, s.value, s.ceiling, s.floor, s.moving) for s in states]
+    columns = np.column_stack([curve_columns(result), [s.moving for s in states]])
     threshold = states[-1].threshold if states else 0.0
     states.clear()
-    return _Found(result, np.array(rows, np.float64).reshape(-1, 5), threshold)
+    return _Found(result, columns, threshold)
 
 
 def _before(times: NDArray[np.float64], at: int) -> list[int]:

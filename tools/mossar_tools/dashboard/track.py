@@ -132,8 +132,9 @@ class Track:
         seen = [state for state in self._samples if state.time >= start - 0.5]
         times, value, ceiling, floor, moving = (
             np.array([getattr(state, name) for state in seen], np.float64)
-            for name in ("time", "value", "ceiling", "floor", "moving")
+            for name in ("told", "value", "ceiling", "floor", "moving")
         )
+        times = np.maximum.accumulate(times)  # noise may have grown loud
         keys, marks = self._sorted(), self.marks(level)
         cuts = [mark.time for mark in marks if mark.kept]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
