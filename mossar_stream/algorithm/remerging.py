@@ -208,10 +208,10 @@ def _complete(run, own):
     following = waiting[own]
     if following == NOTHING:
         return
-    merged = nodes[own]
-    if places[own] != NOTHING:
+    merged, first = nodes[own], places[own]
+    if first != NOTHING:
         for d in range(len(merged)):
-            merged[d] = segments[places[own], d]
+            merged[d] = segments[first, d]
         places[own] = NOTHING
     while following != NOTHING:
         place = places[following]
