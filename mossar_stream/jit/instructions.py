@@ -112,6 +112,51 @@ def variance_product(_context, sums, squares, begin, end, scale, floor):
 
 
 @intrinsic
+def spread_product(_context, sums, squares, begin, end, lines, stride, scale, floor):
+    """Multiply how far joints are spread: Π Σ_i max(q_i · scale - (s_i · scale)², 0) / lines + floor over joints.
+
+    Args:
+        _context: Given by the compiler.
+        sums: (any,) float64: lines of `stride` numbers, s_i of all joints in each.
+        squares: (any,) float64, lines of q_i.
+        begin: First joint.
+        end: The last one plus 1; so many blocks of `FACTORS`, with no product beyond a float64.
+        lines: How many.
+        stride: Between them.
+        scale: What turns a sum into a mean.
+        floor: > 0.
+
+    Returns:
+        The product: first in each of `FACTORS` places, then of these, one after the other.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        begin, end, lines, stride, scale, floor = values[2:]
+        scales, floors = _spread(builder, scale, FACTORS), _spread(builder, floor, FACTORS)
+        none = _all(ir.Constant(_double, 0.0), FACTORS)
+        counts = _spread(builder, builder.sitofp(lines, _double), FACTORS)
+        product = cgutils.alloca_once_value(builder, _all(ir.Constant(_double, 1.0), FACTORS))
+        total = cgutils.alloca_once_value(builder, none)
+        with cgutils.for_range_slice(builder, begin, end, _int(FACTORS), _int) as (joint, _):
+            builder.store(none, total)
+            with cgutils.for_range(builder, lines) as line:
+                place = builder.add(joint, builder.mul(line.index, stride))
+                s, q = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+                mean = builder.fmul(s, scales)
+                variance = builder.fsub(builder.fmul(q, scales), builder.fmul(mean, mean))
+                variance = builder.select(builder.fcmp_ordered("<", variance, none), none, variance)
+                builder.store(builder.fadd(builder.load(total), variance), total)
+            factor = builder.fadd(builder.fdiv(builder.load(total), counts), floors)
+            builder.store(builder.fmul(builder.load(product), factor), product)
+        found, every = ir.Constant(_double, 1.0), builder.load(product)
+        for place in range(FACTORS):
+            found = builder.fmul(found, builder.extract_element(every, _index(place)))
+        return found
+
+    return types.float64(sums, squares, begin, end, lines, stride, scale, floor), generate
+
+
+@intrinsic
 def lowest_bit(_context, _mask):
     """Return the position of the lowest set bit of an int64 other than 0: one instruction numba lacks."""
 

@@ -15,6 +15,7 @@ page_sum = _chosen.page_sum
 page_product = _chosen.page_product
 line_product = _chosen.line_product
 page_within = _chosen.page_within
+spread_product = _chosen.spread_product
 variance_product = _chosen.variance_product
 lowest_bit = _chosen.lowest_bit
 
@@ -26,5 +27,6 @@ __all__ = [
     "page_product",
     "page_sum",
     "page_within",
+    "spread_product",
     "variance_product",
 ]

@@ -73,6 +73,24 @@ def variance_product(sums, squares, begin, end, scale, floor):
 
 
 @register_jitable
+def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
+    """Multiply how far joints are spread, in `FACTORS` products side by side; see `instructions.spread_product`."""
+    product = np.ones(FACTORS)
+    for joint in range(begin, end, FACTORS):
+        for d in range(FACTORS):
+            total = 0.0
+            for line in range(lines):
+                place = joint + d + line * stride
+                mean = sums[place] * scale
+                total += max(squares[place] * scale - mean * mean, 0.0)
+            product[d] *= total / lines + floor
+    found = 1.0
+    for d in range(FACTORS):
+        found *= product[d]
+    return found
+
+
+@register_jitable
 def lowest_bit(mask):
     """Return the position of the lowest set bit of an int64 other than 0."""
     position = 0

@@ -17,7 +17,8 @@ What is known of the key frame itself stands in the summary of the segment that 
 
 import numpy as np
 
-from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.simd import spread_product
 from mossar_stream.similarity.summary import DURATION, SHORTEST
 
 FACTS = 8  # numbers in a summary's own part, from `params.facts` on:
@@ -38,8 +39,8 @@ SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
 SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
-AT_ONCE = 8  # products that are taken side by side, and
-MOST_ROWS = 3  # how many variances each may have, before a logarithm is taken
+AXES, ONE = np.int64(3), np.int64(1)  # lines of the positions, and of the log speeds, in a summary
+MOST_FACTORS = 24  # variances that are multiplied before a logarithm is taken
 LOG_2 = np.log(2.0)
 ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
@@ -94,11 +95,9 @@ def odds_strength(params, left, right, both):
 @kernel
 def _change(params, left, right, both, floor):
     """Return what it costs to merge the poses, and the log speeds, of two segments, at the performer's tempo."""
-    factors = both[: params.speeds]  # nobody asks for the head of `both`
-    duration = both[DURATION]
-    pose, speed = _terms(params, both, duration, floor, factors)
-    pose_left, speed_left = _terms(params, left, left[DURATION], floor, factors)
-    pose_right, speed_right = _terms(params, right, right[DURATION], floor, factors)
+    pose, speed = _terms(params, both, floor)
+    pose_left, speed_left = _terms(params, left, floor)
+    pose_right, speed_right = _terms(params, right, floor)
     share = 1.0 / (left[params.facts + JOINTS] * left[params.facts + TEMPO])
     most = MOST_CHANGE / left[params.facts + TEMPO]
     return min(most, (pose - pose_left - pose_right) * share), min(
@@ -107,73 +106,21 @@ def _change(params, left, right, both, floor):
 
 
 @kernel
-def _terms(params, slot, duration, floor, factors):
+def _terms(params, slot, floor):
     """Return T Σ log(σ² + floor) over the joints, of positions (mean variance of the axes) and of log speeds.
 
     Args:
         params: Of the likelihood.
         slot: Summary.
-        duration: s, T of the summary.
         floor: m², under the variance of the positions.
-        factors: (padded joints,) scratch.
     """
-    scale = 1.0 / duration
+    duration, scale = slot[DURATION], 1.0 / slot[DURATION]
     joints = params.speeds  # padded
-    sums = slot[params.start : params.start + params.dimensions]
-    squares = slot[params.start + params.dimensions : params.start + 2 * params.dimensions]
-    _pose_factors(sums, squares, scale, floor, factors)
-    pose = _log_sum(factors)
-    _speed_factors(sums[3 * joints :], squares[3 * joints :], scale, factors)
-    return duration * pose, duration * _log_sum(factors)
-
-
-@kernel
-def _pose_factors(sums, squares, scale, floor, factors):
-    joints = len(factors)
-    x, y, z = sums[:joints], sums[joints : 2 * joints], sums[2 * joints : 3 * joints]
-    xx, yy, zz = squares[:joints], squares[joints : 2 * joints], squares[2 * joints : 3 * joints]
-    for j in range(joints):
-        a, b, c = x[j] * scale, y[j] * scale, z[j] * scale
-        variance = max(xx[j] * scale - a * a, 0.0)
-        variance += max(yy[j] * scale - b * b, 0.0)
-        variance += max(zz[j] * scale - c * c, 0.0)
-        factors[j] = variance / 3.0 + floor
-
-
-@kernel
-def _speed_factors(sums, squares, scale, factors):
-    for j in range(len(factors)):
-        mean = sums[j] * scale
-        factors[j] = max(squares[j] * scale - mean * mean, 0.0) + SPEED_FLOOR
-
-
-@kernel
-def _log_sum(factors):
-    """Return the sum of the logarithms; overwrites them.
-
-    Factors are multiplied before a logarithm is taken, `AT_ONCE` products side by side.
-    """
-    total = 0.0
-    products = factors[:AT_ONCE]
-    for first in range(0, len(factors), AT_ONCE * MOST_ROWS):
-        end = min(first + AT_ONCE * MOST_ROWS, len(factors))
-        _load(products, factors[first:])
-        for begin in range(first + AT_ONCE, end, AT_ONCE):
-            _multiply(products, factors[begin:])
-        product = 1.0
-        for k in range(AT_ONCE):
-            product *= products[k]
-        total += np.log(product)
-    return total
-
-
-@inline_kernel
-def _load(products, factors):
-    for k in range(AT_ONCE):
-        products[k] = factors[k]
-
-
-@inline_kernel
-def _multiply(products, factors):
-    for k in range(AT_ONCE):
-        products[k] *= factors[k]
+    sums, squares = slot[params.start :], slot[params.start + params.dimensions :]
+    pose = speed = 0.0
+    for first in range(0, joints, MOST_FACTORS):  # one logarithm of a product of many variances
+        end = min(first + MOST_FACTORS, joints)
+        pose += np.log(spread_product(sums, squares, first, end, AXES, joints, scale, floor))
+        first, end = first + AXES * joints, end + AXES * joints
+        speed += np.log(spread_product(sums, squares, first, end, ONE, joints, scale, SPEED_FLOOR))
+    return duration * pose, duration * speed

@@ -45,6 +45,11 @@ def variance_product(sums, squares, begin, end, scale, floor):
 
 
 @entry_point
+def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
+    return simd.spread_product(sums, squares, begin, end, lines, stride, scale, floor)
+
+
+@entry_point
 def lowest_bit(mask):
     return simd.lowest_bit(mask)
 
@@ -132,6 +137,25 @@ def test_variances_are_multiplied_as_the_twin_does_and_never_below_the_floor(blo
             inner = slice(8, 8 + size)
             factors = np.maximum(squares[inner] * 0.25 - (sums[inner] * 0.25) ** 2, 0.0) + floor
             assert np.log(found[0]) + found[1] * np.log(2) == pytest.approx(np.log(factors).sum())
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize("odd", [0.0, 0.1])
+@pytest.mark.parametrize("lines", [1, 3])
+@pytest.mark.parametrize("joints", [8, 16, 24, 32])
+def test_spreads_are_multiplied_as_the_twin_does(joints, lines, odd):
+    rng = np.random.default_rng(joints)
+    for begin in range(0, joints, 8):
+        sums, squares = rng.normal(0, 1, lines * joints), rng.uniform(0, 1e2, lines * joints)
+        for values in (sums, squares):
+            chosen = rng.random(len(values)) < odd
+            values[chosen] = rng.choice(ODD.astype(np.float64), chosen.sum())
+        given = sums, squares, begin, joints, lines, joints, 0.25, 1e-3
+        found = spread_product(*given)
+        same(found, simd_twin.spread_product(*given))
+        if odd == 0.0:
+            spread = np.maximum(squares * 0.25 - (sums * 0.25) ** 2, 0.0).reshape(lines, joints).mean(axis=0)
+            assert found == pytest.approx(np.prod(spread[begin:] + 1e-3), rel=1e-12)
 
 
 def test_the_lowest_bit_is_found_wherever_it_is():

@@ -61,6 +61,7 @@ TRICKS: Final[dict[str, Callable[[], None]]] = {
             "page_product",
             "page_within",
             "line_product",
+            "spread_product",
             "variance_product",
             "lowest_bit",
         )
