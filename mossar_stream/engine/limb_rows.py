@@ -1,6 +1,6 @@
 """Limb rows: the rows of one performer's limbs lie in one block, so that one compiled call takes a frame in for all.
 
-A call of its own for each limb would cost more than what it does. Which frames are taken in the body has decided.
+A call of its own for each limb would cost more than what it does. Limbs take in what the body takes in, in the same call.
 """
 
 from collections.abc import Sequence
@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.frame_step import DONE, HAPPENED, STOPS
+from mossar_stream.algorithm.frame_step import DONE, HAPPENED, LOOK_DUE, STOPS, WINDOW_FULL
 from mossar_stream.algorithm.row import ROW, new_memory
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.run import FOLLOWS, advance_by_name, update_window_by_name
 from mossar_stream.events import Event
@@ -21,6 +22,8 @@ from mossar_stream.repetitions.state import HEADER, adopt
 
 ONE_DONE, ONE_HAPPENED = np.int64(STOPS + DONE), np.int64(STOPS + HAPPENED)
 OWN_ROW = np.int64(0)
+BODY_ROW = np.int64(-1)  # in events; limbs are counted from 0
+SILENT, ASKS_FOR_LOOK = ~DONE, ~LOOK_DUE  # what `advance_all` may return
 LINE = 64  # bytes
 HEAD = np.dtype([(name, "i8") for name in ("limbs", "joints", "table", "order", "frame", "time")])
 LIMB = np.dtype(
@@ -34,7 +37,7 @@ LIMB = np.dtype(
 
 
 @entry_point(makes_arrays=False)
-def advance_limbs(
+def advance_all(
     block: NDArray[np.uint8],
     params: NDArray[np.void],
     positions: NDArray[np.float32],
@@ -42,50 +45,80 @@ def advance_limbs(
     scratch: NDArray[np.uint8],
     event_buffer: NDArray[np.uint8],
 ) -> int:
-    """Take the frame that the body took in last in for all limbs, with all that follows from it.
+    """Take one frame of a take that goes on in, of the body and of all limbs, with all that follows from it.
 
     Args:
-        block: Bytes: `HEAD`, rows, a `LIMB` each, the joints of all, one after the other, their positions and the time.
-        params: (L,) records, those of the similarity measure for each limb.
+        block: Bytes: `HEAD`, rows, a `LIMB` each, the joints of all, one after the other, their positions and the
+            time of the frame, s.
+        params: (1 + L,) records, those of the similarity measure for the body and each limb.
         positions: (1, J, 3) float32 m, the performer's.
         body: (1, row) bytes of the performer.
-        scratch: Of `new_scratch`, large enough for each limb.
-        event_buffer: Gets the events, with the limbs' places for rows.
+        scratch: Of `new_scratch`, large enough for the body and each limb.
+        event_buffer: Empty; gets the events, with the limbs' places, or `BODY_ROW`, for rows.
 
     Returns:
-        How many limbs took it in; the caller must see to the others.
+        How many limbs took it in, or need not; the caller must see to the others. SILENT if these are all, and there are
+        no events. If the body asks for something first, nothing is done: `~code`, with the code that `advance` returned.
     """
     head = part(block, 0, HEAD, (1,))[0]
+    if head.limbs == 0:
+        return SILENT
     limbs = part(block, head.table, LIMB, (head.limbs,))
     frame = part(block, head.frame, np.float32, (head.joints, 3))
     times = part(block, head.time, np.float64, (1,))
+    buffers = scratch, event_buffer
     events = part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,))
     whole = part(body[0], 0, ROW, (1,))[0]
     clock = whole.clock
-    counted = part(body[0], whole.at.counted, HEADER, (whole.plan.repetitions,))
-    times[0] = clock.taken_time
-    _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame)
-    for i in range(head.limbs):
-        state = part(block, limbs[i].row, ROW, (1,))[0]
-        _catch_up(state.clock, clock, state.plan.max_pause)
-    for i in range(head.limbs):
-        limb = limbs[i]
-        row = part(block, limb.row, np.uint8, (1, limb.row_bytes))
-        state = part(block, limb.row, ROW, (1,))[0]
-        if events[0].row + state.plan.most_events >= len(events):
-            return i
-        own = part(block, limb.frame, np.float32, (1, limb.joints, 3))
-        if state.plan.adopts == 1:
-            _follow(part(block, limb.row + state.at.adopted, HEADER, (1,))[0], counted[0])
-        code = advance_by_name(row, OWN_ROW, params[i : i + 1], own, times)
-        if code == ONE_HAPPENED:
-            before = events[0].row
-            update_window_by_name(row, OWN_ROW, params[i : i + 1], scratch, event_buffer, FOLLOWS)
-            for k in range(before + 1, events[0].row + 1):
-                events[k].row = i
-        elif code != ONE_DONE:
-            return i
-    return head.limbs  # type: ignore[no-any-return]
+    taken = clock.taken_time
+    code = _take_in(body, params[:1], (positions, times), buffers, BODY_ROW)
+    if code != ONE_DONE:
+        return ~code  # type: ignore[no-any-return]
+    if clock.taken_time != taken:
+        counted = part(body[0], whole.at.counted, HEADER, (whole.plan.repetitions,))
+        _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame)
+        for i in range(head.limbs):
+            state = part(block, limbs[i].row, ROW, (1,))[0]
+            _catch_up(state.clock, clock, state.plan.max_pause)
+        for i in range(head.limbs):
+            limb = limbs[i]
+            row = part(block, limb.row, np.uint8, (1, limb.row_bytes))
+            state = part(block, limb.row, ROW, (1,))[0]
+            own = part(block, limb.frame, np.float32, (1, limb.joints, 3))
+            if state.plan.adopts == 1:
+                _follow(part(block, limb.row + state.at.adopted, HEADER, (1,))[0], counted[0])
+            code = _take_in(row, params[i + 1 : i + 2], (own, times), buffers, i)
+            if code != ONE_DONE:
+                return i
+    return head.limbs if events[0].row > 0 else SILENT
+
+
+@inline_kernel
+def _take_in(
+    row: NDArray[np.uint8],
+    params: NDArray[np.void],
+    frame: tuple[NDArray[np.float32], NDArray[np.float64]],
+    buffers: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    place: Any,
+) -> Any:
+    """Take a frame of the body or of a limb in, with all that follows; its events get `place` for a row.
+
+    Returns:
+        ONE_DONE, or what `advance` returned; WINDOW_FULL, too, where there is no room for its events.
+    """
+    positions, times = frame
+    scratch, event_buffer = buffers
+    events = part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,))
+    before = events[0].row
+    if before + part(row[0], 0, ROW, (1,))[0].plan.most_events >= len(events):
+        return np.int64(WINDOW_FULL)
+    code = advance_by_name(row, OWN_ROW, params, positions, times)
+    if code != ONE_HAPPENED:
+        return code
+    update_window_by_name(row, OWN_ROW, params, scratch, event_buffer, FOLLOWS)
+    for k in range(before + 1, events[0].row + 1):
+        events[k].row = place
+    return ONE_DONE
 
 
 @inline_kernel
@@ -116,17 +149,18 @@ class LimbRows:
     """The rows of a performer's limbs, moved into one block.
 
     Args:
+        body: The performer's row.
         rows: One for each limb; they lie in the block from now on.
         joints: Of the performer, of each limb; a negative one is set by the caller.
 
     Attributes:
         block: Bytes.
-        params: (L,) records.
+        params: (1 + L,) records.
         frame: (1, K, 3) float32 m, the joints of all limbs in the last frame, a view of the block.
         views: The same of each limb, (1, joints, 3).
     """
 
-    def __init__(self, rows: Sequence[Row], joints: Sequence[Sequence[int]]) -> None:
+    def __init__(self, body: Row, rows: Sequence[Row], joints: Sequence[Sequence[int]]) -> None:
         order = [joint for own in joints for joint in own]
         sizes = [LINE, *(row.plan.row_bytes for row in rows), LIMB.itemsize * len(rows), 8 * len(order), 8]
         at = np.concatenate([[0], np.cumsum(sizes)]).tolist()
@@ -134,43 +168,51 @@ class LimbRows:
         self.block = new_memory(1, frame + 12 * len(order))[0]
         self.block[: HEAD.itemsize].view(HEAD)[0] = len(rows), len(order), table, placed, frame, time
         self.block[placed:time].view(np.int64)[:] = order
+        self._time = self.block[time:frame].view(np.float64)
         self.frame = self.block[frame:].view(np.float32).reshape(1, len(order), 3)
-        self.params = np.concatenate([row.params for row in rows])
+        self.params = np.concatenate([row.params for row in (body, *rows)])
         ends = np.cumsum([len(own) for own in joints]).tolist()
         self.views = [self.frame[:, end - len(own) : end] for end, own in zip(ends, joints, strict=True)]
         limbs = self.block[table:placed].view(LIMB)
-        self._buffers = max((row.pool.buffers for row in rows), key=lambda own: len(own.scratch))
+        self._buffers = _buffers_for(body, rows)
         for i, (row, end) in enumerate(zip(rows, ends, strict=True)):
             count, size = len(joints[i]), row.plan.row_bytes
             limbs[i] = at[i + 1], size, frame + 12 * (end - count), count
             place = self.block[at[i + 1] : at[i + 1] + size].reshape(1, size)
             row.move_to(place, self._buffers)
-        self._places = [row.memory for row in rows]
-        self._sources = {i: row.pool.sources[0] for i, row in enumerate(rows)}
+        self._places = [row.memory for row in (body, *rows)]
+        own = {i: row.pool.sources[0] for i, row in enumerate(rows)}
+        self._sources = {int(BODY_ROW): body.pool.sources[body.index], **own}
 
-    def advance(self, positions: NDArray[np.float32], body: Row) -> tuple[int, list[Event]]:
-        """Take the frame in that the body took in last; see `advance_limbs`.
+    def advance(
+        self, positions: NDArray[np.float32], times: NDArray[np.float64], body: Row
+    ) -> tuple[int, list[Event]]:
+        """Take one frame of a take that goes on in, of the body and of all limbs; see `advance_all`.
 
         Args:
             positions: (1, J, 3) m, the performer's.
+            times: (1,) s.
             body: The performer's.
 
         Returns:
-            How many limbs took it in, and their events.
+            What `advance_all` returned, and the events.
 
         Raises:
             RuntimeError: If another thread is doing so.
         """
-        buffers = self._buffers
-        with buffers.guard:
-            done = advance_limbs(
-                self.block, self.params, positions, body.memory, buffers.scratch, buffers.events
-            )
-            return done, buffers.take_events(self._sources)
+        buffers, told = self._buffers, []
+        frame = self.block, self.params, positions, body.memory, buffers.scratch, buffers.events
+        with body.guard:
+            self._time[0] = times[0]
+            done = advance_all(*frame)
+            if done == ASKS_FOR_LOOK:
+                told = body.look_at_repetitions(times[0])
+                done = advance_all(*frame)
+            return done, told if done == SILENT else told + buffers.take_events(self._sources)
 
-    def holds(self, rows: Sequence[Row]) -> bool:
-        """Tell whether these rows still lie here: they leave when they need more room."""
-        return all(row.memory is place for row, place in zip(rows, self._places, strict=True))
+    def holds(self, body: Row, rows: Sequence[Row]) -> bool:
+        """Tell whether these rows still lie where they did: they leave when they need more room."""
+        return all(row.memory is place for row, place in zip((body, *rows), self._places, strict=True))
 
     def warm_up(self, body: Row) -> None:
         """Compile the kernel, or load it, without a frame.
@@ -180,5 +222,15 @@ class LimbRows:
         """
         head = self.block[: HEAD.itemsize].view(HEAD)
         limbs, head["limbs"] = int(head["limbs"][0]), 0
-        self.advance(np.zeros((1, body.plan.shape.joints, 3), np.float32), body)
+        self.advance(np.zeros((1, body.plan.shape.joints, 3), np.float32), np.zeros(1), body)
         head["limbs"] = limbs
+
+
+def _buffers_for(body: Row, rows: Sequence[Row]) -> Buffers:
+    """Return buffers for a body and its limbs: the body's, unless a limb needs more room; one guard is for both."""
+    largest = max((body, *rows), key=lambda row: len(row.pool.buffers.scratch))
+    if len(largest.pool.buffers.scratch) == len(body.pool.buffers.scratch):
+        return body.pool.buffers
+    buffers = Buffers(largest.plan)
+    buffers.guard = body.guard
+    return buffers

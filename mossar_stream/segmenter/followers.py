@@ -112,11 +112,8 @@ class Followers:
             limbs.hold(position, seconds) or not recognition.hold(position, seconds)
         ):
             return self._push_and_recognise(recognition, row, position, time, None)
-        body = engine.push_frame(row, position, time)
-        if body is None:
-            return self._push_limbs(limbs, row, position, time, None)
-        found = limbs.push(position, time, None)
-        return limbs.lead(body) + found if body else found
+        events = limbs.take(position, time)
+        return self._push_limbs(limbs, row, position, time, None) if events is None else events
 
     def push(
         self,
@@ -197,8 +194,12 @@ class Followers:
         first_frame: int | None,
     ) -> list[Event]:
         """Take one frame in, of the body and of its limbs."""
-        if not abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause:  # a take may begin
-            limbs.stop()
+        goes_on = abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause  # else a take may begin
+        if goes_on and (first_frame is None or engine.counts_on(row, first_frame)):
+            events = limbs.take(position, time)
+            if events is not None:
+                return events
+        limbs.stop()
         body = engine.push_short(row, position, time, first_frame)
         found = limbs.push(position, time, first_frame)
         return together(limbs.lead(body), found) if body or found else body

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.engine.limb_rows import LimbRows
+from mossar_stream.engine.limb_rows import SILENT, LimbRows
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
+from mossar_stream.events import BODY, Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, mean_of
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -81,6 +81,7 @@ class Limbs:
     def _lay(self) -> None:
         """Bring the rows of all limbs together, which is done again when one needed more room."""
         self._rows = LimbRows(
+            self._body,
             [segmenter.row for segmenter in self._segmenters],
             [limb.joints for limb in self._groups],
         )
@@ -122,33 +123,45 @@ class Limbs:
                 if body["open"]:
                     clock["next_frame"] = body["next_frame"]
 
+    def take(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event] | None:
+        """Take one frame of a take that goes on in, of the body and of all limbs, at once.
+
+        Args:
+            position: (1, J, 3) m.
+            time: (1,) s.
+
+        Returns:
+            The events; None if that cannot be: then nothing is done, the body must take it in, then `push`.
+        """
+        if not self._goes_on:
+            return None
+        if self._means and not self.hold(position, float(time[0])):
+            self._rows.frame[0, self._means] = mean_of(position)
+        done, events = self._rows.advance(position, time, self._body)
+        self._taken = float(self._body.taken_time[0])
+        if done < SILENT:
+            self._body.pending += events
+            return None
+        if events:
+            events = self.lead(events)
+        if 0 <= done < len(self._segmenters):
+            events += self._push_apart(time, None, done)
+        return events
+
     def push(
         self, positions: NDArray[np.float32], time: NDArray[np.float64], first_frame: int | None
     ) -> list[Event]:
-        """Take one frame of the body in, after the body; `stop` came before it if a take may begin with it.
+        """Take one frame of the body in, limb by limb; `stop` came before it, then the body took it in.
 
         Args:
             positions: (1, J, 3) m.
             time: (1,) s.
             first_frame: Number of the frame; None to count on.
         """
-        goes_on, taken = self._goes_on, float(self._body.taken_time[0])
-        is_new = taken != self._taken
-        if goes_on and not is_new:
-            return []
-        if not goes_on:
-            np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
+        np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
         if self._means:
             self._rows.frame[0, self._means] = mean_of(positions)
-        events: list[Event] = []
-        if not goes_on:
-            events = self._push_apart(time, first_frame)
-        else:
-            self._taken = taken
-            done, events = self._rows.advance(positions, self._body)
-            if done < len(self._segmenters):
-                events += self._push_apart(time, None, done)
-        return events
+        return self._push_apart(time, first_frame)
 
     def _push_apart(self, time: NDArray[np.float64], first_frame: int | None, begin: int = 0) -> list[Event]:
         """Take a frame of each limb in, from `begin` on, one after the other."""
@@ -162,17 +175,18 @@ class Limbs:
             if row.clock["take"] == self._body.clock["take"]:  # else that of the body began with this frame
                 row.adopt_repetitions(self._body.counted)
             events += _told(engine.push_short(row, view, time, first_frame))
-        if not self._rows.holds(rows):
+        if not self._rows.holds(self._body, rows):
             self._lay()
-        self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in rows)
+        whole = self._body, *rows
+        self._goes_on = all(row.is_live and not row.is_level_new and not row.pending for row in whole)
         self._taken, self._spacing = float(self._body.taken_time[0]), self._body.plan.spacing
         return events
 
     def lead(self, events: list[Event]) -> list[Event]:
-        """Return events of the body, the segments among them with the limb that led."""
+        """Return events, the segments of the body among them with the limb that led."""
         return [
             msgspec.structs.replace(event, limb=self._leading(event.active_joints))
-            if isinstance(event, SegmentEvent)
+            if isinstance(event, SegmentEvent) and event.channel == BODY
             else event
             for event in events
         ]
@@ -199,7 +213,7 @@ class Limbs:
         wanted = msgspec.structs.asdict(settings_of_limbs(settings))
         for segmenter in self._segmenters:
             segmenter.change(**wanted)
-        if not self._rows.holds([segmenter.row for segmenter in self._segmenters]):
+        if not self._rows.holds(self._body, [segmenter.row for segmenter in self._segmenters]):
             self._lay()
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
