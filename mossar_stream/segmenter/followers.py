@@ -86,13 +86,9 @@ class Followers:
         if self._tells_phase:
             return
         if limbs is not None:
-            self.hold = limbs.hold if recognition is None else self._hold_both
+            self.hold = limbs.hold if recognition is None else _hold_both(limbs, recognition)
         elif recognition is not None:
             self.hold = recognition.hold
-
-    def _hold_both(self, position: NDArray[np.float32], time: float) -> bool:
-        limbs, recognition = self.limbs, self._recognition
-        return bool(limbs and limbs.hold(position, time) and recognition and recognition.hold(position, time))
 
     def push_one(
         self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64], seconds: float
@@ -251,6 +247,10 @@ class Followers:
             row.telling.go_on(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
+
+
+def _hold_both(limbs: Limbs, recognition: Recognition) -> Hold:
+    return lambda position, time: limbs.hold(position, time) and recognition.hold(position, time)
 
 
 def _hold_nothing(_position: NDArray[np.float32], _time: float) -> bool:
