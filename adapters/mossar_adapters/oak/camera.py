@@ -52,7 +52,6 @@ _QUEUE_SIZE: Final = 4  # messages; when full the SDK drops the oldest, and the 
 # Of the time between two pictures; the cameras need not be in step, half is the worst.
 _SAME_MOMENT: Final = 0.6
 _DEPTH_KEPT: Final = 64  # depth pictures, 23 MB; the network may be half a second behind them at any rate
-_MEASURING: Final = 1.0  # s; it takes a millisecond
 _FIRST_PICTURE: Final = 30.0  # s from the start; loading the network takes a while
 _SILENCE: Final = 5.0  # s without a message, which every picture causes, even an empty one
 
@@ -96,15 +95,21 @@ class Measurement:
             ("people", places.inputDetections.createInputQueue()),
         )
         self._places = places.outputDetections.createOutputQueue(maxSize=_QUEUE_SIZE, blocking=False)
+        self._is_measuring = False  # takes a millisecond, on a busy machine more than `get` may wait
 
     def get(self, timeout: float) -> Any:
         """Return the next `SpatialImgDetections`, None after `timeout` seconds without."""
-        pair = self._pairs.get(timedelta(seconds=timeout))
-        if pair is None:
-            return None
-        for name, queue in self._given:
-            queue.send(pair[name])
-        return self._places.get(timedelta(seconds=_MEASURING))
+        patience = timedelta(seconds=timeout)
+        if not self._is_measuring:
+            pair = self._pairs.get(patience)
+            if pair is None:
+                return None
+            for name, queue in self._given:
+                queue.send(pair[name])
+            self._is_measuring = True
+        found = self._places.get(patience)
+        self._is_measuring = found is None
+        return found
 
 
 class Camera:

@@ -5,7 +5,6 @@ import sys
 import threading
 import time
 from datetime import timedelta
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,13 +31,6 @@ START = 1000.0  # s on the host's clock
 DEPTH_STEP = DISTANCE**2 / (FOCAL * BASELINE) / SUBPIXELS  # m, 38 mm
 
 OPEN = []  # stages of the test that runs
-
-
-def pytest_collection_modifyitems(items):
-    """Give the tests beside this file another try: now and then the SDK's threads keep a picture back on a busy machine."""
-    for item in items:
-        if item.path.parent == Path(__file__).parent:
-            item.add_marker(pytest.mark.flaky(reruns=2))
 
 
 @pytest.fixture(scope="session")
