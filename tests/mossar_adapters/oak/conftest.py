@@ -206,11 +206,14 @@ def shown(stage, pictures, source=None):
 
     feeder = threading.Thread(target=feed)
     feeder.start()
-    found = []
+    found, fed = [], False
     for item in source.items():
-        if item is None and not feeder.is_alive():
+        if item is None and fed:
             break
         found.append(item)
+        fed = (
+            not feeder.is_alive()
+        )  # a picture is counted before its frames come: nothing must come for a while after it
     feeder.join()
     source.close()
     return source, [item for item in found if item is not None]

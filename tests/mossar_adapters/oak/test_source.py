@@ -213,7 +213,7 @@ def test_measuring_that_takes_longer_than_anybody_waits_is_neither_lost_nor_take
             asked += 1
         assert picture.number == number
     stage.camera.close()
-    assert asked > 40  # so it was not there at once
+    assert asked > 20  # so it was not always there at once
 
 
 def test_a_message_that_the_sdk_stumbles_over_loses_the_camera_and_does_not_abort(studio):
