@@ -15,24 +15,24 @@ BATCH = 512  # events that there is room for besides those of one frame
 
 
 class Guard:
-    """Lets one thread in at a time (`with guard:`); another one that comes meanwhile gets an error at once.
+    """Lets one thread in at a time; another one that comes meanwhile gets an error at once.
 
-    Two threads would write into the same rows and the same event buffer.
-
-    Raises:
-        RuntimeError: On entering, if a thread is in.
+    Two threads would write into the same rows and the same event buffer. Whoever is in leaves by `is_busy = False` under
+    `finally`: with a call, as `with` makes one, Ctrl-C could come just before it, and nobody would get in any more.
     """
 
     def __init__(self) -> None:
         self.is_busy = False
 
-    def __enter__(self) -> None:
+    def enter(self) -> None:
+        """Come in.
+
+        Raises:
+            RuntimeError: If a thread is in.
+        """
         if self.is_busy:
             raise RuntimeError(IN_USE)
         self.is_busy = True
-
-    def __exit__(self, *_: object) -> None:
-        self.is_busy = False
 
 
 class Buffers:

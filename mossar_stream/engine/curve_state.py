@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.facts import EARLIER, EARLIER_IN_NOISE
+from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.engine.plan import Plan
 from mossar_stream.memory.joint_pages import LINES, PAGE, POSE_X
@@ -57,14 +58,11 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     per = 1.0 / scale if scale > 0 else 0.0
     lines = region(row, plan.shape, "body").reshape(-1, LINES, PAGE).transpose(1, 0, 2).reshape(LINES, -1)
     time = float(state["clock"]["time"])
-    earlier = 0.0
-    if plan.settings.similarity == "evidence":
-        earlier = EARLIER_IN_NOISE if state["noise"]["loud"] else EARLIER
     pose = lines[POSE_X // PAGE : POSE_X // PAGE + 3, : plan.shape.joints].T
     return CurveState(
         frame=int(state["clock"]["used_frame"]),
         time=time,
-        told=time - earlier,
+        told=_told(row, plan) if plan.settings.similarity == "evidence" else time,
         value=float(curve["value"]) * per,
         ceiling=float(curve["ceiling"]) * per,
         floor=float(curve["floor"]) * per,
@@ -74,3 +72,15 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
         pace=float(state["window"]["pace"]),
         pose=np.ascontiguousarray(pose, np.float32),
     )
+
+
+def _told(row: NDArray[np.uint8], plan: Plan) -> float:
+    """Return where a key frame at the last frame that was taken in is told to be, s: at a pose that was kept; see `note_place`."""
+    state = records(row)
+    taken = float(state["clock"]["taken_time"])
+    wanted = taken - (EARLIER_IN_NOISE if state["noise"]["loud"] else EARLIER)
+    history = state["history"]
+    newest = (int(history["head"]) - 1 - np.arange(int(history["filled"]))) % plan.shape.history
+    kept = region(row, plan.shape, "marks")["time"][newest]
+    distance = np.abs(kept - wanted)
+    return float(kept[np.argmax(distance < distance.min() + MARGIN)])

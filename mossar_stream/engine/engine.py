@@ -47,8 +47,12 @@ def push(
     Raises:
         RuntimeError: If another thread is using the row's pool.
     """
-    with row.guard:
+    guard = row.guard
+    guard.enter()
+    try:
         return _push(row, positions, times, first_frame)
+    finally:
+        guard.is_busy = False
 
 
 def _push(
@@ -91,7 +95,7 @@ def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64
         position: (1, J, 3) m.
         time: (1,) s.
     """
-    guard = row.guard  # as `with guard:` would do it, which takes longer
+    guard = row.guard  # as `enter` would do it, which takes longer
     if guard.is_busy:
         raise RuntimeError(IN_USE)
     guard.is_busy = True
@@ -144,7 +148,9 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
     # First those who have a pool of their own.
     for pool, members in sorted(by_pool.items(), key=lambda item: len(item[0].memory)):
         own, begins = [rows[k] for k in members], np.array(members) * count
-        with pool.buffers.guard:
+        guard = pool.buffers.guard
+        guard.enter()
+        try:
             for row in [row for row in own if row.pending or row.is_level_new]:
                 events += _take_pending(row)
             indices, ends, cursor = (
@@ -161,6 +167,8 @@ def push_many(rows: Sequence[Row], positions: NDArray[np.float32], times: NDArra
                     rest = slice(int(begins[k]) + used, int(ends[k]))
                     events += _push(own[k], positions[rest], times[rest])
                     cursor[:] = k + 1, 0
+        finally:
+            guard.is_busy = False
     return events
 
 
@@ -200,8 +208,12 @@ def update(row: Row, reason: int) -> list[Event]:
         row: The performer's.
         reason: See `update_window`.
     """
-    with row.guard:
+    guard = row.guard
+    guard.enter()
+    try:
         return _update(row, reason)
+    finally:
+        guard.is_busy = False
 
 
 def _update(row: Row, reason: int) -> list[Event]:
@@ -213,8 +225,12 @@ def _update(row: Row, reason: int) -> list[Event]:
 
 def take_pending(row: Row) -> list[Event]:
     """Return the events that waited for the next push, those of a level that moved included."""
-    with row.guard:
+    guard = row.guard
+    guard.enter()
+    try:
         return _take_pending(row)
+    finally:
+        guard.is_busy = False
 
 
 def _take_pending(row: Row) -> list[Event]:
@@ -229,9 +245,13 @@ def end_take(row: Row, reason: str = "") -> list[Event]:
 
     The last one says so if nobody was seen: every joint was missing, or at the origin, in all frames.
     """
-    with row.guard:
+    guard = row.guard
+    guard.enter()
+    try:
         said = reason if row.is_placed else ", ".join(filter(None, (reason, NOBODY)))
         return _end_take(row, said)
+    finally:
+        guard.is_busy = False
 
 
 def _end_take(row: Row, reason: str) -> list[Event]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, LOOK_DUE, STOPS, WINDOW_FULL
 from mossar_stream.algorithm.row import ROW, new_memory
 from mossar_stream.engine.buffers import Buffers
+from mossar_stream.engine.plan import new_scratch
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.run import FOLLOWS, advance_by_name, update_window_by_name
 from mossar_stream.events import Event
@@ -202,13 +203,20 @@ class LimbRows:
         """
         buffers, told = self._buffers, []
         frame = self.block, self.params, positions, body.memory, buffers.scratch, buffers.events
-        with body.guard:
+        guard = body.guard
+        guard.enter()
+        try:
             self._time[0] = times[0]
             done = advance_all(*frame)
             if done == ASKS_FOR_LOOK:
                 told = body.look_at_repetitions(times[0])
                 done = advance_all(*frame)
             return done, told if done == SILENT else told + buffers.take_events(self._sources)
+        except BaseException:  # Ctrl-C: nobody else may find in the buffer what only `_sources` can name
+            body.pending += buffers.take_events(self._sources)
+            raise
+        finally:
+            guard.is_busy = False
 
     def holds(self, body: Row, rows: Sequence[Row]) -> bool:
         """Tell whether these rows still lie where they did: they leave when they need more room."""
@@ -228,8 +236,8 @@ class LimbRows:
 
 def _buffers_for(body: Row, rows: Sequence[Row]) -> Buffers:
     """Return buffers for a body and its limbs: the body's, unless a limb needs more room; one guard is for both."""
-    largest = max((body, *rows), key=lambda row: len(row.pool.buffers.scratch))
-    if len(largest.pool.buffers.scratch) == len(body.pool.buffers.scratch):
+    largest = max((body, *rows), key=lambda row: len(new_scratch(row.plan.shape)))
+    if len(new_scratch(largest.plan.shape)) <= len(body.pool.buffers.scratch):
         return body.pool.buffers
     buffers = Buffers(largest.plan)
     buffers.guard = body.guard

@@ -137,7 +137,11 @@ class Limbs:
             return None
         if self._means and not self.hold(position, float(time[0])):
             self._rows.frame[0, self._means] = mean_of(position)
-        done, events = self._rows.advance(position, time, self._body)
+        try:
+            done, events = self._rows.advance(position, time, self._body)
+        except BaseException:  # the next frame finds out what waits
+            self._goes_on = False
+            raise
         self._taken = float(self._body.taken_time[0])
         if done < SILENT:
             self._body.pending += events

@@ -4,7 +4,10 @@ import msgspec
 import numpy as np
 import pytest
 
+from mossar_adapters.demo import performance
 from mossar_stream import KeyFrameEvent, Segmenter, SegmentEvent, Settings, Skeleton
+from mossar_stream.engine import limb_rows
+from mossar_stream.engine.limb_rows import advance_all
 from mossar_stream.moves.groups import groups_of
 
 MARKERS = Skeleton(tuple(f"m{j}" for j in range(8)), (), -1)
@@ -43,6 +46,35 @@ def test_another_thread_gets_an_error(limbs):
     segmenter = Segmenter(MARKERS, Settings(limbs=limbs))
     for k in range(10):
         segmenter.push(frames[k], float(times[k]))
-    with segmenter.row.guard, pytest.raises(RuntimeError, match="two threads"):
+    segmenter.row.guard.enter()
+    with pytest.raises(RuntimeError, match="two threads"):
         segmenter.push(frames[10], float(times[10]))
+    segmenter.row.guard.is_busy = False
     segmenter.push(frames[10], float(times[10]))
+
+
+def test_ctrl_c_right_after_the_compiled_call_loses_no_event(monkeypatch):
+    take = performance(fps=30.0, seconds=12.0)
+    settings = Settings(limbs=True, level=0.0)
+    is_armed = False
+
+    def advance(*given):
+        done = advance_all(*given)
+        if is_armed and given[-1][:8].view(np.int64)[0] > 0:  # there are events
+            raise KeyboardInterrupt
+        return done
+
+    monkeypatch.setattr(limb_rows, "advance_all", advance)
+    whole, cut = Segmenter(take.skeleton, settings), Segmenter(take.skeleton, settings)
+    expected, found, interrupted = [], [], 0
+    for k, frame in enumerate(take.frames.positions):
+        is_armed = False
+        expected += whole.push(frame, k / 30)
+        is_armed = True
+        try:
+            found += cut.push(frame, k / 30)
+        except KeyboardInterrupt:
+            interrupted += 1
+    found += cut.end_take()
+    assert interrupted > 10
+    assert sorted(map(repr, found)) == sorted(map(repr, expected + whole.end_take()))
