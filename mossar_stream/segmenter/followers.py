@@ -176,9 +176,19 @@ class Followers:
         if len(times) == 1:
             return self._push_limbs(self.limbs, row, positions, times, first_frame)
         events: list[Event] = []
-        for i in range(len(times)):
-            number = None if first_frame is None else first_frame + i
-            events += self._push_limbs(self.limbs, row, positions[i : i + 1], times[i : i + 1], number)
+        moments, begin = times.tolist(), 0
+        while begin < len(moments):
+            end = begin
+            number = None if first_frame is None else first_frame + begin
+            if number is None or engine.counts_on(row, number):
+                while end < len(moments) and self.limbs.hold(positions, moments[end]):
+                    end += 1
+            if end > begin:  # of which limbs know nothing
+                events += engine.push_short(row, positions[begin:end], times[begin:end], number)
+            else:
+                end += 1
+                events += self._push_limbs(self.limbs, row, positions[begin:end], times[begin:end], number)
+            begin = end
         return events
 
     def _push_limbs(

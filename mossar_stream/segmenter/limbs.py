@@ -104,7 +104,7 @@ class Limbs:
 
     def hold(self, _position: NDArray[np.float32], time: float) -> bool:
         """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon."""
-        return self._goes_on and time - self._taken < self._spacing
+        return self._goes_on and -self._spacing < time - self._taken < self._spacing
 
     def stop(self) -> None:
         """Ask all limbs about the next frame, and let them know of those before it: a take may begin with it."""
