@@ -160,6 +160,9 @@ class WebSocketSink:
         server.close()
         # Whoever has not even asked yet for a WebSocket would be waited for much longer.
         await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=_CLOSE)
+        for transport in (*self._waiting, *(client.connection.transport for client in self._clients)):
+            transport.abort()  # or the other end would wait for ours for ever
+        await asyncio.sleep(0)
 
     def _refusal(self, connection: "ServerConnection", request: "Request") -> "Response | None":
         """Return an answer that refuses a page, None for those that are welcome."""
@@ -173,11 +176,11 @@ class WebSocketSink:
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, "too many clients")
             return
-        client = _Client()
+        client = _Client(connection)
         for text in self._metas.values():
             client.offer(text)
         self._clients.add(client)
-        pump = asyncio.ensure_future(client.pump(connection))
+        pump = asyncio.ensure_future(client.pump())
         try:
             await _discard(connection)  # ends with the connection
         finally:
@@ -220,7 +223,8 @@ def _counted_by(sink: WebSocketSink) -> Any:
 class _Client:
     """The messages that wait for one client."""
 
-    def __init__(self) -> None:
+    def __init__(self, connection: "ServerConnection") -> None:
+        self.connection = connection
         self._queue: asyncio.Queue[str] = asyncio.Queue(QUEUE)
 
     def offer(self, text: str) -> bool:
@@ -230,12 +234,12 @@ class _Client:
             return False
         return True
 
-    async def pump(self, connection: "ServerConnection") -> None:
+    async def pump(self) -> None:
         from websockets.exceptions import ConnectionClosed
 
         try:
             while True:
-                await connection.send(await self._queue.get())
+                await self.connection.send(await self._queue.get())
                 self._queue.task_done()
         except ConnectionClosed:
             return

@@ -121,6 +121,20 @@ def test_the_last_events_are_delivered_on_closing(sink):
             client.recv(5)
 
 
+def test_a_client_that_never_says_goodbye_is_told_that_it_is_over(sink):
+    asked = "GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    asked += "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    with socket.create_connection(("127.0.0.1", sink.port)) as client:
+        client.sendall(asked.encode())
+        client.settimeout(5)
+        assert client.recv(4096).startswith(b"HTTP/1.1 101")
+        sink.close()
+        last = client.recv(4096)  # the server's goodbye, which nobody answers
+        assert last
+        while last:
+            last = client.recv(4096)
+
+
 def test_a_port_in_use_is_named(sink):
     with pytest.raises(MossarError, match=f"port {sink.port} is in use"):
         open_sink(f"ws://127.0.0.1:{sink.port}")
