@@ -183,7 +183,7 @@ class Followers:
             if number is None or engine.counts_on(row, number):
                 while end < len(moments) and self.limbs.hold(positions, moments[end]):
                     end += 1
-            if end > begin:  # of which limbs know nothing
+            if end > begin:  # they come too soon for limbs
                 events += engine.push_short(row, positions[begin:end], times[begin:end], number)
             else:
                 end += 1

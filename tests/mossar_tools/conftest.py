@@ -11,7 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mossar_adapters.demo import DemoSource
+from mossar_adapters.pipeline import Pipeline
+from mossar_stream import Settings
 from mossar_tools.cli import main
+from mossar_tools.dashboard.live import LiveShow
 
 ROOT = Path(__file__).parents[2]
 
@@ -102,3 +106,13 @@ def recording(path, positions):
     names = np.array([f"j{i}" for i in range(joints)])
     np.savez(path, positions=positions, fps=30, joint_names=names, parents=np.arange(-1, joints - 1))
     return path
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """Return a live show after a minute of the built-in performer."""
+    show = LiveShow(Settings())
+    source = DemoSource.from_url("demo:?seconds=40&seed=3", speed=40)
+    pipeline = Pipeline([source], [], Settings(), views=[show], tick=lambda: show.tick(pipeline))
+    pipeline.run()
+    return show

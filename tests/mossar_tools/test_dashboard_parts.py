@@ -48,16 +48,6 @@ from mossar_tools.palette import LIGHT
 from mossar_tools.settings_file import as_toml
 
 
-@pytest.fixture(scope="module")
-def seen():
-    """A live show after a minute of the built-in performer."""
-    show = LiveShow(Settings())
-    source = DemoSource.from_url("demo:?seconds=40&seed=3", speed=40)
-    pipeline = Pipeline([source], [], Settings(), views=[show], tick=lambda: show.tick(pipeline))
-    pipeline.run()
-    return show
-
-
 def test_what_is_kept_of_a_stream_is_bounded(seen):
     (glimpse,) = seen.glimpses()
     assert glimpse.end - glimpse.start == 20
@@ -91,34 +81,6 @@ def test_a_frozen_picture_stays(seen):
     assert seen.glimpses() is before
     seen.frozen = False
     assert seen.glimpses() is not before
-
-
-def test_key_frames_stand_on_the_curve(seen):
-    (glimpse,) = seen.glimpses()
-    drawn = ET.fromstring(chart([glimpse]))
-    box = next(e for e in drawn.iter() if e.get("class") == "box")
-    curve = next(e for e in box.iter() if e.get("class") == "curve").get("d").strip("M").split("L")
-    x, y = np.array([point.split() for point in curve], float).T
-    marks = [
-        e for e in drawn.iter() if e.get("x", "").endswith("%") and len(e) and "mark" in e[0].get("class", "")
-    ]
-    assert len(marks) == len(glimpse.marks) > 5
-    for mark in marks:
-        high = (
-            float(box.get("y"))
-            + float(box.get("height")) * np.interp(10 * float(mark.get("x")[:-1]), x, y) / 100
-        )
-        assert float(mark.get("y")) == pytest.approx(high, abs=1.0), ET.tostring(mark)
-
-
-def test_the_chart_is_well_formed_and_quotes_names(seen):
-    (glimpse,) = seen.glimpses()
-    ET.fromstring(chart([glimpse]))
-    other = type(glimpse)(
-        **{name: getattr(glimpse, name) for name in glimpse.__struct_fields__} | {"performer": "<b>"}
-    )
-    assert "&lt;b&gt;" in chart([glimpse, other])
-    assert "Waiting" in chart([])
 
 
 def test_a_recording_shows_as_many_key_frames_as_asked_for():

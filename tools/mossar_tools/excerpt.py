@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import KeyFrame, Result, Segment, Segmentation
+from mossar_stream import CurveState, KeyFrame, Result, Segment, Segmentation
 from mossar_tools.errors import UsageError
 
 
@@ -85,7 +85,7 @@ def excerpt(
         )
     start, end = max(start, ends[0]), min(end, ends[1])
     if columns is None:
-        columns = curve_columns(result)
+        columns = curve_columns(result.curves)[:, :4]
         threshold = result.curves[0].threshold if result.curves else 0.0
     kept = [key for key in chosen.key_frames if start <= key.time <= end]
     merged = result.hierarchy[: len(result.hierarchy) - len(chosen.key_frames)]
@@ -128,13 +128,13 @@ def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segme
     return [part for part in segments if part.end_time > start and part.start_time < end]
 
 
-def curve_columns(result: Result) -> NDArray[np.float64]:
-    """Return the curve of a result as (n, 4): time (s), velocity, ceiling, floor (shares of the range).
+def curve_columns(states: Sequence[CurveState]) -> NDArray[np.float64]:
+    """Return a curve as (n, 5): time (s), velocity, ceiling, floor (shares of the range), and whether it is moving.
 
     It stands where its key frames are told to be.
     """
-    rows = [(s.told, s.value, s.ceiling, s.floor) for s in result.curves]
-    columns = np.array(rows, np.float64).reshape(-1, 4)
+    rows = [(s.told, s.value, s.ceiling, s.floor, s.moving) for s in states]
+    columns = np.array(rows, np.float64).reshape(-1, 5)
     columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # noise may have grown loud
     return columns
 

@@ -100,15 +100,12 @@ class Measurement:
     def get(self, timeout: float) -> Any:
         """Return the next `SpatialImgDetections`, None after `timeout` seconds without."""
         patience = timedelta(seconds=timeout)
-        if not self._is_measuring:
-            pair = self._pairs.get(patience)
-            if pair is None:
-                return None
+        if not self._is_measuring and (pair := self._pairs.get(patience)) is not None:
             for name, queue in self._given:
                 queue.send(pair[name])
             self._is_measuring = True
-        found = self._places.get(patience)
-        self._is_measuring = found is None
+        found = self._places.get(patience) if self._is_measuring else None
+        self._is_measuring &= found is None
         return found
 
 

@@ -211,9 +211,8 @@ def shown(stage, pictures, source=None):
         if item is None and fed:
             break
         found.append(item)
-        fed = (
-            not feeder.is_alive()
-        )  # a picture is counted before its frames come: nothing must come for a while after it
+        # A picture is counted before its frames come: nothing must come for a while after it.
+        fed = not feeder.is_alive()
     feeder.join()
     source.close()
     return source, [item for item in found if item is not None]

@@ -198,3 +198,17 @@ def test_the_summary_comes_in_time_or_says_that_it_does_not():
     assert summary(60)[0] == f"depthai {dai.__version__}"
     (line,) = summary(0.01)
     assert "has not answered" in line
+
+
+def test_measuring_that_takes_longer_than_anybody_waits_is_neither_lost_nor_taken_for_the_next(studio):
+    stage, body = studio.Stage(), studio.standing()
+    asked = 0
+    for number in range(20):
+        stage.send(number, studio.START + number / studio.FPS, [body])
+        picture = None
+        while picture is None:
+            picture = stage.camera.get(0.0)
+            asked += 1
+        assert picture.number == number
+    stage.camera.close()
+    assert asked > 20  # so it was not always there at once

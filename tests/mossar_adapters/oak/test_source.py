@@ -202,20 +202,6 @@ def test_joints_are_measured_in_the_depth_of_their_own_moment_though_the_network
     assert pictures[1].time == pytest.approx(studio.START + 3.2 / studio.FPS, abs=1e-6)
 
 
-def test_measuring_that_takes_longer_than_anybody_waits_is_neither_lost_nor_taken_for_the_next(studio):
-    stage, body = studio.Stage(), studio.standing()
-    asked = 0
-    for number in range(20):
-        stage.send(number, studio.START + number / studio.FPS, [body])
-        picture = None
-        while picture is None:
-            picture = stage.camera.get(0.0)
-            asked += 1
-        assert picture.number == number
-    stage.camera.close()
-    assert asked > 20  # so it was not always there at once
-
-
 def test_a_message_that_the_sdk_stumbles_over_loses_the_camera_and_does_not_abort(studio):
     stage, body = studio.Stage(), studio.standing()
     message = studio.dai.ImgDetections()  # without the view of the camera that it belongs to

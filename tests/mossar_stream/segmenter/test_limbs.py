@@ -317,9 +317,8 @@ def test_repetitions_of_a_limb_are_those_of_its_joints_alone_when_the_source_is_
     for i in range(len(times)):
         body.push(frames[i], float(times[i]))
         row = body._followers.limbs.segmenters["left_arm"].row
-        latest = row.samples[
-            -own.shape[1] :
-        ]  # the pose that was counted last; at 120 Hz that is every fourth one
+        # The pose that was counted last; at 120 Hz that is every fourth one.
+        latest = row.samples[-own.shape[1] :]
         assert any(np.array_equal(latest, own[k]) for k in range(max(0, i - 8), i + 1))
 
 

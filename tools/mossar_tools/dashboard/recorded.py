@@ -278,7 +278,7 @@ def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
     )
     states = result.curves
-    columns = np.column_stack([curve_columns(result), [s.moving for s in states]])
+    columns = curve_columns(states)
     threshold = states[-1].threshold if states else 0.0
     states.clear()
     return _Found(result, columns, threshold)

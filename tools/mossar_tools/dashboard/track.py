@@ -23,6 +23,7 @@ from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
+from mossar_tools.excerpt import curve_columns
 
 SECONDS = 20.0  # of the curve that are shown
 RATE = 30.0  # samples and poses kept per second, at most
@@ -130,11 +131,7 @@ class Track:
         last = self._samples[-1]
         start = last.time - SECONDS
         seen = [state for state in self._samples if state.time >= start - 0.5]
-        times, value, ceiling, floor, moving = (
-            np.array([getattr(state, name) for state in seen], np.float64)
-            for name in ("told", "value", "ceiling", "floor", "moving")
-        )
-        times = np.maximum.accumulate(times)  # noise may have grown loud
+        times, value, ceiling, floor, moving = curve_columns(seen).T
         keys, marks = self._sorted(), self.marks(level)
         cuts = [mark.time for mark in marks if mark.kept]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
