@@ -45,7 +45,7 @@ def test_nobody_seen_is_nothing_said():
 )
 def test_a_players_moves_are_hardly_ever_said_of_others():
     examples = load_examples(KINECT / "samples" / "U105.npz", skeleton_of(KINECT))
-    takes = [*load_folder(LABELLED / "repcount")[:8], *load_folder(LABELLED / "gesture_phase")[:1]]
+    takes = [*load_folder(LABELLED / "ui_prmd")[:8], *load_folder(LABELLED / "gesture_phase")[:1]]
     player = count("U105", examples, takes)
     assert player.refused == 1  # upper bodies
     assert player.seconds > 120
