@@ -1,26 +1,12 @@
-"""What tests of every package share: on which path kernels are compiled, and when; disks that are full or read-only."""
+"""What tests of every package share: when kernels are compiled; disks that are full or read-only."""
 
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 
-from mossar_stream.jit.acceleration import force_plain_path
-
-if (
-    "--plain-path" in sys.argv
-):  # before options are known: other conftest files import kernels as they are loaded
-    force_plain_path()
-
 from mossar_stream import Moves, Segmenter, Settings, Skeleton, precompile
-
-
-def pytest_addoption(parser):
-    parser.addoption(
-        "--plain-path", action="store_true", help="compile kernels without numba's private parts"
-    )
 
 
 def pytest_sessionstart(session):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.run import ADVANCE, UPDATE, run
-from mossar_stream.jit.acceleration import open_own_cache
+from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.linked import publish
 from mossar_stream.jit.precompile import other_processes
 from mossar_stream.memory.event_buffer import new_event_buffer
@@ -68,7 +68,7 @@ def _warm_up_looks() -> None:
 
 def _warm_up_steps(plan: Plan) -> None:
     """Compile what takes frames in and what decides, or load it."""
-    open_own_cache()
+    open_cache()
     memory = plan.new_rows(1)
     scratch, events = _publish_window_step(plan, memory)
     frames, times = _publish_frame_step(plan, memory)
@@ -84,7 +84,7 @@ def compile_part(folder: str, part: str) -> None:
         folder: Of the cache.
         part: `LOOKS`, or the similarity measure for which frames are taken in.
     """
-    if folder != str(open_own_cache().folder):
+    if folder != str(open_cache().folder):
         return
     if part == LOOKS:
         _warm_up_looks()

@@ -1,16 +1,14 @@
 """Where compiled kernels are kept: a folder on disk per state of the sources.
 
 Numba's own cache notices a change of the file that holds a kernel, but not of the kernels it calls. Ours lies in
-a folder named after all sources of this package, so that no stale kernel is ever loaded. It is made when the first
-kernel is about to be compiled or loaded, not when the package is imported.
+a folder named after the contents of all sources that kernels are compiled from (`sources.py`), so that no stale kernel
+is ever loaded. It is made when the first kernel is about to be compiled or loaded, not when the package is imported.
 
 Kernels are code: none is loaded from a folder, or a file in it, that another user could have written, and root is no
 exception.
 """
 
 import contextlib
-import functools
-import hashlib
 import os
 import shutil
 import stat
@@ -23,9 +21,9 @@ from typing import Any, NamedTuple
 import numba
 
 from mossar_stream.errors import MossarError
-from mossar_stream.jit.turns import system_locks, take_turns
+from mossar_stream.jit.sources import PACKAGE, digest
+from mossar_stream.jit.sturdy_cache import SturdyCache
 
-PACKAGE = Path(__file__).parents[1]
 LONGEST_UNUSED = 30 * 86400.0  # s
 MOST_FOLDERS = 8  # some megabytes each
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -38,74 +36,37 @@ class Cache(NamedTuple):
     lasts: bool  # whether other processes will find it, too
 
 
-def digest(package: Path) -> str:
-    """Return what names the state of a package's sources, those in subfolders, too, and the version of numba."""
-    facts = [
-        f"{file.relative_to(package).as_posix()}:{(found := file.stat()).st_mtime_ns}:{found.st_size}"
-        for file in sorted(package.rglob("*.py"))
-    ]
-    return hashlib.sha256("\n".join([numba.__version__, *facts]).encode()).hexdigest()[:16]
-
-
-def folder_name(*, accelerated: bool) -> str:
-    """Return the name of the folder; each path has its own, because numba's cache does not look at options."""
-    return f"kernels-{_digest()}" if accelerated else f"kernels-{_digest()}-plain"
-
-
-@functools.cache
-def _digest() -> str:
-    return digest(PACKAGE)
-
-
-def exists(*, accelerated: bool) -> bool:
-    """Tell whether a folder was made before; nothing is made or changed."""
-    name = folder_name(accelerated=accelerated)
-    return any(_is_ours(parent / name) for parent in _usual_parents())
-
-
 # numba keeps a cache in every dispatcher, and opening it makes folders: so they wait here until there is a folder.
 _waiting: list[Callable[[], None]] = []
-_open: dict[bool, Cache] = {}
+_open: list[Cache] = []
 
 
-def cached(dispatcher: Any, *, accelerated: bool) -> Any:
+def cached(dispatcher: Any) -> Any:
     """Let what numba compiles for an entry point be kept as soon as the cache is open; return the entry point."""
 
     def give_cache() -> None:
         # numba raises a RuntimeError for a function that stands in no file.
-        with contextlib.suppress(RuntimeError), _numba_cache_in(_open[accelerated].folder):
-            if accelerated:
-                from mossar_stream.jit.sturdy_cache import SturdyCache  # noqa: PLC0415 - private parts
+        with contextlib.suppress(RuntimeError), _numba_cache_in(_open[0].folder):
+            dispatcher._cache = SturdyCache(dispatcher.py_func)  # noqa: SLF001 - what enable_caching does
 
-                dispatcher._cache = SturdyCache(dispatcher.py_func)  # noqa: SLF001 - what enable_caching does
-            else:
-                dispatcher.enable_caching()
-
-    if accelerated in _open:
+    if _open:
         give_cache()
     else:
         _waiting.append(give_cache)
     return dispatcher
 
 
-def open_cache(*, accelerated: bool) -> Cache:
-    """Open the cache, before the first kernel is compiled or loaded.
-
-    Args:
-        accelerated: The path on which the kernels of this process are compiled.
+def open_cache() -> Cache:
+    """Open the cache, before the first entry point is compiled or loaded: an earlier one would not be kept.
 
     Raises:
         MossarError: If nothing can be written anywhere.
     """
-    if accelerated not in _open:
-        locks = system_locks()
-        shared = _usual_parents() if accelerated or locks else ()  # see turns.py
-        _open[accelerated] = make_folder(shared, folder_name(accelerated=accelerated))
-        if locks and not accelerated:
-            take_turns(_open[accelerated].folder, locks)
+    if not _open:
+        _open.append(make_folder(_usual_parents(), f"kernels-{digest()}"))
         while _waiting:
             _waiting.pop()()
-    return _open[accelerated]
+    return _open[0]
 
 
 def make_folder(parents: Iterable[Path], name: str) -> Cache:

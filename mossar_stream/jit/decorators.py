@@ -4,7 +4,7 @@
     inline_kernel  the same, copied into its callers: for what every frame goes through
     entry_point    what Python calls
 
-Whichever path they are compiled on (`acceleration.py`), nothing is compiled before it is first called.
+Nothing is compiled before it is first called.
 """
 
 import inspect
@@ -15,7 +15,6 @@ import numba
 import numba.extending
 
 from mossar_stream.errors import MossarError
-from mossar_stream.jit.acceleration import is_accelerated
 from mossar_stream.jit.cache import cached
 from mossar_stream.jit.options import entry_options, inner_options
 
@@ -46,7 +45,7 @@ def kernel(
     """
     if chosen_by is not None:
         return lambda stub: _chosen_kernel(stub, chosen_by)
-    return cast("F", numba.njit(**inner_options(accelerated=is_accelerated()))(function))
+    return cast("F", numba.njit(**inner_options())(function))
 
 
 def _chosen_kernel(stub: F, choose: Callable[..., Callable[..., object]]) -> F:
@@ -54,7 +53,7 @@ def _chosen_kernel(stub: F, choose: Callable[..., Callable[..., object]]) -> F:
         return choose(stub.__name__, *types)
 
     chosen.__signature__ = inspect.signature(stub)  # type: ignore[attr-defined]
-    options: Any = inner_options(accelerated=is_accelerated())
+    options: Any = inner_options()
     numba.extending.overload(stub, jit_options=options)(chosen)
     return stub
 
@@ -84,7 +83,7 @@ def inline_kernel(function: F | None = None, *, returns_views: bool = False) -> 
 
 
 def _inline_kernel(function: F, *, returns_views: bool) -> F:
-    options = inner_options(accelerated=is_accelerated(), inline=True, returns_views=returns_views)
+    options = inner_options(inline=True, returns_views=returns_views)
     return cast("F", numba.njit(**options)(function))
 
 
@@ -110,5 +109,5 @@ def entry_point(function: F | None = None, *, makes_arrays: bool = True) -> F | 
 
 
 def _entry_point(function: F, *, makes_arrays: bool) -> F:
-    options = entry_options(accelerated=is_accelerated(), makes_arrays=makes_arrays)
-    return cast("F", cached(numba.njit(**options)(function), accelerated=is_accelerated()))
+    options = entry_options(makes_arrays=makes_arrays)
+    return cast("F", cached(numba.njit(**options)(function)))

@@ -13,8 +13,9 @@ from typing import Any
 
 import numba
 
-from mossar_stream.jit.acceleration import is_accelerated, open_own_cache
+from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.linked_calls import callable_by_name, make_known
 
 _kernels: dict[str, tuple[Any, Any]] = {}  # by name: kernel, signature or type of the result
 _published: set[tuple[str, tuple[Any, ...]]] = set()
@@ -32,10 +33,6 @@ def linked(name: str, signature: Any) -> Callable[[Callable[..., Any]], Callable
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         kernel: Any = function if hasattr(function, "py_func") else entry_point(function)
         _kernels[name] = kernel, signature
-        if not is_accelerated():
-            return kernel  # type: ignore[no-any-return]
-        from mossar_stream.jit.linked_calls import callable_by_name  # noqa: PLC0415 - private parts
-
         return callable_by_name(name, kernel, signature)
 
     return decorate
@@ -52,10 +49,7 @@ def publish(name: str, *arguments: Any) -> None:
     types = tuple(map(numba.typeof, arguments)) or signature.args
     if (name, types) in _published:
         return
-    open_own_cache()
+    open_cache()
     kernel.compile(types)
-    if is_accelerated():
-        from mossar_stream.jit.linked_calls import make_known  # noqa: PLC0415 - private parts
-
-        make_known(name, kernel, types)
+    make_known(name, kernel, types)
     _published.add((name, types))

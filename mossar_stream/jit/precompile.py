@@ -12,8 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from mossar_stream.jit.acceleration import is_accelerated, open_own_cache
-from mossar_stream.jit.cache import Cache
+from mossar_stream.jit.cache import Cache, open_cache
 from mossar_stream.jit.listening import on_first_compile
 
 LONGEST = 120.0  # s; a process that takes longer is given up
@@ -41,7 +40,7 @@ def other_processes(module: str, parts: Sequence[str]) -> Iterator[None]:
         parts: One for each process.
     """
     others: list[subprocess.Popen[bytes]] = []
-    cache = open_own_cache()
+    cache = open_cache()
 
     def start() -> None:
         if is_possible(cache):
@@ -63,13 +62,11 @@ def other_processes(module: str, parts: Sequence[str]) -> Iterator[None]:
 def is_possible(cache: Cache) -> bool:
     """Tell whether another process could help: a second core, a cache that it shares, an interpreter to run.
 
-    On the plain path processes compile in turns (`turns.py`), so that two are no quicker than one.
     In a program that embeds or freezes Python `sys.executable` is that program, which must not be started again.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     is_interpreter = Path(sys.executable or "").name.lower().startswith("python")
-    is_alone = getattr(sys, "frozen", False) or not is_accelerated()
-    return cores > 1 and cache.lasts and is_interpreter and not is_alone
+    return cores > 1 and cache.lasts and is_interpreter and not getattr(sys, "frozen", False)
 
 
 def _interpreter(module: str, cache: Cache, part: str) -> subprocess.Popen[bytes]:

@@ -1,32 +1,209 @@
-"""Sums and products over many joints at once, in an order that does not depend on the machine.
+"""Sums and products over many joints at once, as LLVM's vectors say them, in an order that no machine changes.
 
-On the accelerated path they are instructions written by hand, on the plain one their twins in Python.
+A loop that adds up is carried out number by number, unless the compiler may reorder sums, and then the result
+depends on the machine. Here the order is written down: halves are combined with halves until one number is left.
+`tools/checks/reference/simd.py` computes the same in plain Python; tests compare the two bit by bit.
 """
 
-from importlib import import_module
+from collections.abc import Callable
 from typing import Any
 
-from mossar_stream.jit.acceleration import is_accelerated
-from mossar_stream.jit.simd_twin import FACTORS, WIDTH
+from llvmlite import ir
+from numba import extending, types
+from numba.core import cgutils
 
-_chosen: Any = import_module(f"mossar_stream.jit.{'instructions' if is_accelerated() else 'simd_twin'}")
+WIDTH = 32  # numbers of a line that are added up at once
+FACTORS = 8  # numbers that are multiplied at once
+FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
+FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
-page_sum = _chosen.page_sum
-page_product = _chosen.page_product
-line_product = _chosen.line_product
-page_within = _chosen.page_within
-spread_product = _chosen.spread_product
-variance_product = _chosen.variance_product
-lowest_bit = _chosen.lowest_bit
+_float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 
-__all__ = [
-    "FACTORS",
-    "WIDTH",
-    "line_product",
-    "lowest_bit",
-    "page_product",
-    "page_sum",
-    "page_within",
-    "spread_product",
-    "variance_product",
-]
+intrinsic: Any = extending.intrinsic  # whose types hide the parameters from mypy
+
+
+@intrinsic
+def page_sum(_context, page, line):
+    """Sum a line of a page of the body in double precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return _sum(builder, _load(context, builder, signature, values, 0, values[1], WIDTH))
+
+    return types.float64(page, line), generate
+
+
+@intrinsic
+def page_product(_context, page, one, other):
+    """Sum the products of two lines of a page in double precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        lines = [_load(context, builder, signature, values, 0, line, WIDTH) for line in values[1:]]
+        return _sum(builder, builder.fmul(*lines))
+
+    return types.float64(page, one, other), generate
+
+
+@intrinsic
+def line_product(_context, one, other):
+    """Sum the products of two lines of float32 of one length, a multiple of `FACTORS`, in single precision."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        total = cgutils.alloca_once_value(builder, _all(ir.Constant(_float, 0.0), FACTORS))
+        size = context.make_array(signature.args[0])(context, builder, values[0]).nitems
+        with cgutils.for_range_slice(builder, _int(0), size, _int(FACTORS), _int) as (place, _):
+            a, b = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+            builder.store(builder.fadd(builder.load(total), builder.fmul(a, b)), total)
+        return _fold(builder, builder.load(total), builder.fadd)
+
+    return types.float32(one, other), generate
+
+
+@intrinsic
+def page_within(_context, page, line, limit):
+    """Tell whether a line of a page has no number above `limit`, and none that is NaN."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        numbers = _load(context, builder, signature, values, 0, values[1], WIDTH)
+        most = context.cast(builder, values[2], signature.args[2], types.float32)
+        beyond = builder.fcmp_unordered(">", numbers, _spread(builder, most, WIDTH))
+        return builder.icmp_signed("==", builder.bitcast(beyond, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
+
+    return types.boolean(page, line, limit), generate
+
+
+@intrinsic
+def variance_product(_context, sums, squares, begin, end, scale, floor):
+    """Multiply variances: Π max(q_d · scale - (s_d · scale)², 0) + floor for d = begin … end - 1.
+
+    Args:
+        _context: Given by the compiler.
+        sums: (any,) float64, s.
+        squares: (any,) float64, q.
+        begin: First of them.
+        end: The last one plus 1; so many blocks of `FACTORS`, with no product of every eighth beyond a float64.
+        scale: What turns a sum into a mean.
+        floor: > 0.
+
+    Returns:
+        Mantissa, product of `FACTORS` numbers in 1..2, and exponent: the product is mantissa · 2^exponent.
+    """
+    found = types.Tuple((types.float64, types.int64))
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        begin, end, scale, floor = values[2:]
+        scales, floors = _spread(builder, scale, FACTORS), _spread(builder, floor, FACTORS)
+        product = cgutils.alloca_once_value(builder, _all(ir.Constant(_double, 1.0), FACTORS))
+        with cgutils.for_range_slice(builder, begin, end, _int(FACTORS), _int) as (place, _):
+            s, q = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+            mean = builder.fmul(s, scales)
+            variance = builder.fsub(builder.fmul(q, scales), builder.fmul(mean, mean))
+            none = _all(ir.Constant(_double, 0.0), FACTORS)
+            variance = builder.select(builder.fcmp_ordered(">", variance, none), variance, none)
+            factor = builder.fadd(variance, floors)
+            builder.store(builder.fmul(builder.load(product), factor), product)
+        bits = builder.bitcast(builder.load(product), ir.VectorType(_int, FACTORS))
+        fractions = builder.or_(
+            builder.and_(bits, _all(_int(FRACTION), FACTORS)), _all(_int(BITS_OF_ONE), FACTORS)
+        )
+        mantissas = builder.bitcast(fractions, ir.VectorType(_double, FACTORS))
+        exponents = builder.sub(
+            builder.ashr(bits, _all(_int(FRACTION_BITS), FACTORS)), _all(_int(EXPONENT_BIAS), FACTORS)
+        )
+        both = _fold(builder, mantissas, builder.fmul), _fold(builder, exponents, builder.add)
+        return context.make_tuple(builder, found, both)
+
+    return found(sums, squares, begin, end, scale, floor), generate
+
+
+@intrinsic
+def spread_product(_context, sums, squares, begin, end, lines, stride, scale, floor):
+    """Multiply how far joints are spread: Π Σ_i max(q_i · scale - (s_i · scale)², 0) / lines + floor over joints.
+
+    Args:
+        _context: Given by the compiler.
+        sums: (any,) float64: lines of `stride` numbers, s_i of all joints in each.
+        squares: (any,) float64, lines of q_i.
+        begin: First joint.
+        end: The last one plus 1; so many blocks of `FACTORS`, with no product beyond a float64.
+        lines: How many.
+        stride: Between them.
+        scale: What turns a sum into a mean.
+        floor: > 0.
+
+    Returns:
+        The product: first in each of `FACTORS` places, then of these, one after the other.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        begin, end, lines, stride, scale, floor = values[2:]
+        scales, floors = _spread(builder, scale, FACTORS), _spread(builder, floor, FACTORS)
+        none = _all(ir.Constant(_double, 0.0), FACTORS)
+        counts = _spread(builder, builder.sitofp(lines, _double), FACTORS)
+        product = cgutils.alloca_once_value(builder, _all(ir.Constant(_double, 1.0), FACTORS))
+        total = cgutils.alloca_once_value(builder, none)
+        with cgutils.for_range_slice(builder, begin, end, _int(FACTORS), _int) as (joint, _):
+            builder.store(none, total)
+            with cgutils.for_range(builder, lines) as line:
+                place = builder.add(joint, builder.mul(line.index, stride))
+                s, q = (_load(context, builder, signature, values, which, place, FACTORS) for which in (0, 1))
+                mean = builder.fmul(s, scales)
+                variance = builder.fsub(builder.fmul(q, scales), builder.fmul(mean, mean))
+                variance = builder.select(builder.fcmp_ordered("<", variance, none), none, variance)
+                builder.store(builder.fadd(builder.load(total), variance), total)
+            factor = builder.fadd(builder.fdiv(builder.load(total), counts), floors)
+            builder.store(builder.fmul(builder.load(product), factor), product)
+        found, every = ir.Constant(_double, 1.0), builder.load(product)
+        for place in range(FACTORS):
+            found = builder.fmul(found, builder.extract_element(every, _index(place)))
+        return found
+
+    return types.float64(sums, squares, begin, end, lines, stride, scale, floor), generate
+
+
+@intrinsic
+def lowest_bit(_context, _mask):
+    """Return the position of the lowest set bit of an int64 other than 0: one instruction numba lacks."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(types.int64), generate
+
+
+def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, begin: Any, count: int) -> Any:
+    """Return `count` numbers of an array among the arguments as one vector."""
+    array = context.make_array(signature.args[which])(context, builder, values[which])
+    kind = ir.VectorType(context.get_data_type(signature.args[which].dtype), count)
+    return builder.load(
+        builder.bitcast(builder.gep(array.data, [begin]), kind.as_pointer()),
+        align=4 if kind.element == _float else 8,
+    )
+
+
+def _sum(builder: Any, numbers: Any) -> Any:
+    return _fold(builder, builder.fpext(numbers, ir.VectorType(_double, WIDTH)), builder.fadd)
+
+
+def _fold(builder: Any, numbers: Any, combine: Callable[[Any, Any], Any]) -> Any:
+    """Combine the first half of a vector with the second until one number is left."""
+    size = numbers.type.count
+    while size > 1:
+        size //= 2
+        halves = (
+            builder.shuffle_vector(numbers, numbers, ir.Constant(ir.VectorType(_index, size), list(part)))
+            for part in (range(size), range(size, 2 * size))
+        )
+        numbers = combine(*halves)
+    return builder.extract_element(numbers, _index(0))
+
+
+def _spread(builder: Any, value: Any, count: int) -> Any:
+    """Return a vector of one number."""
+    one = builder.insert_element(
+        ir.Constant(ir.VectorType(value.type, count), ir.Undefined), value, _index(0)
+    )
+    return builder.shuffle_vector(one, one, _all(_index(0), count))
+
+
+def _all(constant: Any, count: int) -> Any:
+    return ir.Constant(ir.VectorType(constant.type, count), [constant] * count)

@@ -2,8 +2,12 @@
 
 import contextlib
 import hashlib
+from pathlib import Path
+from types import FunctionType
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+from mossar_stream.jit.sources import PACKAGE
 
 
 class SturdyCache(FunctionCache):
@@ -14,10 +18,14 @@ class SturdyCache(FunctionCache):
     the other one's code.
     """
 
-    def __init__(self, py_func: object) -> None:
+    def __init__(self, py_func: FunctionType) -> None:
         super().__init__(py_func)
         impl = self._impl
-        self._cache_file = _OneNameEach(self._cache_path, impl.filename_base, impl.locator.get_source_stamp())
+        name, stamp = impl.filename_base, impl.locator.get_source_stamp()
+        if Path(py_func.__code__.co_filename).is_relative_to(PACKAGE):
+            # The folder is named after the contents: neither the time of the file nor the line counts.
+            name, stamp = name.replace(f"-{impl.locator.get_disambiguator()}.py", ".py"), None
+        self._cache_file = _OneNameEach(self._cache_path, name, stamp)
 
     def load_overload(self, sig: object, target_context: object) -> object:
         """Return a kernel for a signature, None if there is none that can be read."""

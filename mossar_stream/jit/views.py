@@ -2,41 +2,43 @@
 
 from typing import Any
 
-import numpy as np
-from numba import types
-from numba.extending import overload, register_jitable
-from numpy.typing import NDArray
+from numba import extending, types
+from numba.core import cgutils
+from numba.np.arrayobj import make_array, populate_array
 
-from mossar_stream.jit.acceleration import is_accelerated
-
-
-@register_jitable
-def part_twin(memory: NDArray[Any], begin: int, kind: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Return what `part` returns, in plain Python."""
-    count = 1
-    for length in shape:
-        count *= length
-    numbers = memory.reshape(memory.size).view(np.uint8)
-    found: NDArray[Any] = numbers[begin : begin + count * _item_size(kind)].view(kind).reshape(shape)
-    return found
+intrinsic: Any = extending.intrinsic  # whose types hide the parameters from mypy
 
 
-def _item_size(kind):  # without types, which numba would compare with those of the function below
-    return np.dtype(kind).itemsize
+@intrinsic
+def part(_context, memory, begin, kind, shape):
+    """Return a part of an array's memory as another array; that it lies within is for the caller to see.
 
+    Slices, `view` and `reshape` do the same, but look at everything twice: those that a row needs took as long as
+    two frames.
 
-@overload(_item_size)
-def _item_size_of_type(kind):
-    size = kind.dtype.size if isinstance(kind.dtype, types.Record) else kind.dtype.bitwidth // 8
-    return lambda kind: size  # noqa: ARG005 - numba compares the parameters
+    Args:
+        _context: Given by the compiler.
+        memory: Contiguous array.
+        begin: Where in it the part begins, bytes.
+        kind: Numpy type of the numbers, or of the records.
+        shape: Tuple.
+    """
+    found = types.Array(kind.dtype, len(shape), "C")
 
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        whole = make_array(signature.args[0])(context, builder, values[0])
+        data = builder.gep(builder.bitcast(whole.data, cgutils.voidptr_t), [values[1]])
+        sizes = [
+            context.cast(builder, size, own, types.intp)
+            for size, own in zip(cgutils.unpack_tuple(builder, values[3]), signature.args[3], strict=True)
+        ]
+        item = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+        strides = [context.get_constant(types.intp, item)]
+        for size in sizes[:0:-1]:
+            strides.insert(0, builder.mul(strides[0], size))
+        array = make_array(found)(context, builder)
+        pointer = builder.bitcast(data, array.data.type)
+        populate_array(array, pointer, sizes, strides, item, meminfo=None)
+        return array._getvalue()  # noqa: SLF001 - numba's own way to end
 
-def _part() -> Any:
-    if not is_accelerated():
-        return part_twin
-    from mossar_stream.jit.instructions import part as accelerated  # noqa: PLC0415 - private parts
-
-    return accelerated
-
-
-part = _part()
+    return found(memory, begin, kind, shape), generate

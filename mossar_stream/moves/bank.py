@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.acceleration import open_own_cache
+from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.joints import Pair, shared_joints
@@ -35,7 +35,7 @@ def make_store(
         FrameError: If the stream lacks joints that the examples need.
     """
     _, ours, theirs = shared_joints(shown, streamed)
-    open_own_cache()
+    open_cache()
     numbers = padded(3 * len(ours))
     store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
     store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers

@@ -6,7 +6,7 @@ This is what Li and Leung's recursion asks of the path kernel, which this packag
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.acceleration import open_own_cache
+from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import pad
 from mossar_stream.settings import Settings
@@ -38,7 +38,7 @@ class Comparison:
         piece: float,
         size: int,
     ) -> None:
-        open_own_cache()
+        open_cache()
         resolved = settings.resolved()
         joints = poses.shape[1]
         lines = np.zeros((len(poses), 4, pad(joints)), np.float32)

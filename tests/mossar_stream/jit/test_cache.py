@@ -9,20 +9,16 @@ import time
 
 import pytest
 
-from mossar_stream.jit.acceleration import is_accelerated
 from mossar_stream.jit.cache import (
     LONGEST_UNUSED,
     MOST_FOLDERS,
-    PACKAGE,
-    digest,
-    folder_name,
     make_folder,
     open_cache,
     own_temporary,
 )
 from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.sources import PACKAGE
 
-accelerated_only = pytest.mark.skipif(not is_accelerated(), reason="numba's own cache serves the plain path")
 root_only = pytest.mark.skipif(
     not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give files to another user"
 )
@@ -125,23 +121,6 @@ def test_a_folder_that_others_can_write_to_is_not_taken(tmp_path):
     assert make_folder([tmp_path / "first", tmp_path / "next"], "kernels-own").folder.parent.name == "next"
 
 
-def test_a_folder_is_named_after_all_sources_those_in_subfolders_too(tmp_path):
-    copy = tmp_path / "package"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    names = {digest(copy)}
-    assert digest(copy) in names
-    for source in ("errors.py", "algorithm/splitter.py", "similarity/path_kernel/path_sum.py"):
-        os.utime(copy / source, (0, 0))
-        assert digest(copy) not in names
-        names.add(digest(copy))
-    (copy / "similarity" / "path_kernel" / "new.py").touch()
-    assert digest(copy) not in names
-
-
-def test_each_path_has_its_own_folder():
-    assert folder_name(accelerated=True) != folder_name(accelerated=False)
-
-
 def test_importing_everything_makes_no_folder(tmp_path):
     copy = tmp_path / "lib" / "mossar_stream"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -163,14 +142,13 @@ def tripled_again(x):
     return 3 * x
 
 
-@accelerated_only
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
 @pytest.mark.parametrize("left", [0, 20])
 def test_kernels_that_a_power_cut_left_damaged_are_compiled_anew(ending, left):
-    open_cache(accelerated=True)
+    open_cache()
 
     def files():
-        return list(open_cache(accelerated=True).folder.rglob(f"test_cache.tripled-*.{ending}"))
+        return list(open_cache().folder.rglob(f"test_cache.tripled-*.{ending}"))
 
     def fresh():
         return entry_point(tripled.py_func)
@@ -186,7 +164,6 @@ def test_kernels_that_a_power_cut_left_damaged_are_compiled_anew(ending, left):
     assert again.stats.cache_hits
 
 
-@accelerated_only
 def test_a_full_disk_costs_the_cache_and_nothing_else(monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")

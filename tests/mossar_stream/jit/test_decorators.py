@@ -1,4 +1,4 @@
-"""Kernels that only kernels call cannot be called, and both paths compile to the same results."""
+"""Kernels that only kernels call cannot be called from Python."""
 
 import os
 import subprocess
@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from mossar_stream.jit.acceleration import force_plain_path, is_accelerated
 from mossar_stream.jit.decorators import entry_point, kernel
 
 
@@ -22,15 +21,8 @@ def doubled_and_one(x):
 
 def test_an_inner_kernel_works_in_others_and_refuses_calls_from_python():
     assert doubled_and_one(4) == 9
-    if is_accelerated():
-        with pytest.raises(TypeError):
-            doubled(4, 1)
-
-
-def test_a_path_cannot_be_chosen_when_kernels_are_declared():
-    if is_accelerated():
-        with pytest.raises(RuntimeError, match="before the first kernel"):
-            force_plain_path()
+    with pytest.raises(TypeError):
+        doubled(4, 1)
 
 
 def test_kernels_that_may_not_be_compiled_are_one_clear_error():

@@ -5,7 +5,6 @@ import pytest
 from numba import float64
 from numba.core.errors import TypingError
 
-from mossar_stream.jit.acceleration import is_accelerated
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.linked import linked, publish
 
@@ -49,7 +48,6 @@ def twice_the_first(values):
     return 2.0 * first_of_any(values)
 
 
-@pytest.mark.skipif(not is_accelerated(), reason="on the plain path every kernel is called as numba calls it")
 def test_a_kernel_that_was_not_published_for_such_arguments_is_refused_instead_of_called():
     publish("test.first", np.ones(1))
     assert twice_the_first(np.ones(3)) == 2.0

@@ -7,12 +7,8 @@ import numba
 import pytest
 
 from mossar_stream.jit import precompile as subject
-from mossar_stream.jit.acceleration import open_own_cache
+from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.precompile import other_processes
-
-
-def cache():
-    return open_own_cache()
 
 
 def compile_something():
@@ -22,10 +18,8 @@ def compile_something():
 @pytest.fixture
 def module(tmp_path, monkeypatch):
     """Return what writes the module that the other process calls."""
-    if not subject.is_possible(cache()):
-        pytest.skip(
-            "there is one core only, no cache that lasts, or the plain path, on which processes take turns"
-        )
+    if not subject.is_possible(open_cache()):
+        pytest.skip("there is one core only, or no cache that lasts")
     monkeypatch.syspath_prepend(tmp_path)
 
     def write(body):
@@ -46,7 +40,7 @@ def test_the_other_process_starts_when_something_is_compiled_and_is_awaited(note
     name, note = noted
     with other_processes(name, ["likelihood"]):
         compile_something()
-    assert note.read_text() == f"{cache().folder} likelihood"
+    assert note.read_text() == f"{open_cache().folder} likelihood"
 
 
 def test_there_is_none_when_all_is_loaded(noted):
@@ -89,7 +83,7 @@ def test_a_program_that_embeds_python_is_not_started_again(noted, monkeypatch, e
 
 def test_a_frozen_program_is_not_started_again(monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    assert not subject.is_possible(cache())
+    assert not subject.is_possible(open_cache())
 
 
 def test_an_interpreter_that_cannot_be_started_is_no_error(noted, monkeypatch, tmp_path):

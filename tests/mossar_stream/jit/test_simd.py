@@ -1,9 +1,10 @@
-"""Sums and products over many joints against their twins in Python, bit by bit, for odd numbers, too."""
+"""Sums and products over many joints against what plain Python computes, bit by bit, for odd numbers, too."""
 
 import numpy as np
 import pytest
 
-from mossar_stream.jit import simd, simd_twin
+from checks.reference import simd as reference
+from mossar_stream.jit import simd
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory import joint_pages
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP, WORK, body_size, place
@@ -82,18 +83,18 @@ def test_a_line_is_summed_in_double_precision_page_by_page(joints):
         body[place.py_func(j) + WORK] = rng.normal(0, 10.0 ** rng.integers(-3, 3))
     total = 0.0
     for first in range(0, len(body), PAGE_SIZE):
-        total += simd_twin.page_sum(body[first : first + PAGE_SIZE], WORK)
+        total += reference.page_sum(body[first : first + PAGE_SIZE], WORK)
     same(line_sum(body, WORK), total)
     assert total == pytest.approx(body.astype(float).sum(), rel=1e-12, abs=1e-9)
 
 
 @np.errstate(all="ignore")
-def test_sums_and_products_are_those_of_the_twin():
+def test_sums_and_products_are_those_of_the_reference():
     for one, other in zip(odd_lines(1), odd_lines(2), strict=True):
         page = page_with(STEP, one)
         page[WORK : WORK + PAGE] = other
-        same(page_sum(page, STEP), simd_twin.page_sum(page, STEP))
-        same(page_product(page, STEP, WORK), simd_twin.page_product(page, STEP, WORK))
+        same(page_sum(page, STEP), reference.page_sum(page, STEP))
+        same(page_product(page, STEP, WORK), reference.page_product(page, STEP, WORK))
 
 
 def test_products_are_rounded_once_and_summed_in_halves():
@@ -110,7 +111,7 @@ def test_a_line_is_within_a_limit_that_it_reaches_and_never_with_nan():
         page = page_with(WORK, values)
         for limit in (0.0, 1.0, 3e38, np.inf, -np.inf, np.nan, *np.float64(values[:3])):
             expected = (values <= np.float32(limit)).all()
-            assert page_within(page, WORK, limit) == simd_twin.page_within(page, WORK, limit) == expected
+            assert page_within(page, WORK, limit) == reference.page_within(page, WORK, limit) == expected
     for place_of_nan in range(PAGE):
         page = page_with(WORK, np.zeros(PAGE))
         assert page_within(page, WORK, 0.0)
@@ -121,7 +122,7 @@ def test_a_line_is_within_a_limit_that_it_reaches_and_never_with_nan():
 @np.errstate(all="ignore")
 @pytest.mark.parametrize("odd", [0.0, 0.1, 1.0])
 @pytest.mark.parametrize("blocks", [0, 1, 2, 24])
-def test_variances_are_multiplied_as_the_twin_does_and_never_below_the_floor(blocks, odd):
+def test_variances_are_multiplied_as_the_reference_does_and_never_below_the_floor(blocks, odd):
     rng = np.random.default_rng(blocks)
     size = 8 * blocks
     for floor in (1e-12, 1e-3, 1e3):
@@ -130,7 +131,7 @@ def test_variances_are_multiplied_as_the_twin_does_and_never_below_the_floor(blo
             chosen = rng.random(len(values)) < odd
             values[chosen] = rng.choice(ODD.astype(np.float64), chosen.sum())
         found = variance_product(sums, squares, 8, 8 + size, 0.25, floor)
-        expected = simd_twin.variance_product(sums, squares, 8, 8 + size, 0.25, floor)
+        expected = reference.variance_product(sums, squares, 8, 8 + size, 0.25, floor)
         same(found[0], expected[0])
         assert found[1] == expected[1]
         if odd == 0.0:
@@ -143,7 +144,7 @@ def test_variances_are_multiplied_as_the_twin_does_and_never_below_the_floor(blo
 @pytest.mark.parametrize("odd", [0.0, 0.1])
 @pytest.mark.parametrize("lines", [1, 3])
 @pytest.mark.parametrize("joints", [8, 16, 24, 32])
-def test_spreads_are_multiplied_as_the_twin_does(joints, lines, odd):
+def test_spreads_are_multiplied_as_the_reference_does(joints, lines, odd):
     rng = np.random.default_rng(joints)
     for begin in range(0, joints, 8):
         sums, squares = rng.normal(0, 1, lines * joints), rng.uniform(0, 1e2, lines * joints)
@@ -152,7 +153,7 @@ def test_spreads_are_multiplied_as_the_twin_does(joints, lines, odd):
             values[chosen] = rng.choice(ODD.astype(np.float64), chosen.sum())
         given = sums, squares, begin, joints, lines, joints, 0.25, 1e-3
         found = spread_product(*given)
-        same(found, simd_twin.spread_product(*given))
+        same(found, reference.spread_product(*given))
         if odd == 0.0:
             spread = np.maximum(squares * 0.25 - (sums * 0.25) ** 2, 0.0).reshape(lines, joints).mean(axis=0)
             assert found == pytest.approx(np.prod(spread[begin:] + 1e-3), rel=1e-12)
@@ -162,12 +163,12 @@ def test_the_lowest_bit_is_found_wherever_it_is():
     for bit in range(64):
         for above in (0, -1, 0x5A5A5A5A5A5A5A5A):
             mask = int(np.array(1 << bit | (above << bit & (2**64 - 1)), np.uint64).astype(np.int64))
-            assert lowest_bit(mask) == simd_twin.lowest_bit(mask) == bit
+            assert lowest_bit(mask) == reference.lowest_bit(mask) == bit
 
 
 @pytest.mark.parametrize("length", [8, 16, 64, 192])
-def test_products_of_lines_are_those_of_the_twin(length):
+def test_products_of_lines_are_those_of_the_reference(length):
     rng = np.random.default_rng(length)
     one, other = rng.normal(0, 1, (2, length)).astype(np.float32)
-    assert line_product(one, other) == simd_twin.line_product(one, other)
+    assert line_product(one, other) == reference.line_product(one, other)
     assert line_product(one, other) == pytest.approx(float(one.astype(float) @ other.astype(float)), abs=1e-4)

@@ -16,7 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from mossar_stream.jit import cache, decorators, instructions, linked, options, precompile, simd_twin
+import checks.reference.simd
+import checks.reference.views
+from mossar_stream.jit import cache, decorators, linked, options, precompile, simd, views
 
 ALL = "all tricks"
 RUNS = 7  # of which the quickest counts
@@ -24,28 +26,26 @@ SECONDS = 60.0  # of motion
 CHUNK = 1000
 
 
-def _counting(*, accelerated: bool, makes_arrays: bool) -> dict[str, Any]:  # noqa: ARG001 - as the one it replaces
-    return options.entry_options(accelerated=accelerated, makes_arrays=True)
+def _counting(*, makes_arrays: bool) -> dict[str, Any]:  # noqa: ARG001 - as the one it replaces
+    return options.entry_options(makes_arrays=True)
 
 
-def _called(*, accelerated: bool, inline: bool = False, returns_views: bool = False) -> dict[str, Any]:  # noqa: ARG001
-    return options.inner_options(accelerated=accelerated, returns_views=returns_views)
+def _called(*, inline: bool = False, returns_views: bool = False) -> dict[str, Any]:  # noqa: ARG001
+    return options.inner_options(returns_views=returns_views)
 
 
-def _finished(*, accelerated: bool, inline: bool = False, returns_views: bool = False) -> dict[str, Any]:
-    own = options.inner_options(accelerated=accelerated, inline=inline, returns_views=returns_views)
+def _finished(*, inline: bool = False, returns_views: bool = False) -> dict[str, Any]:
+    own = options.inner_options(inline=inline, returns_views=returns_views)
     return {name: value for name, value in own.items() if name != "pipeline_class"}
 
 
 def _numpy_views() -> None:
-    from mossar_stream.jit import views
-
-    vars(views)["part"] = views.part_twin
+    vars(views)["part"] = checks.reference.views.part
     vars(decorators)["entry_options"] = _counting
 
 
-def _twin(name: str) -> Callable[[], None]:
-    return lambda: vars(instructions).update({name: getattr(simd_twin, name)})
+def _reference(name: str) -> Callable[[], None]:
+    return lambda: vars(simd).update({name: getattr(checks.reference.simd, name)})
 
 
 def _replace(module: Any, name: str, value: object) -> Callable[[], None]:
@@ -55,7 +55,7 @@ def _replace(module: Any, name: str, value: object) -> Callable[[], None]:
 # What takes each away, before the first kernel is declared.
 TRICKS: Final[dict[str, Callable[[], None]]] = {
     **{
-        name: _twin(name)
+        name: _reference(name)
         for name in (
             "page_sum",
             "page_product",
@@ -70,7 +70,7 @@ TRICKS: Final[dict[str, Callable[[], None]]] = {
     "no counting of references": _replace(decorators, "entry_options", _counting),
     "copied into callers": _replace(decorators, "inner_options", _called),
     "inner kernels without code": _replace(decorators, "inner_options", _finished),
-    "called by name": _replace(linked, "is_accelerated", lambda: False),
+    "called by name": _replace(linked, "callable_by_name", lambda _name, kernel, _signature: kernel),
     "other processes": _replace(precompile, "is_possible", lambda _cache: False),
 }
 
@@ -126,7 +126,6 @@ def _measured(without: str) -> dict[str, Any]:
         TRICKS[without]()
     with tempfile.TemporaryDirectory(prefix="mossar-tricks-") as folder:
         vars(cache)["make_folder"] = lambda _parents, _name: cache.Cache(Path(folder), lasts=True)
-        vars(cache)["exists"] = lambda **_path: False
         return _compiled_and_run()
 
 

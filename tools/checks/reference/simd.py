@@ -1,15 +1,12 @@
-"""The plain-Python twins of `instructions`: what they compute, number by number and in the same order.
+"""What `mossar_stream.jit.simd` computes, in plain Python, number by number and in the same order.
 
-Kernels on the plain path use them; tests compare the two bit by bit.
+Tests compare the two bit by bit; `python -m checks.speed.tricks` compiles kernels with these instead.
 """
 
 import numpy as np
 from numba.extending import register_jitable
 
-WIDTH = 32  # numbers of a line that are added up at once
-FACTORS = 8  # numbers that are multiplied at once
-FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
-FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
+from mossar_stream.jit.simd import BITS_OF_ONE, EXPONENT_BIAS, FACTORS, FRACTION, FRACTION_BITS, WIDTH
 
 
 @register_jitable
@@ -32,7 +29,7 @@ def page_product(page, one, other):
 
 @register_jitable
 def line_product(one, other):
-    """Sum the products of two lines, in `FACTORS` sums side by side; see `instructions.line_product`."""
+    """Sum the products of two lines, in `FACTORS` sums side by side; see `jit.simd.line_product`."""
     sums = np.zeros(FACTORS, np.float32)
     for place in range(0, one.size, FACTORS):
         for d in range(FACTORS):
@@ -52,7 +49,7 @@ def page_within(page, line, limit):
 
 @register_jitable
 def variance_product(sums, squares, begin, end, scale, floor):
-    """Multiply variances, in `FACTORS` products side by side; see `instructions.variance_product`."""
+    """Multiply variances, in `FACTORS` products side by side; see `jit.simd.variance_product`."""
     product = np.ones(FACTORS)
     for place in range(begin, end, FACTORS):
         for d in range(FACTORS):
@@ -74,7 +71,7 @@ def variance_product(sums, squares, begin, end, scale, floor):
 
 @register_jitable
 def spread_product(sums, squares, begin, end, lines, stride, scale, floor):
-    """Multiply how far joints are spread, in `FACTORS` products side by side; see `instructions.spread_product`."""
+    """Multiply how far joints are spread, in `FACTORS` products side by side; see `jit.simd.spread_product`."""
     product = np.ones(FACTORS)
     for joint in range(begin, end, FACTORS):
         for d in range(FACTORS):

@@ -1,0 +1,1 @@
+"""What compiled code computes, in plain Python: the oracles that tests compare it with."""
