@@ -2,7 +2,6 @@ import json
 
 import pytest
 
-from mossar_adapters.extras import installed
 from mossar_tools.bench.measures import MEASURES
 from mossar_tools.cli import main
 from mossar_tools.commands.bench import EXAMPLES
@@ -47,7 +46,6 @@ def test_a_recording_is_measured_beside_the_performer(capsys, swing):
         (["--only", "speed"], "nothing is called 'speed'"),
         (["nowhere.bvh"], "nowhere.bvh"),
         (["--plot", "speed.gif"], "pictures are"),
-        (["--peers", "--only", "push"], "compares as a whole"),
     ],
 )
 def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
@@ -59,12 +57,3 @@ def test_wrong_usage_is_one_line_and_status_2(capsys, arguments, problem):
 
 def test_the_help_names_every_part():
     assert f"the parts: {' '.join(MEASURES)}\n" in EXAMPLES
-
-
-def test_peers_that_are_missing_are_one_line(capsys):
-    if any(installed(name) for name in ("river", "stumpy", "claspy", "ruptures")):
-        pytest.skip("there are peers")
-    assert main(["bench", "--peers"]) == 2
-    err = capsys.readouterr().err
-    assert "pip install 'mossar-stream[peers]'" in err
-    assert len(err.splitlines()) == 1

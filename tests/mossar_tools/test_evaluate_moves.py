@@ -74,7 +74,7 @@ def test_the_command_prints_tables_json_and_rows(mossar, folder):
     assert json.loads(out)["choices"][0]["by_move"]["raise_right"] == {"hit": 1}
     _, out, _ = mossar("evaluate", folder, "--csv", "-")
     assert out.splitlines()[1].startswith('"all, at most two",ann,1.0,1.0,1.0')
-    status, _, err = mossar("evaluate", folder, "--grid")
+    status, _, err = mossar("evaluate", folder, "--plot", folder / "moves.png")
     assert status == 2
     assert "moves" in err
     status, out, _ = mossar("evaluate", folder / "samples")

@@ -24,7 +24,7 @@ PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # noth
 # Streams of others, the dashboard, endless shows, and what takes minutes.
 GOES_ON = re.compile(
     r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run --config|mossar view|mossar demo\b(?!.*head)"
-    r"|mossar bench|mossar evaluate ('?demo:|.*--grid|.*--leave-out)|python -m checks"
+    r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks"
 )
 NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run here
     "pip install": "installs; .ci/run does it in an environment of its own",
@@ -36,7 +36,7 @@ NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run 
     "python -m checks.flink_load": "needs an environment of its own",
     "python -m checks.peer_settings": "needs the peers, in an environment of their own",
     "python -m checks.readme_commands": "runs already",
-    "mossar bench DIR --peers": "needs the peers, in an environment of their own",
+    "python -m checks.peers DIR": "needs the peers, in an environment of their own",
 }
 FAILS_HERE: Final[dict[str, str]] = {  # the same for commands that rightly end with status 1 here
     "mossar adapters --check osc://": "nobody sends",

@@ -8,7 +8,7 @@ import msgspec.structs
 
 from mossar_tools.bench.measures import MEASURES, Measures, chosen, measure
 from mossar_tools.console import Console
-from mossar_tools.errors import DONE, UsageError
+from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_plot
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
@@ -17,9 +17,6 @@ from mossar_tools.values import names
 if TYPE_CHECKING:
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_tools.bench.measurement import Measurement
-    from mossar_tools.evaluation.takes import Take
-
-DEMO_SEEDS = 4  # performances of each kind, for the peers
 
 DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in performer at 120 fps with 31 joints, and
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
@@ -28,13 +25,11 @@ EXAMPLES = """  mossar bench                                  some minutes, more
   mossar bench --only stream,push               the parts: stream push moves limbs repetitions performers memory start
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
   mossar bench --json | jq '.measurements[] | {name, median, unit}'
-  mossar bench DIR --peers                      beside river, stumpy, claspy and ruptures
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("--peers", action="store_true", help="compare with other libraries instead")
     add_measuring(parser)
 
 
@@ -52,7 +47,7 @@ def add_measuring(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    return _against_peers(options, console) if options.peers else measured(options, console, MEASURES)
+    return measured(options, console, MEASURES)
 
 
 def measured(options: Options, console: Console, measures: Measures) -> int:
@@ -106,58 +101,6 @@ def _rows(measures: Measures, options: Options, console: Console, *, shown: bool
             for line in (*part_lines(part.title, own, busy=watch.machine().busy), ""):
                 console.line(line)
     return rows
-
-
-def _against_peers(options: Options, console: Console) -> int:
-    """Let other libraries and ours find the cuts of labelled recordings."""
-    from mossar_tools.bench.machine import Watch
-    from mossar_tools.bench.report import machine_lines
-    from mossar_tools.evaluation.trial import groups_of
-    from mossar_tools.peers.results import NOTES, compare, result_lines, results_json, usable_peers
-    from mossar_tools.signals import interruptibly
-    from mossar_tools.streaming import saying_if_cold
-
-    if options.only:
-        raise UsageError("--only chooses among what is measured of ours; --peers compares as a whole")
-    outputs, watch = Outputs.of(options), Watch()
-    peers, missing = usable_peers()
-    for note in missing:
-        console.say(f"mossar: {note}")
-    with saying_if_cold():
-        repeats = 1 if options.quick else 3
-        tell = console.status
-        rows = interruptibly(
-            lambda: list(
-                compare(groups_of(_takes(options)), peers, repeats, lambda text: tell(text, now=True))
-            )
-        )
-    machine = watch.machine()
-    if not outputs.piped:
-        for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):
-            console.line(line)
-    flat = results_json(rows)
-    outputs.write_json({"v": 1, "machine": machine, "busy": machine.busy, "peers": flat}, console)
-    outputs.write_csv(flat, console)
-    if outputs.picture is not None:
-        from mossar_tools.peers.picture import draw
-
-        draw(outputs.picture, rows, palette(dark=options.dark))
-        console.say(f"drawn: {outputs.picture}")
-    return DONE
-
-
-def _takes(options: Options) -> "list[Take]":
-    """Return labelled takes: those of the folders given, else of the built-in performer."""
-    from mossar_tools.evaluation.performer import demo_takes
-    from mossar_tools.evaluation.takes import load_folder
-
-    if not options.sources:
-        takes = demo_takes(seeds=1 if options.quick else DEMO_SEEDS)
-        return list(takes)
-    found = []
-    for source in options.sources:
-        found += load_folder(Path(source))
-    return found
 
 
 def _recordings(options: Options) -> "list[LoadedRecording]":

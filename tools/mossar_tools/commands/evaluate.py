@@ -18,7 +18,7 @@ from mossar_tools.signals import interruptibly
 from mossar_tools.values import whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
-streaming and offline, the two rivals of the paper, and what is reached by chance.
+streaming and offline, and what is reached by chance.
 
 A labelled folder has beside each recording, say walk.bvh, a file walk.json:
   {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
@@ -38,7 +38,6 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate DIR                                  of moves on command: F1, delay and limb, by move
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
-  mossar evaluate DIR --grid --plot grid.pdf           the paper's Tables 2 to 7 and Figures 11 to 14; a quarter of an hour
 """
 
 SHOWN = "Mossar default, streaming"  # the method whose recordings are listed one by one
@@ -48,9 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("sources", metavar="DIR", nargs="+", help="folders of labelled recordings, or demo:")
     group = parser.add_argument_group("what to do and to put out")
-    group.add_argument(
-        "--grid", action="store_true", help="vary thresholds, smoothing, N and L as the paper did"
-    )
     group.add_argument(
         "--leave-out",
         action="store_true",
@@ -77,16 +73,15 @@ def run(options: Options, console: Console) -> int:
         raise UsageError("--leave-out needs several folders: one is left out, the others choose")
     if _is_of_moves(options):
         return _moves(options, console, outputs, settings)
-    takes = _takes(options, console)
-    if options.grid:
-        return _grid(takes, options, console, outputs)
-    from mossar_tools.evaluation.methods import all_methods
+    takes = load_takes(options, console)
+    from mossar_tools.evaluation.chance import chance_methods
+    from mossar_tools.evaluation.mossar import mossar_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
     from mossar_tools.evaluation.trial import groups_of, trial
     from mossar_tools.streaming import saying_if_cold
 
     groups = groups_of(takes)
-    methods = all_methods(settings)
+    methods = [*mossar_methods(settings), *chance_methods(settings)]
     told = _progress(console, len(methods) * len(takes))
     with saying_if_cold(settings):
         rows = interruptibly(lambda: {name: trial(own, methods, told) for name, own in groups.items()})
@@ -112,10 +107,6 @@ def run(options: Options, console: Console) -> int:
 def _refuse_what_would_change_nothing(options: Options) -> None:
     if "level" in options.set:
         raise UsageError("the level is that of each recording's label; --set level=... would change nothing")
-    if options.grid and options.preset == "game":
-        raise UsageError(
-            "--grid repeats the paper's experiments, with the paper's preset; leave --preset out"
-        )
 
 
 def _is_of_moves(options: Options) -> bool:
@@ -131,8 +122,8 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
     from mossar_tools.streaming import saying_if_cold
 
-    if options.grid or options.plot:
-        raise UsageError("--grid and --plot take a folder with true cuts; this one holds moves")
+    if options.plot:
+        raise UsageError("--plot takes a folder with true cuts; this one holds moves")
     with saying_if_cold(settings):
         found = interruptibly(
             lambda: evaluate_moves(Path(parse_url(options.sources[0]).path), settings, console.status)
@@ -151,8 +142,8 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
     from mossar_tools.evaluation.sets import compare_sets, load_sets
     from mossar_tools.streaming import saying_if_cold
 
-    if options.grid or options.plot:
-        raise UsageError("--grid and --plot take one folder")
+    if options.plot:
+        raise UsageError("--plot takes one folder")
     folders = [Path(source) for source in options.sources]
     sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
     with saying_if_cold():
@@ -190,7 +181,14 @@ def _flat(report: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _takes(options: Options, console: Console) -> Sequence[Take]:
+def load_takes(options: Options, console: Console) -> Sequence[Take]:
+    """Return the labelled takes of a folder, or of the built-in performer.
+
+    Raises:
+        UsageError: If the source is neither.
+        LabelError: If a label file cannot be used.
+        FileError: If a recording cannot be read.
+    """
     from mossar_tools.evaluation.performer import SEEDS, demo_takes
     from mossar_tools.evaluation.takes import load_folder
 
@@ -202,28 +200,3 @@ def _takes(options: Options, console: Console) -> Sequence[Take]:
             f"{options.sources[0]}: mossar evaluate takes a folder of labelled recordings or demo:"
         )
     return load_folder(Path(address.path), lambda path: console.status(f"reading {path}"))
-
-
-def _grid(takes: Sequence[Take], options: Options, console: Console, outputs: Outputs) -> int:
-    """Repeat the paper's experiments, which start from the paper's settings."""
-    from mossar_tools.evaluation.experiments import experiments
-    from mossar_tools.evaluation.paper_tables import grids_json, paper_tables
-    from mossar_tools.streaming import saying_if_cold
-
-    if outputs.csv is not None:
-        raise UsageError("--grid has no --csv; --json FILE holds all of it")
-    settings = Settings.build("paper", options.set)
-    with saying_if_cold(settings):
-        done = interruptibly(lambda: experiments(takes, settings, console.status))
-    found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
-    outputs.write_json(found, console)
-    if not outputs.piped:
-        for line in paper_tables(done.splitting, done.remerging, done.chance):
-            console.line(line)
-    if outputs.picture is not None:
-        from mossar_tools.evaluation.surfaces import draw_surfaces
-
-        console.status("drawing ...", now=True)
-        draw_surfaces(outputs.picture, done.splitting, done.remerging, palette(dark=options.dark))
-        console.say(f"drawn: {outputs.picture}")
-    return DONE

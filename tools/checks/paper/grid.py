@@ -11,14 +11,14 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.paper.recursion import LONGEST, SHORTEST, THRESHOLDS, accepted, split_tree
+from checks.paper.velocity_based import crossings, velocity
 from mossar_stream import Settings
 from mossar_tools.evaluation.chance import nested
 from mossar_tools.evaluation.found import Found
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.mossar import split, whole
-from mossar_tools.evaluation.recursion import LONGEST, SHORTEST, THRESHOLDS, accepted, split_tree
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.evaluation.velocity_based import crossings, velocity
 
 # Values that are tried; wSize in seconds, since recordings differ in rate.
 SMOOTHING = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)  # s

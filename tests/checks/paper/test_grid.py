@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from checks.paper.grid import Axis, Grid, remerging_grid, smoothed, velocity_grid
+from checks.paper.tables import grids_json, mean_perf, paper_tables, total_seconds
 from mossar_stream import Settings
-from mossar_tools.evaluation.grid import Axis, Grid, remerging_grid, smoothed, velocity_grid
 from mossar_tools.evaluation.metrics import Scores
-from mossar_tools.evaluation.paper_tables import grids_json, mean_perf, paper_tables, total_seconds
 from mossar_tools.evaluation.performer import demo_takes
 
 

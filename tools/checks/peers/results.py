@@ -7,16 +7,16 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from checks.peers import ours, whole_file
+from checks.peers.peer import Peer
+from checks.peers.runner import PeerRun, run_peer
+from checks.peers.table import PEERS
 from mossar_adapters.extras import installed
 from mossar_stream import MossarError
 from mossar_tools.bench.measurement import OWN
 from mossar_tools.evaluation.metrics import median
 from mossar_tools.evaluation.report import finite
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.peers import ours, whole_file
-from mossar_tools.peers.peer import Peer
-from mossar_tools.peers.runner import PeerRun, run_peer
-from mossar_tools.peers.table import PEERS
 
 WORTH = 0.5  # F1 from which a peer's speed is compared with ours
 LONG = 5.0  # s of a run that is not repeated
@@ -73,7 +73,7 @@ def usable_peers() -> tuple[list[Peer], list[str]]:
     there = [peer for peer in PEERS if installed(peer.library)]
     if not there:
         raise MossarError(
-            "mossar bench --peers needs an extra, best in an environment of its own: pip install 'mossar-stream[peers]'"
+            "python -m checks.peers needs an extra, best in an environment of its own: pip install 'mossar-stream[peers]'"
         )
     missing = dict.fromkeys(peer.distribution for peer in PEERS if peer not in there)
     return there, [f"{name} is not installed and left out (pip install {name})" for name in missing]

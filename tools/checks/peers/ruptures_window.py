@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.peers.peer import Causal, Parameters, Peer
+from checks.peers.peer import Causal, Parameters, Peer
 
 
 class WindowDetector(Causal):

@@ -7,10 +7,10 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from checks.peers import ours
+from checks.peers.results import Result
 from mossar_tools.figures import save, style
 from mossar_tools.palette import Palette
-from mossar_tools.peers import ours
-from mossar_tools.peers.results import Result
 
 PANEL = 5.2, 3.6  # inches
 

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import msgspec
 from numpy.typing import NDArray
 
-from mossar_tools.peers.feeds import FeedName
+from checks.peers.feeds import FeedName
 
 Parameters = Mapping[str, float | str]
 

@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_stream import Settings
-from mossar_tools.evaluation.chance import merged
-from mossar_tools.evaluation.grid import (
+from checks.paper.grid import (
     Grid,
     recursion_grid,
     remerging_grid,
     splitting_grid,
     velocity_grid,
 )
+from mossar_stream import Settings
+from mossar_tools.evaluation.chance import merged
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.evaluation.trial import groups_of

@@ -1,16 +1,16 @@
-"""Search the settings of the peers again: `python -m checks.peer_settings DIR [NAME...]`."""
+"""Search the settings of the peers again: `python -m checks.peers.settings DIR [NAME...]`."""
 
 import sys
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
+from checks.peers.peer import Parameters, Peer
+from checks.peers.runner import run_peer
+from checks.peers.table import PEERS
 from mossar_tools.evaluation.metrics import median
 from mossar_tools.evaluation.takes import load_folder
 from mossar_tools.evaluation.trial import groups_of
-from mossar_tools.peers.peer import Parameters, Peer
-from mossar_tools.peers.runner import run_peer
-from mossar_tools.peers.table import PEERS
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.evaluation.grid import Grid
+from checks.paper.grid import Grid
 from mossar_tools.evaluation.metrics import Scores
 from mossar_tools.evaluation.report import scores_json
 

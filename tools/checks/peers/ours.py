@@ -9,11 +9,11 @@ import msgspec.structs
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.peers.feeds import PositionFeed
+from checks.peers.runner import PeerRun, TakeRun, run_take, summed
 from mossar_stream import Event, KeyFrameEvent, Segmenter, Settings
 from mossar_tools.evaluation.mossar import stream
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.peers.feeds import PositionFeed
-from mossar_tools.peers.runner import PeerRun, TakeRun, run_take, summed
 
 NAME = "mossar-stream"
 

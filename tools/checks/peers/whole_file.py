@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from checks.peers.feeds import PoseFeed
+from checks.peers.runner import PeerRun, TakeRun, summed
 from mossar_tools.evaluation.found import Found
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.peers.feeds import PoseFeed
-from mossar_tools.peers.runner import PeerRun, TakeRun, summed
 
 NAME = "ruptures KernelCPD (rbf)"
 KNOWS = "the whole recording and the number of cuts"

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.peers.peer import Causal, Parameters, Peer
-from mossar_tools.peers.stumpy_floss import stillness
+from checks.peers.peer import Causal, Parameters, Peer
+from checks.peers.stumpy_floss import stillness
 
 
 class ClaspDetector(Causal):

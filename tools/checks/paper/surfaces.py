@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from mossar_tools.evaluation.grid import Axis, Grid
-from mossar_tools.evaluation.paper_tables import mean_perf, total_seconds
+from checks.paper.grid import Axis, Grid
+from checks.paper.tables import mean_perf, total_seconds
 from mossar_tools.figures import save, style
 from mossar_tools.palette import Palette
 

@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.peers.feeds import Feed, feed_of
+from checks.peers.peer import Detector, Parameters, Peer
 from mossar_tools.evaluation.found import Found
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
-from mossar_tools.peers.feeds import Feed, feed_of
-from mossar_tools.peers.peer import Detector, Parameters, Peer
 
 
 class TakeRun(msgspec.Struct, frozen=True):

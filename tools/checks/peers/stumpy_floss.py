@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.peers.peer import Causal, Parameters, Peer
+from checks.peers.peer import Causal, Parameters, Peer
 
 TREMBLE = 1e-3  # m/s, of the stillness before a take, which must not be constant
 SEED = 1

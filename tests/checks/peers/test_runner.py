@@ -4,16 +4,16 @@ import msgspec.structs
 import numpy as np
 import pytest
 
+from checks.paper.velocity_based import velocity
+from checks.peers.feeds import PositionFeed, feed_of
+from checks.peers.ours import MossarDetector, in_chunks, one_by_one
+from checks.peers.results import Result, conclusions, result_lines, usable_peers
+from checks.peers.runner import run_peer, run_take
+from checks.peers.table import PEERS
 from mossar_adapters.extras import installed
 from mossar_stream import MossarError, Settings
 from mossar_tools.evaluation.mossar import stream
 from mossar_tools.evaluation.performer import demo_takes
-from mossar_tools.evaluation.velocity_based import velocity
-from mossar_tools.peers.feeds import PositionFeed, feed_of
-from mossar_tools.peers.ours import MossarDetector, in_chunks, one_by_one
-from mossar_tools.peers.results import Result, conclusions, result_lines, usable_peers
-from mossar_tools.peers.runner import run_peer, run_take
-from mossar_tools.peers.table import PEERS
 
 
 @pytest.fixture(scope="module")

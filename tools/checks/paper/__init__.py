@@ -1,0 +1,1 @@
+"""The paper's experiments on labelled recordings: `python -m checks.paper DIR`."""

@@ -1,0 +1,66 @@
+"""The program: `python -m checks.paper DIR|demo: [--json FILE] [--plot FILE]`."""
+
+import argparse
+import sys
+
+from checks.paper.experiments import experiments
+from checks.paper.tables import grids_json, paper_tables
+from mossar_stream import Settings
+from mossar_tools.cli import guarded, run_command
+from mossar_tools.commands.evaluate import load_takes
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE, UsageError
+from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
+from mossar_tools.outputs import Outputs
+from mossar_tools.palette import palette
+from mossar_tools.signals import interruptibly
+from mossar_tools.streaming import saying_if_cold
+from mossar_tools.values import whole
+
+DESCRIPTION = """Repeat the paper's experiments on labelled recordings: Tables 2 to 7 and Figures 11 to 14. The conventional
+velocity-based method and splitting over smoothing and threshold; Li and Leung's method and Mossar over N and L; random
+merging beside them. They start from the paper's settings. A quarter of an hour for a few recordings."""
+EXAMPLES = """  python -m checks.paper demo: --seeds 2
+  python -m checks.paper DIR --plot paper.pdf          a labelled folder as for mossar evaluate
+  python -m checks.paper DIR --json paper.json
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this program."""
+    parser.add_argument("sources", metavar="DIR", nargs=1, help="a folder of labelled recordings, or demo:")
+    group = parser.add_argument_group("what to put out")
+    add_output(group, "json", "all numbers as one JSON object")
+    add_plot(group)
+    group.add_argument(
+        "--seeds", metavar="N", type=whole, help="performances of each kind of demo: (default: 20)"
+    )
+    add_settings(parser, body_only=True, with_level=False)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Run the experiments, put out what they gave, and return the exit status."""
+    if options.preset == "game":
+        raise UsageError("the experiments start from the paper's preset; leave --preset out")
+    outputs = Outputs.of(options)
+    settings = Settings.build("paper", options.set)
+    takes = load_takes(options, console)
+    with saying_if_cold(settings):
+        done = interruptibly(lambda: experiments(takes, settings, console.status))
+    found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
+    outputs.write_json(found, console)
+    if not outputs.piped:
+        for line in paper_tables(done.splitting, done.remerging, done.chance):
+            console.line(line)
+    if outputs.picture is not None:
+        from checks.paper.surfaces import draw_surfaces
+
+        draw_surfaces(outputs.picture, done.splitting, done.remerging, palette(dark=options.dark))
+        console.say(f"drawn: {outputs.picture}")
+    return DONE
+
+
+if __name__ == "__main__":
+    own = sys.modules[__name__]
+    sys.exit(guarded(lambda terminal: run_command("python -m checks.paper", own, sys.argv[1:], terminal)))

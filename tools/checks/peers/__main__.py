@@ -1,0 +1,81 @@
+"""The program: `python -m checks.peers [DIR ...] [--json FILE] [--csv FILE] [--plot FILE]`."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from checks.peers.results import NOTES, compare, result_lines, results_json, usable_peers
+from mossar_tools.bench.machine import Watch
+from mossar_tools.bench.report import machine_lines
+from mossar_tools.cli import guarded, run_command
+from mossar_tools.console import Console
+from mossar_tools.errors import DONE
+from mossar_tools.evaluation.performer import demo_takes
+from mossar_tools.evaluation.takes import Take, load_folder
+from mossar_tools.evaluation.trial import groups_of
+from mossar_tools.options import Options, add_messages, add_output, add_plot
+from mossar_tools.outputs import Outputs
+from mossar_tools.palette import palette
+from mossar_tools.signals import interruptibly
+from mossar_tools.streaming import saying_if_cold
+
+DEMO_SEEDS = 4  # performances of each kind
+REPEATS = 3
+
+DESCRIPTION = """Let mossar-stream, river, stumpy, claspy and ruptures find the cuts of the same labelled recordings, or of the
+built-in performer: F1, delay and throughput side by side. The other libraries come with pip install '.[peers]', in an
+environment of its own."""
+EXAMPLES = """  python -m checks.peers                        the built-in performer
+  python -m checks.peers DIR --plot peers.png   labelled folders as for mossar evaluate
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this program."""
+    parser.add_argument("sources", metavar="DIR", nargs="*", help="labelled folders")
+    group = parser.add_argument_group("what to measure and to put out")
+    group.add_argument("--quick", action="store_true", help="see that it works; the numbers say little")
+    add_output(group, "json", "everything as one JSON object")
+    add_output(group, "csv", "a row for each measurement")
+    add_plot(group)
+    add_messages(parser)
+
+
+def run(options: Options, console: Console) -> int:
+    """Compare, put everything out, and return the exit status."""
+    outputs, watch = Outputs.of(options), Watch()
+    peers, missing = usable_peers()
+    for note in missing:
+        console.say(f"mossar: {note}")
+    repeats = 1 if options.quick else REPEATS
+
+    def tell(text: str) -> None:
+        console.status(text, now=True)
+
+    with saying_if_cold():
+        rows = interruptibly(lambda: list(compare(groups_of(_takes(options)), peers, repeats, tell)))
+    machine = watch.machine()
+    if not outputs.piped:
+        for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):
+            console.line(line)
+    flat = results_json(rows)
+    outputs.write_json({"v": 1, "machine": machine, "busy": machine.busy, "peers": flat}, console)
+    outputs.write_csv(flat, console)
+    if outputs.picture is not None:
+        from checks.peers.picture import draw
+
+        draw(outputs.picture, rows, palette(dark=options.dark))
+        console.say(f"drawn: {outputs.picture}")
+    return DONE
+
+
+def _takes(options: Options) -> list[Take]:
+    """Return labelled takes: those of the folders given, else of the built-in performer."""
+    if not options.sources:
+        return list(demo_takes(seeds=1 if options.quick else DEMO_SEEDS))
+    return [take for source in options.sources for take in load_folder(Path(source))]
+
+
+if __name__ == "__main__":
+    own = sys.modules[__name__]
+    sys.exit(guarded(lambda terminal: run_command("python -m checks.peers", own, sys.argv[1:], terminal)))
