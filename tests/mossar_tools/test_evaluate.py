@@ -3,8 +3,10 @@ from pathlib import Path
 
 import pytest
 
+from checks.fuzz.recordings import c3d
 from mossar_adapters.annotations.tiers import Mark, Tier
 from mossar_adapters.annotations.writing import write_annotations
+from mossar_adapters.files.c3d_events import C3dEvent, write_events
 from mossar_stream import Settings
 from mossar_tools.cli import main
 from mossar_tools.evaluation.metrics import mean_scores, median
@@ -151,9 +153,9 @@ def test_tune_chooses_by_labels(capsys, tmp_path):
     assert "for 2 cuts, F1" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt"])
+@pytest.mark.parametrize("suffix", [".eaf", ".TextGrid", ".txt", ".vtt", ".tsv"])
 def test_tune_chooses_by_what_was_annotated(capsys, tmp_path, suffix):
-    if suffix != ".txt":
+    if suffix in {".eaf", ".TextGrid"}:
         pytest.importorskip("pympi")
     folder = labelled_sets(tmp_path)[0]
     marks = tuple(Mark(*pair, "part") for pair in ((0.0, 1.0), (1.0, 2.0), (2.0, 3.0)))
@@ -173,6 +175,20 @@ def test_tune_chooses_by_what_was_annotated(capsys, tmp_path, suffix):
     assert main(usual) == 2
     names = capsys.readouterr().err.strip().partition("there are: ")[2]  # Audacity's in the order of time
     assert sorted(names.split(", ")) == ["mine", "steps"]
+
+
+def test_tune_and_evaluate_take_tables_and_events_of_c3d_files(capsys, tmp_path):
+    labels, take = tmp_path / "labels.csv", tmp_path / "take.c3d"
+    labels.write_text("start,end,name\n0.1,0.4,up\n")
+    (tmp_path / "plain.c3d").write_bytes(c3d(60))
+    assert main(["tune", str(tmp_path / "plain.c3d"), "--labels", str(labels)]) == 0
+    assert "for 2 cuts, F1" in capsys.readouterr().out
+    write_events(tmp_path / "plain.c3d", take, [C3dEvent("Key Frame", 0.25), C3dEvent("Key Frame", 0.5)])
+    (tmp_path / "plain.c3d").unlink()
+    assert main(["tune", str(take), "--labels", str(take)]) == 0
+    assert "for 2 cuts, F1" in capsys.readouterr().out
+    assert main(["evaluate", str(tmp_path), "--json"]) == 0
+    assert "take" in capsys.readouterr().out
 
 
 def table():

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from checks.fuzz.recordings import c3d
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
@@ -227,6 +228,25 @@ def test_what_a_stream_ends_with_is_what_annotators_get_of_a_recording(mossar, t
     offline = {tier.name: tier for tier in read_annotations(whole)}
     assert set(offline) == {"segments motion", "segments posture", "segments cluster", "key frames"}
     assert len(offline["segments posture"].marks) > len(offline["segments cluster"].marks)
+
+
+def test_key_frames_and_repetitions_become_events_of_a_copy(mossar, tmp_path):
+    take, copy = tmp_path / "take.c3d", tmp_path / "copy.c3d"
+    swing = np.zeros((480, 4, 3))
+    swing[:, :, 1] = [1.7, 1.2, 0.8, 0.1]
+    swing[:, 3, 0] = 0.5 * np.sin(np.arange(480) / 8) * (np.arange(480) % 240 < 160)
+    take.write_bytes(c3d(first=20, positions=swing))
+    status, out, err = mossar("segment", take, "--repetitions", "--export", copy, "--json")
+    assert status == 0, err
+    found = json.loads(out)
+    tiers = {tier.name: tier for tier in read_annotations(copy)}
+    ends = {round(part["end_time"] - 19 / 60, 3) for part in found["segments"][:-1]}
+    assert {round(mark.start, 3) for mark in tiers["key frames"].marks} == ends != set()
+    assert {name for name in tiers if name.endswith("repetitions")} == (
+        {"repetitions"} if found["repetitions"] else set()
+    )
+    assert mossar("segment", take, "--export", take, "--force")[0] == 2
+    assert mossar("segment", "demo:", "--export", tmp_path / "b.c3d")[0] == 2
 
 
 def test_each_segment_becomes_a_clip(mossar, swing, tmp_path):

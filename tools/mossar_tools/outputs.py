@@ -61,9 +61,13 @@ class Outputs(NamedTuple):
             _check(Path(name or ""), force=options.force)
         exports = tuple(Path(name) for name in options.export)
         for path in exports:
+            from mossar_adapters.annotations.c3d import check_source, is_c3d
             from mossar_adapters.annotations.writing import check_annotations
 
-            check_annotations(path)
+            if is_c3d(path):
+                check_source(options.sources[0] if options.sources else "", path)
+            else:
+                check_annotations(path)
         clips = None
         if options.cut is not None:
             from mossar_adapters.files.clips import check_clips

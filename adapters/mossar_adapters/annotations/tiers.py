@@ -16,6 +16,7 @@ from mossar_stream import (
 )
 
 SEGMENTS, KEY_FRAMES, REPETITIONS, MOVES = "segments", "key frames", "repetitions", "moves"
+STEPS, EVENTS = "steps", "events"
 
 
 class AnnotationError(MossarError):
@@ -43,11 +44,13 @@ class Tier(msgspec.Struct, frozen=True):
         name: Of the tier.
         marks: Stretches do not overlap.
         moments: Whether all marks are moments.
+        on_clock: Whether times are on the recording's clock, and do not count from the first frame.
     """
 
     name: str
     marks: tuple[Mark, ...]
     moments: bool = False
+    on_clock: bool = False
 
 
 def segment_tier(parts: Iterable[Segment | SegmentEvent], level: object, origin: float) -> Tier:

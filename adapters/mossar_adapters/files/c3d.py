@@ -91,6 +91,16 @@ def read(path: Path, options: ReadOptions) -> Recording:
     return scaled_by_height(recording, lambda tall: guessed(options, tall))
 
 
+def first_time(path: Path) -> float:
+    """Return the time of the first frame on the clock of the file, s; frame 1 is at 0.
+
+    Raises:
+        FileError: If the file is damaged.
+    """
+    header, machine, parameters = read_parameters(path)
+    return _layout(path, header, machine, parameters).first_frame / _rate(path, header, parameters)
+
+
 def _frames(
     positions: NDArray[np.float64], subject: Subject, layout: Layout, start: int, fps: float
 ) -> Frames:

@@ -1,11 +1,12 @@
 """Header and parameters of a C3D file, in the byte orders of Intel, DEC and SGI machines."""
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mossar_adapters.files.errors import FileError
 
@@ -50,6 +51,14 @@ def floats(data: bytes, machine: int) -> NDArray[np.float64]:
     return np.frombuffer(data, ">f4" if machine == SGI else "<f4").astype(np.float64)
 
 
+def written_floats(values: ArrayLike, machine: int) -> bytes:
+    """Return values as 4-byte floats of a machine, the reverse of `floats`."""
+    if machine == DEC:
+        halves = (np.asarray(values, "<f4") * np.float32(4)).view("<u2").reshape(-1, 2)[:, ::-1]
+        return np.ascontiguousarray(halves).tobytes()
+    return np.asarray(values, ">f4" if machine == SGI else "<f4").tobytes()
+
+
 def integers(data: bytes, machine: int) -> NDArray[np.int16]:
     """Return the 2-byte integers of a machine."""
     return np.frombuffer(data, ">i2" if machine == SGI else "<i2").astype(np.int16)
@@ -60,6 +69,16 @@ def read_parameters(path: Path) -> tuple[C3dHeader, int, dict[str, Value]]:
 
     Returns:
         The header, the machine, and the parameters as `GROUP:NAME`.
+
+    Raises:
+        FileError: If they are damaged.
+    """
+    header, machine, section = read_section(path)
+    return header, machine, _parameters(section, machine)
+
+
+def read_section(path: Path) -> tuple[C3dHeader, int, bytes]:
+    """Read the header, whose machine wrote it, and the section of parameters.
 
     Raises:
         FileError: If they are damaged.
@@ -75,7 +94,7 @@ def read_parameters(path: Path) -> tuple[C3dHeader, int, dict[str, Value]]:
     machine = section[3]
     header = _header(first, machine)
     blocks = max(section[2], header.data_block - first[0])
-    return header, machine, _parameters(section[: blocks * BLOCK], machine)
+    return header, machine, section[: blocks * BLOCK]
 
 
 def _header(first: bytes, machine: int) -> C3dHeader:
@@ -86,10 +105,26 @@ def _header(first: bytes, machine: int) -> C3dHeader:
     return C3dHeader(points, analog, start, end, float(scale), int(words[8]), float(rate))
 
 
-def _parameters(section: bytes, machine: int) -> dict[str, Value]:
-    """Return the parameters up to the end of the list or the first damaged one."""
-    groups: dict[int, str] = {}
-    found: list[tuple[int, str, Value]] = []
+class Record(msgspec.Struct, frozen=True):
+    """A group or a parameter in the section.
+
+    Args:
+        begin: Byte of the section where it begins.
+        value: Byte behind its name and the distance to the next record.
+        step: That distance, from where it stands; 0 or less ends the list.
+        group: Number of the group; negative for the record of the group itself.
+        name: In upper case.
+    """
+
+    begin: int
+    value: int
+    step: int
+    group: int
+    name: str
+
+
+def records(section: bytes, machine: int) -> Iterator[Record]:
+    """Yield groups and parameters up to the end of the list or the first damaged one."""
     order = ">h" if machine == SGI else "<h"
     at = 4
     while at + 5 < len(section):
@@ -99,15 +134,31 @@ def _parameters(section: bytes, machine: int) -> dict[str, Value]:
         name_end = at + 2 + abs(name_length)
         if name_end + 3 > len(section):
             break
-        name = section[at + 2 : name_end].decode("latin-1").strip().upper()
+        name = text_of(section[at + 2 : name_end]).strip().upper()
         (step,) = struct.unpack_from(order, section, name_end)
-        if group < 0:
-            groups[-group] = name
-        elif (value := _value(section, name_end + 2, machine)) is not None:
-            found.append((group, name, value))
+        yield Record(at, name_end + 2, step, group, name)
         if step <= 0:
             break
         at = name_end + step
+
+
+def text_of(data: bytes) -> str:
+    """Return text that programs write in UTF-8 or, older ones, in Latin 1."""
+    try:
+        return data.decode()
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _parameters(section: bytes, machine: int) -> dict[str, Value]:
+    """Return the parameters by `GROUP:NAME`."""
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str, Value]] = []
+    for record in records(section, machine):
+        if record.group < 0:
+            groups[-record.group] = record.name
+        elif (value := _value(section, record.value, machine)) is not None:
+            found.append((record.group, record.name, value))
     return {f"{groups.get(group, '')}:{name}": value for group, name, value in found}
 
 
@@ -126,8 +177,8 @@ def _value(section: bytes, at: int, machine: int) -> Value | None:
         return None
     if kind == -1:
         width = dimensions[0] if dimensions else 1
-        text = data.decode("latin-1")
-        return [text[i : i + width].strip(" \0") for i in range(0, len(text), width)] if width else []
+        starts = range(0, len(data), width) if width else ()
+        return [text_of(data[i : i + width]).strip(" \0") for i in starts]
     with np.errstate(all="ignore"):
         match kind:
             case 1:

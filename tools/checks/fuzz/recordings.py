@@ -250,8 +250,10 @@ def c3d(
     first: int = 1,
     labels: Sequence[str] = JOINTS,
     unit: str = "mm",
+    positions: NDArray[np.float64] | None = None,
 ) -> bytes:
-    """Return a C3D file in the byte order of Intel (84), DEC (85) or SGI (86)."""
+    """Return a C3D file in the byte order of Intel (84), DEC (85) or SGI (86), of somebody who walks or of other (n, J, 3) m."""
+    frames = frames if positions is None else len(positions)
     order = ">" if machine == 86 else "<"
 
     def real(values: ArrayLike) -> bytes:
@@ -273,7 +275,8 @@ def c3d(
     section += parameter("UNITS", -1, [len(unit)], unit.encode())
     section += parameter("LABELS", -1, [width, len(labels)], "".join(x.ljust(width) for x in labels).encode())
     data = np.zeros((frames, len(labels), 4))
-    data[:, :, :3] = np.resize(walk(frames), (frames, len(labels), 3)) * 1000
+    moving = np.resize(walk(frames), (frames, len(labels), 3)) if positions is None else positions
+    data[:, :, :3] = moving * 1000
     data[0, 1, 3] = -1
     if integer:
         data[:, :, :3] /= scale

@@ -39,6 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment take.c3d --export take.events.c3d     a copy with key frames as events
   mossar segment take.bvh --moves moves.json --limbs --plot take.png
   mossar segment walk.bvh --level cluster --cut clips/
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
@@ -57,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--export",
         metavar="FILE",
         action="append",
-        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS)",
+        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS); .c3d: a copy "
+        "of a C3D recording with events",
     )
     group.add_argument(
         "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
@@ -158,6 +160,7 @@ def _export(
     chosen: "Segmentation",
     console: Console,
 ) -> None:
+    from mossar_adapters.annotations.c3d import is_c3d, write_c3d_events
     from mossar_adapters.annotations.writing import write_annotations
 
     console.status("segmenting at the other levels ...", now=True)
@@ -165,6 +168,10 @@ def _export(
     duration = float(loaded.times[-1] - loaded.times[0]) if len(loaded.times) else 0.0
     console.clear()
     for path in outputs.exports:
+        if is_c3d(path):
+            added = write_c3d_events(loaded.name, path, tiers)
+            console.say(f"written: {path}, with {added} events more than {loaded.name}")
+            continue
         write_annotations(path, tiers, duration)
         console.say(f"written: {path}")
 

@@ -1,7 +1,6 @@
 """`mossar teach`: show moves, once or twice each, that `mossar run --moves` then recognises."""
 
 import argparse
-import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +24,7 @@ taken, and then it is in the file. From a recording: the movements in it, a part
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
-  mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat, Audacity, Label Studio write
+  mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat and others write
   mossar teach moves.json take.bvh --discover --plot kinds.png      which moves are in it? Then
   mossar teach moves.json take.bvh --discover --names punch,-,kick  call kinds 1 and 3 so
   mossar teach moves.json --list
@@ -56,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--labels",
         metavar="FILE",
-        help="of a recording: many moves; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .json",
+        help="of a recording: many moves; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
     )
     group.add_argument("--tier", metavar="NAME", help="of --labels: where the moves are (default: moves)")
     group = parser.add_argument_group("what is in a recording that nobody has labelled")
@@ -125,28 +124,18 @@ def _look_after(options: Options, console: Console) -> int:
 
 
 def _teach_labels(options: Options, console: Console) -> int:
-    path = Path(options.labels or "")
-    if path.suffix.lower() == ".csv":
-        rows, from_first = _labels_of_table(path), False
-    else:
-        from mossar_adapters.annotations.reading import chosen_tier
-        from mossar_adapters.annotations.tiers import MOVES
+    from mossar_adapters.annotations.reading import chosen_tier
+    from mossar_adapters.annotations.tiers import MOVES
 
-        marks = chosen_tier(path, options.tier, (MOVES,)).marks
-        rows, from_first = [(mark.start, mark.end, mark.label.strip()) for mark in marks], True
+    path = options.labels or ""
+    tier = chosen_tier(path, options.tier, (MOVES,))
+    rows = [(mark.start, mark.end, mark.label.strip()) for mark in tier.marks]
     if not rows:
         raise UsageError(f"{path}: there are no moves in it")
-    return _teach_parts(options, console, rows, from_first=from_first)
-
-
-def _labels_of_table(path: Path) -> list[tuple[float, float, str]]:
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            return [(float(row["start"]), float(row["end"]), row["name"]) for row in csv.DictReader(file)]
-    except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
-    except (KeyError, TypeError, ValueError, csv.Error):
-        raise UsageError(f"{path}: a table of moves has columns start, end (seconds) and name") from None
+    unnamed = next((start for start, _, name in rows if not name), None)
+    if unnamed is not None:
+        raise UsageError(f"{path}: the move at {unnamed:g} s has no name")
+    return _teach_parts(options, console, rows, from_first=not tier.on_clock)
 
 
 def _teach_parts(

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--labels",
         metavar="FILE",
-        help="true cuts of it, as mossar evaluate takes them: .json, .eaf, .TextGrid, .txt",
+        help="true cuts of it: .json, .eaf, .TextGrid, .txt (Audacity), .vtt, .tsv (BIDS), .csv, or a .c3d with events",
     )
     group.add_argument(
         "--tier", metavar="NAME", help="of --labels: where the cuts are (default: segments LEVEL)"

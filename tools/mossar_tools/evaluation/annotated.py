@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.annotations.reading import SUFFIXES, chosen_tier
-from mossar_adapters.annotations.tiers import SEGMENTS
+from mossar_adapters.annotations.tiers import KEY_FRAMES, SEGMENTS
+from mossar_adapters.files.c3d_events import read_events
+from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.registry import FORMATS
 from mossar_tools.evaluation.matching import Cut
 
-_MIXED = {".txt", ".json"}  # may be anything: only beside a recording of that name
+_NAMED = {".csv", ".tsv"}  # may be recordings: taken for labels only where they are named
+_C3D = ".c3d"  # a recording that may hold its own labels
 _EDGE = 0.05  # s; a boundary nearer to an end of the recording is none between two segments
 
 
@@ -24,20 +27,22 @@ def annotated_recordings(folder: Path, described: AbstractSet[Path]) -> Iterator
         folder: Where to look, in the folders in it, too.
         described: Recordings that have labels already.
     """
-    known = {suffix for form in FORMATS for suffix in form.extensions} - {*SUFFIXES, *_MIXED}
-    for path in sorted(folder.rglob("*")):
-        if path.suffix.lower() not in SUFFIXES or not path.is_file():
+    known = {suffix for form in FORMATS for suffix in form.extensions} - (SUFFIXES - {_C3D, *_NAMED})
+    taken = set(described)
+    for path in sorted(folder.rglob("*"), key=lambda path: (path.suffix.lower() == _C3D, path)):
+        if path.suffix.lower() not in SUFFIXES - _NAMED or not path.is_file():
+            continue
+        if path.suffix.lower() == _C3D:
+            if path not in taken and _has_events(path):
+                yield path, path
             continue
         beside = [
             own
             for own in sorted(path.parent.glob(f"{glob.escape(path.stem)}.*"))
             if own.suffix.lower() in known
         ]
-        if (
-            beside
-            and beside[0] not in described
-            and not (path.suffix.lower() == ".json" and _is_no_list(path))
-        ):
+        if beside and beside[0] not in taken and not (path.suffix.lower() == ".json" and _is_no_list(path)):
+            taken.add(beside[0])
             yield path, beside[0]
 
 
@@ -57,7 +62,7 @@ def annotated_cuts(
 
     Args:
         path: The file.
-        wanted: Name of the tier; None for `segments LEVEL`, or `segments`, or else the only one.
+        wanted: Name of the tier; None for `segments LEVEL`, `segments` or `key frames`, or else the only one.
         level: What the cuts part.
         times: Of the frames, s; annotations count from the first.
         gap: How far an end and the next begin may be apart, s.
@@ -65,14 +70,16 @@ def annotated_cuts(
     Raises:
         MossarError: If it cannot be read, or it is not clear which tier is meant.
     """
-    tier = chosen_tier(path, wanted, (f"{SEGMENTS} {level}", SEGMENTS))
-    origin, last = float(times[0]), float(times[-1])
+    tier = chosen_tier(path, wanted, (f"{SEGMENTS} {level}", SEGMENTS, KEY_FRAMES))
+    last = float(times[-1])
+    first = float(times[0])
+    origin = 0.0 if tier.on_clock else first
     if tier.moments:
         return [Cut(*[origin + mark.start] * 3) for mark in tier.marks]
     ends = {origin + mark.end for mark in tier.marks}
     cuts: list[Cut] = []
     for time in sorted(ends | {origin + mark.start for mark in tier.marks}):
-        if not origin + _EDGE < time < last - _EDGE:
+        if not first + _EDGE < time < last - _EDGE:
             continue
         before = cuts[-1].latest if cuts else None
         if before in ends and time not in ends and time - before <= gap:
@@ -80,6 +87,14 @@ def annotated_cuts(
         else:
             cuts.append(Cut(time, time, time))
     return cuts
+
+
+def _has_events(path: Path) -> bool:
+    """Return whether a C3D file has events."""
+    try:
+        return bool(read_events(path))
+    except FileError:
+        return False
 
 
 def _is_no_list(path: Path) -> bool:
