@@ -47,6 +47,10 @@ def _version() -> int:
     return SCHEMA_VERSION
 
 
+def _no_reason() -> str:
+    return ""
+
+
 # `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
 _ALWAYS_SENT: int = msgspec.field(default_factory=_version)
 
@@ -137,7 +141,7 @@ class RepetitionEvent(
 ):
     """News about one repetition of a movement (setting `repetitions`).
 
-    The running count is `total` of the latest message: a later look may withdraw a repetition or move its ends.
+    A later look may withdraw a repetition or move its ends; `total` is the running count.
 
     Args:
         id: `performer/take/rNUMBER`, the number of the repetition in the take; of a limb
@@ -145,7 +149,7 @@ class RepetitionEvent(
         rev: Counts the messages about this id from 1.
         channel: What repeats: `body` for the whole posture, or a limb (setting `limbs`).
         count: In this bout, from 1; 0 when withdrawn.
-        total: In the take.
+        total: Repetitions of the take that are counted once this message is processed.
         period: Duration of a cycle over the last ones of the bout, s; None for the first of a bout.
         tempo: Cycles a minute; None for the first of a bout.
         start: Begin of the cycle, s on the source's clock; None when withdrawn.
@@ -190,14 +194,30 @@ class PhaseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="phase", kw_
     phase: float | None
 
 
-class StreamEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stream", kw_only=True, gc=False):
-    """A take started or ended, or frames stopped and came back."""
+class StreamEvent(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="stream",
+    kw_only=True,
+    gc=False,
+    omit_defaults=True,
+):
+    """A take started or ended, or frames stopped and came back.
 
-    v: int = SCHEMA_VERSION
+    Args:
+        event: `started` and `ended` enclose a take; `stalled`, `resumed` and `reset` come between.
+        reason: Why a take ended; else empty.
+        run: Of `started`: the run of the program that emits the events. The pipeline sets it; a segmenter does not, and
+            then it is not sent.
+    """
+
+    v: int = _ALWAYS_SENT
     performer: str
     event: StreamChange
     take: int
-    reason: str = ""
+    reason: str = msgspec.field(default_factory=_no_reason)
+    run: str | None = None
 
 
 class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_only=True, gc=False):

@@ -22,7 +22,7 @@ class Sink(Protocol):
         ...
 
     def announce(self, meta: Meta) -> None:
-        """Take note of a performer, before its first events and when its skeleton changes."""
+        """Take note of a performer: before its first events, and when its skeleton or its settings change."""
 
     def send(self, events: Sequence[Event]) -> None:
         """Hand events over, in order; now and then without any, to look after receivers that join in quiet times."""

@@ -1,7 +1,7 @@
 """What every source of frames looks like to the pipeline."""
 
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 import msgspec
 
@@ -17,6 +17,8 @@ class Meta(msgspec.Struct, frozen=True):
         fps: Nominal rate in Hz if the source knows it.
         unit: What one unit of the original was taken for, if it had to be guessed; for the user to read.
         recording: Path or URL of the recording; empty for live sources.
+        settings: Of the segmentation, as plain values; the pipeline adds them for sinks of events.
+        run: The run of the program; the pipeline adds it for sinks of events.
     """
 
     performer: str
@@ -24,6 +26,8 @@ class Meta(msgspec.Struct, frozen=True):
     fps: float | None = None
     unit: str = "m"
     recording: str = ""
+    settings: dict[str, Any] | None = None
+    run: str | None = None
 
 
 class Left(msgspec.Struct, frozen=True):

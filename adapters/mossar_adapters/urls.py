@@ -28,7 +28,6 @@ class OpenOptions(msgspec.Struct, frozen=True):
         options: How to read; the URL's own options are merged in.
         speed: Pace of recordings and of the built-in performer.
         listener: Is told of control messages (OSC).
-        settings: Of the segmentation, for metas.
         force: Whether to replace a recording that is there.
         loop: Whether to play a recording again and again.
         position: Byte at which to go on with a file.
@@ -37,7 +36,6 @@ class OpenOptions(msgspec.Struct, frozen=True):
     options: ReadOptions = ReadOptions()
     speed: Speed = "max"
     listener: Listener | None = None
-    settings: dict[str, Any] | None = None
     force: bool = False
     loop: bool = False
     position: int | None = None
@@ -103,14 +101,11 @@ def open_source(
     return SelectedSource(source, wanted.options) if picky and address.scheme != "file" else source
 
 
-def open_sink(
-    url: str, *, settings: dict[str, Any] | None = None, force: bool = False, position: int | None = None
-) -> Sink:
+def open_sink(url: str, *, force: bool = False, position: int | None = None) -> Sink:
     """Open a sink of events.
 
     Args:
         url: See the table; a path ends in `.jsonl` (events) or `.csv` (segments), `-` is standard output.
-        settings: Of the segmentation, told to receivers in metas.
         force: Whether to replace a file that is there.
         position: Byte at which to go on with a file, instead of replacing it.
 
@@ -120,7 +115,7 @@ def open_sink(
     address, scheme = _scheme(url, "sink")
     if scheme.sink is None:
         raise address.error(f"{address.scheme}: takes no events")
-    return scheme.sink(address, OpenOptions(settings=settings, force=force, position=position))
+    return scheme.sink(address, OpenOptions(force=force, position=position))
 
 
 def open_frame_sink(url: str, *, force: bool = False, position: int | None = None) -> FrameSink:
@@ -195,7 +190,7 @@ def _file_sink(address: Address, wanted: OpenOptions) -> Sink:
         case ".msk":
             raise address.error("a .msk recording holds frames, not events: mossar record SOURCE take.msk")
         case suffix if has_format(PurePath(address.path)):
-            return AnnotationSink(address, wanted.settings, force=wanted.force)
+            return AnnotationSink(address, force=wanted.force)
         case suffix:
             raise address.error(
                 f"events go to .jsonl, segments to .csv, annotations to {' '.join(SUFFIXES)}, "
@@ -264,10 +259,10 @@ def _zmq(address: Address, wanted: OpenOptions) -> Source:
     return ZmqSource(address, wanted.options)
 
 
-def _zmq_sink(address: Address, wanted: OpenOptions) -> Sink:
+def _zmq_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.zeromq.sink import ZmqSink
 
-    return ZmqSink(address, wanted.settings)
+    return ZmqSink(address)
 
 
 def _zmq_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
@@ -276,10 +271,10 @@ def _zmq_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa
     return ZmqFrameSink(address)
 
 
-def _websocket_sink(address: Address, wanted: OpenOptions) -> Sink:
+def _websocket_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
     from mossar_adapters.websocket import WebSocketSink
 
-    return WebSocketSink(address, wanted.settings)
+    return WebSocketSink(address)
 
 
 def _lsl(address: Address, wanted: OpenOptions) -> Source:

@@ -1,7 +1,7 @@
 """A WebSocket server for browser games: every event as one JSON text frame.
 
 It runs on a thread of its own. Each client has a bounded queue; what a slow client does not take is dropped
-for that client and counted. Clients that join late get the metas of all performers first.
+for that client and counted. Clients that join late get the metas of all performers first, and where each stands.
 
 A browser lets any page connect to this computer and says which page it is: by default only pages of this computer
 are served, and programs, which name no page.
@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 from mossar_adapters.address import Address
 from mossar_adapters.extras import needed
 from mossar_adapters.maps.codec import to_json
-from mossar_adapters.maps.frame_maps import map_of_meta
+from mossar_adapters.maps.frame_maps import map_with_run
+from mossar_adapters.maps.states import States
 from mossar_adapters.source import Meta
 from mossar_stream import Event, MossarError
 from mossar_stream import to_json as event_to_json
@@ -35,7 +36,7 @@ OPTIONS = {
 QUEUE = 1000  # messages waiting for one client
 MAX_CLIENTS = 64
 MAX_WAITING = 64  # connections that have not asked for a WebSocket yet; beyond them the oldest is cut off
-_METAS = 512  # performers whose metas are kept for late joiners; less than a client's queue
+_METAS = 400  # performers whose metas are kept for late joiners; with their states less than a client's queue
 _MAX_IN = 1024  # bytes; what clients send is not used
 _LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 _CLOSE = 0.5  # s that clients have to say goodbye
@@ -47,7 +48,6 @@ class WebSocketSink:
 
     Args:
         address: `ws://HOST:PORT`; option `origin`. Port 0 takes a free one.
-        settings: Told to clients in metas.
 
     Raises:
         MossarError: If the port cannot be had, an option is wrong or the extra `web` is not installed.
@@ -55,7 +55,7 @@ class WebSocketSink:
 
     prompt = True
 
-    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+    def __init__(self, address: Address) -> None:
         needed("websockets", "web", address.url)
         address.check(OPTIONS)
         if address.path not in {"", "/"}:
@@ -63,8 +63,9 @@ class WebSocketSink:
         self.name = address.url
         self.dropped = 0
         self.port = address.required_port()
-        self._address, self._settings = address, settings
+        self._address = address
         self._metas: dict[str, str] = {}
+        self._states = States()
         self._clients: set[_Client] = set()
         self._waiting: dict[Any, None] = {}  # transports of those that have not asked yet, the oldest first
         self._loop = asyncio.new_event_loop()
@@ -85,14 +86,13 @@ class WebSocketSink:
 
     def announce(self, meta: Meta) -> None:
         """Send a performer's meta, and keep it for late joiners."""
-        text = to_json(map_of_meta(meta, self._settings)).decode()
-        self._call(self._keep, meta.performer, text)
+        self._call(self._keep, meta, to_json(map_with_run(meta)).decode())
 
     def send(self, events: Sequence[Event]) -> None:
         """Hand events to every client."""
         texts = [event_to_json(event).decode() for event in events]
         if texts:
-            self._call(self._spread, texts)
+            self._call(self._pass_on, list(events), texts)
 
     def close(self) -> None:
         """Give clients a moment to take what is left, and release the port. May be called twice."""
@@ -177,7 +177,7 @@ class WebSocketSink:
             await connection.close(1013, "too many clients")
             return
         client = _Client(connection)
-        for text in self._metas.values():
+        for text in (*self._metas.values(), *(to_json(state).decode() for state in self._states)):
             client.offer(text)
         self._clients.add(client)
         pump = asyncio.ensure_future(client.pump())
@@ -187,12 +187,17 @@ class WebSocketSink:
             pump.cancel()
             self._clients.discard(client)
 
-    def _keep(self, performer: str, text: str) -> None:
-        self._metas.pop(performer, None)
+    def _keep(self, meta: Meta, text: str) -> None:
+        self._states.announce(meta)
+        self._metas.pop(meta.performer, None)
         if len(self._metas) == _METAS:
             del self._metas[next(iter(self._metas))]
-        self._metas[performer] = text
+        self._metas[meta.performer] = text
         self._spread([text])
+
+    def _pass_on(self, events: Sequence[Event], texts: Sequence[str]) -> None:
+        self._states.follow(events)
+        self._spread(texts)
 
     def _spread(self, texts: Sequence[str]) -> None:
         for client in self._clients:

@@ -83,8 +83,14 @@ class Telling:
         """Return what to say after a look that changed something: repetitions withdrawn, then those new or changed."""
         clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
         total = dropped + cycles if clear else 0
-        events = [self._event(take, number, "withdrawn") for number in range(self._told, total, -1)]
-        events += [self._event(take, number, "counted") for number in range(dropped + changed + 1, total + 1)]
+        events = [
+            self._event(take, number, "withdrawn", number - 1) for number in range(self._told, total, -1)
+        ]
+        standing = min(self._told, total)
+        events += [
+            self._event(take, number, "counted", max(number, standing))
+            for number in range(dropped + changed + 1, total + 1)
+        ]
         self._told = total
         for number in [number for number in self._revisions if number <= dropped]:
             del self._revisions[number]
@@ -110,7 +116,7 @@ class Telling:
             PhaseEvent(performer=self._performer, take=take, channel=self._channel, time=time, phase=phase)
         ]
 
-    def _event(self, take: int, number: int, status: RepetitionStatus) -> Event:
+    def _event(self, take: int, number: int, status: RepetitionStatus, total: int) -> Event:
         revision = self._revisions[number] = self._revisions.get(number, 0) + 1
         channel = "" if self._channel == BODY else f"{self._channel}/"
         withdrawn = status == "withdrawn"
@@ -122,7 +128,7 @@ class Telling:
             status=status,
             take=take,
             channel=self._channel,
-            total=number - 1 if withdrawn else number,
+            total=total,
             decided_time=latest,
             **(NO_CYCLE if withdrawn else self._facts(number - dropped - 1)),
         )

@@ -5,6 +5,7 @@ import threading
 import time
 from pathlib import Path
 
+import msgspec
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -13,7 +14,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_adapters.websocket import MAX_WAITING, QUEUE, WebSocketSink
-from mossar_stream import MossarError, Skeleton, StreamEvent
+from mossar_stream import MossarError, RepetitionEvent, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
 
@@ -35,6 +36,38 @@ def test_clients_get_metas_first_and_then_every_event(sink):
         assert json.loads(client.recv(5))["names"] == ["hips", "head"]
         sink.send([started(k) for k in range(5)])
         assert [json.loads(client.recv(5))["take"] for _ in range(5)] == [0, 1, 2, 3, 4]
+
+
+def test_a_client_that_comes_late_is_told_where_everybody_stands(sink):
+    sink.announce(msgspec.structs.replace(META, settings={"level": "cluster"}))
+    counted = RepetitionEvent(
+        performer="p1",
+        id="p1/1/r3",
+        rev=1,
+        status="counted",
+        take=1,
+        channel="body",
+        count=3,
+        total=7,
+        period=None,
+        tempo=None,
+        start=1.0,
+        end=2.0,
+        amplitude=0.1,
+        joint="head",
+        decided_time=2.5,
+    )
+    sink.send([msgspec.structs.replace(started(1), run="a1"), counted])
+    with connect(f"ws://127.0.0.1:{sink.port}") as client:
+        assert json.loads(client.recv(5))["type"] == "meta"
+        state = json.loads(client.recv(5))
+        expected = {"type": "state", "v": 1, "performer": "p1", "run": "a1", "take": 1, "level": "cluster"}
+        assert {name: state[name] for name in expected} == expected
+        assert (state["present"], state["repetitions"]) == (True, {"body": 7})
+        sink.send([StreamEvent(performer="p1", event="ended", take=1)])
+        assert json.loads(client.recv(5))["event"] == "ended"
+    with connect(f"ws://127.0.0.1:{sink.port}") as client:
+        assert [json.loads(client.recv(5)).get("present") for _ in range(2)] == [None, False]
 
 
 def test_clients_may_come_and_go(sink):

@@ -4,11 +4,13 @@ import json
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 from jsonschema import Draft202012Validator
 
 from mossar_adapters.maps.codec import to_json as to_json_line
-from mossar_adapters.maps.frame_maps import map_of_meta
+from mossar_adapters.maps.frame_maps import map_with_run
+from mossar_adapters.maps.states import StateMap
 from mossar_adapters.source import Meta
 from mossar_stream import Segmenter, Settings, Skeleton, to_json
 from mossar_tools.evaluation.takes import load_folder
@@ -52,11 +54,18 @@ def test_every_event_of_a_run_fits(events, valid):
 def test_every_meta_fits(valid):
     skeleton = Skeleton(("hip", "hand"), (-1, 0))
     for meta in (Meta("p1", skeleton), Meta("p2", skeleton, fps=30.0)):
-        for settings in (None, {"level": "motion"}):
-            sent = json.loads(to_json_line(map_of_meta(meta, settings)))
+        for more in ({}, {"settings": {"level": "motion"}, "run": "a1"}):
+            sent = json.loads(to_json_line(map_with_run(msgspec.structs.replace(meta, **more))))
             assert valid(sent)
             assert not valid({**sent, "type": "mata"})
             assert not valid({name: value for name, value in sent.items() if name != "parents"})
+
+
+def test_every_state_fits(valid):
+    for state in (StateMap("p1", 0, True), StateMap("p1", 2, False, {"body": 3}, level="motion", run="a1")):
+        sent = json.loads(to_json_line(state))
+        assert valid(sent)
+        assert not valid({name: value for name, value in sent.items() if name != "present"})
 
 
 @pytest.mark.parametrize(
@@ -85,6 +94,7 @@ def test_the_events_in_the_documentation_fit(valid):
     found = [json.loads(line) for line in shown if '"type":"frame"' not in line]
     assert {event["type"] for event in found} == {
         "meta",
+        "state",
         "key_frame",
         "segment",
         "move",

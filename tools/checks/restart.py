@@ -172,7 +172,7 @@ def _cut(events: Path, share: float, counted_on: int) -> _Cut:
 def _run(folder: Path, name: str, arguments: Sequence[object], kill_after: float | None = None) -> Path:
     """Run `mossar run`; return the file with its standard output."""
     out = folder / f"{name}.out"
-    command = [sys.executable, "-m", "mossar_tools", "run", *map(str, arguments)]
+    command = [sys.executable, "-m", "mossar_tools", "run", "--run-id", "restart", *map(str, arguments)]
     errors = out.with_suffix(".err")
     with (
         out.open("wb") as file,

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 
 from mossar_adapters.maps.frame_maps import MetaMap
+from mossar_adapters.maps.states import StateMap
 from mossar_stream import (
     Event,
     KeyFrameEvent,
@@ -18,19 +19,20 @@ from mossar_stream import (
 )
 
 _EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, PhaseEvent, MoveEvent, StreamEvent, StatsEvent)
-_OF_LIMBS = ("channel", "limb")
+_LEFT_OUT = ("channel", "limb", "run")  # where they say nothing
 
 
 def event_schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of one event or meta: a line of JSON, a WebSocket message, a ZeroMQ map."""
     schema = msgspec.json.schema(Event)
-    _add_meta(schema)
+    for record in _MAPS:
+        _add_map(schema, record)
     for event in _EVENTS:
         definition = schema["$defs"][event.__name__]
         summary, fields = _explained(event)
         definition["description"] = summary
         # Fields with defaults are always sent, too, but for those of records that leave them out.
-        optional = _OF_LIMBS if event.__struct_config__.omit_defaults else ()
+        optional = _LEFT_OUT if event.__struct_config__.omit_defaults else ()
         definition["required"] = [name for name in definition["properties"] if name not in optional]
         for name, text in fields.items():
             definition["properties"][name]["description"] = text
@@ -41,23 +43,29 @@ def event_schema() -> dict[str, Any]:
     }
 
 
-_META = MetaMap.__name__
-_MAY_BE_ABSENT = ("fps", "settings", "version")
+# What is sent besides events: its type, and the fields that may be absent.
+_MAPS: dict[type, tuple[str, tuple[str, ...]]] = {
+    MetaMap: ("meta", ("fps", "settings", "run", "version")),
+    StateMap: ("state", ("level", "run")),
+}
 
 
-def _add_meta(schema: dict[str, Any]) -> None:
-    """Add the meta, which WebSocket and ZeroMQ send before a performer's events."""
-    place = f"#/$defs/{_META}"
-    definition = msgspec.to_builtins(msgspec.json.schema(MetaMap))["$defs"][_META]
-    definition["description"], fields = _explained(MetaMap)
-    for name, text in fields.items():
-        definition["properties"][name]["description"] = text
-    definition["properties"]["type"] = {"const": "meta", "description": fields["type"]}
-    definition["properties"]["parents"].pop("default")
-    definition["required"] = [name for name in definition["properties"] if name not in _MAY_BE_ABSENT]
-    schema["$defs"][_META] = definition
+def _add_map(schema: dict[str, Any], record: type) -> None:
+    """Add what WebSocket and ZeroMQ send besides events: metas, and the states of performers."""
+    name, may_be_absent = _MAPS[record]
+    place = f"#/$defs/{record.__name__}"
+    definition = msgspec.to_builtins(msgspec.json.schema(record))["$defs"][record.__name__]
+    definition["description"], fields = _explained(record)
+    for field, text in fields.items():
+        definition["properties"][field]["description"] = text
+    definition["properties"]["type"] = {"const": name, "description": fields["type"]}
+    for field in definition["properties"].values():
+        if field.get("default") in ((), {}):
+            del field["default"]
+    definition["required"] = [field for field in definition["properties"] if field not in may_be_absent]
+    schema["$defs"][record.__name__] = definition
     schema["anyOf"].append({"$ref": place})
-    schema["discriminator"]["mapping"]["meta"] = place
+    schema["discriminator"]["mapping"][name] = place
 
 
 def _explained(event: type) -> tuple[str, dict[str, str]]:

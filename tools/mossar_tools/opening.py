@@ -5,15 +5,12 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
-import msgspec
-
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import open_recording
 from mossar_adapters.live import Listener
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Recording, Source
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
-from mossar_stream import Settings
 from mossar_tools.errors import UsageError
 from mossar_tools.options import Options
 
@@ -60,15 +57,12 @@ def recording_of(url: str, options: Options) -> Recording:
     return recording
 
 
-def sink_of(
-    url: str, options: Options, settings: Settings, positions: Mapping[str, int | None]
-) -> Sink | FrameSink:
+def sink_of(url: str, options: Options, positions: Mapping[str, int | None]) -> Sink | FrameSink:
     """Return the sink that a URL or path stands for: of events, or of frames for a recording.
 
     Args:
         url: As on the command line.
         options: Tells whether a file may be replaced.
-        settings: Told to receivers.
         positions: Bytes written by a former run, by the names of sinks that go on.
 
     Raises:
@@ -77,7 +71,7 @@ def sink_of(
     position = positions.get(parse_url(url).url)
     if PurePath(parse_url(url).path).suffix.lower() == ".msk":
         return open_frame_sink(url, force=options.force, position=position)
-    return open_sink(url, settings=msgspec.to_builtins(settings), force=options.force, position=position)
+    return open_sink(url, force=options.force, position=position)
 
 
 def check_no_clash(sources: Sequence[str], sinks: Sequence[str]) -> None:

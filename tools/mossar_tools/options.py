@@ -17,7 +17,7 @@ from mossar_stream import Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import inches, names, place, port, positive, seconds, setting, speed
+from mossar_tools.values import inches, names, place, port, positive, run_id, seconds, setting, speed
 
 WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
@@ -55,6 +55,7 @@ class Options(msgspec.Struct, frozen=True):
     names: tuple[str, ...] = ()
     snapshot: str | None = None
     snapshot_every: float = 5.0
+    run_id: str | None = None
     emit: tuple[str, ...] = ()
     stats: float | None = None
     metrics: tuple[str, int] | None = None
@@ -290,6 +291,12 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--snapshot-every", metavar="SECONDS", type=positive, help="how often the state is kept (default: 5)"
+    )
+    group.add_argument(
+        "--run-id",
+        metavar="NAME",
+        type=run_id,
+        help="name of this run in its events (default: a new one each time)",
     )
     group.add_argument("--force", action="store_true", help="replace files that are there")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")

@@ -68,6 +68,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             ),
             moves=moves,
             resume=snapshot,
+            run_id=options.run_id,
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
@@ -180,7 +181,7 @@ def _opened_sinks(
     sinks: list[Sink | FrameSink] = []
     for place, url in enumerate(wanted, 1):
         try:
-            sinks.append(sink_of(url, options, options.settings(), snapshot.sinks if snapshot else {}))
+            sinks.append(sink_of(url, options, snapshot.sinks if snapshot else {}))
         except UnwritableError as error:
             if not sinks and place == len(wanted):
                 raise

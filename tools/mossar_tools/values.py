@@ -67,6 +67,13 @@ def port(text: str) -> int:
     return int(number)
 
 
+def run_id(text: str) -> str:
+    """Return the name of a run: 1 to 64 characters that print, without spaces."""
+    if not 1 <= len(text) <= 64 or not text.isprintable() or " " in text:
+        raise argparse.ArgumentTypeError("a run is called by 1 to 64 characters without spaces")
+    return text
+
+
 def place(text: str) -> tuple[str, int]:
     """Return host and port of `HOST:PORT`; the host of this computer if there is only a port."""
     host, _, number = text.rpartition(":")

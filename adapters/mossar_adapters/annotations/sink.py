@@ -4,7 +4,6 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from mossar_adapters.address import Address
 from mossar_adapters.annotations.tiers import (
@@ -31,16 +30,13 @@ class AnnotationSink:
 
     Args:
         address: A path; its suffix says for which program, see `write_annotations`.
-        settings: Of the segmentation; a named level is part of the tier's name.
         force: Whether to replace a file that is there.
 
     Raises:
         MossarError: If there is such a file already, it cannot be written, or the extra `annotate` is missing.
     """
 
-    def __init__(
-        self, address: Address, settings: Mapping[str, Any] | None = None, *, force: bool = False
-    ) -> None:
+    def __init__(self, address: Address, *, force: bool = False) -> None:
         self.name = address.url
         self.dropped = 0
         self._path = Path(address.path)
@@ -49,7 +45,7 @@ class AnnotationSink:
             raise UnwritableError(self._path, f"there is no folder {self._path.parent}")
         if self._path.exists() and not force:
             raise FileError(self._path, "there is a file already; --force replaces it")
-        self._level = (settings or {}).get("level")
+        self._level: str | float | None = None  # of the segmentation, as it was announced first
         self._origin: float | None = None  # s, of the first frame
         self._latest = -math.inf  # s
         self._kept = 0
@@ -57,7 +53,9 @@ class AnnotationSink:
         self._closed = False
 
     def announce(self, meta: Meta) -> None:
-        """Do nothing: the events name their performer."""
+        """Take note of the level: a named one is part of the tier's name."""
+        if self._level is None and meta.settings is not None:
+            self._level = meta.settings.get("level")
 
     def begin_take(self, performer: str, take: int, time: float) -> None:  # noqa: ARG002 - sinks share it
         """Let times count from the first frame of the first take."""

@@ -1,8 +1,9 @@
 """Control: requests to a running pipeline, from ZeroMQ or OSC.
 
 A request is `{"set": {"level": "motion"}}`, `{"get": "settings"}`, `{"get": "stats"}` or `{"do": "reset"}`, each with
-an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`. What a request
-changes happens in the thread that segments, between two chunks of frames.
+an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`; that to `set` also has
+`"new_take": true` if it ended a take. What a request changes happens in the thread that segments, between
+two chunks of frames.
 """
 
 import logging
@@ -47,7 +48,7 @@ class Control:
             if len(message) > MAX_REQUEST:
                 raise SettingsError(f"a request has at most {MAX_REQUEST} bytes")
             request = msgspec.json.decode(message, type=Request)
-            return msgspec.json.encode({"ok": True, "value": self._wait_for(request)})
+            return msgspec.json.encode({"ok": True, **self._wait_for(request)})
         except (MossarError, ValueError, TypeError, RecursionError) as error:
             return msgspec.json.encode({"ok": False, "error": str(error)})
 
@@ -68,9 +69,9 @@ class Control:
             return
         self._pipeline.ask(lambda: _applied(self._pipeline, request))
 
-    def _wait_for(self, request: Request) -> object:
+    def _wait_for(self, request: Request) -> dict[str, object]:
         """Have a request carried out by the thread that segments, and return what comes of it."""
-        results: list[object] = []
+        results: list[dict[str, object] | Exception] = []
         done = threading.Event()
 
         def carry() -> None:
@@ -88,8 +89,8 @@ class Control:
         return results[0]
 
 
-def carry_out(pipeline: Pipeline, request: Request) -> object:
-    """Do what a request asks for, in the thread that segments, and return the answer's value.
+def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
+    """Do what a request asks for, in the thread that segments, and return what the answer says: `value`, and more.
 
     Raises:
         SettingsError: If the request is impossible; nothing is changed then.
@@ -104,16 +105,16 @@ def carry_out(pipeline: Pipeline, request: Request) -> object:
         )
     performers = sorted(pool.names) if performer is None else [performer]
     if request.set is not None:
-        pipeline.set(request.set, performer)
-        return request.set
+        ended = pipeline.set(request.set, performer)
+        return {"value": request.set, **({"new_take": True} if ended else {})}
     if request.get == "settings":
-        return (pool.settings if performer is None else pool[performer].settings).resolved()
+        return {"value": (pool.settings if performer is None else pool[performer].settings).resolved()}
     if request.get == "stats":
-        return {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}
+        return {"value": {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}}
     if request.do == "reset":
         for name in performers:
             pipeline.send(pool.reset(name, "asked for"))
-        return performers
+        return {"value": performers}
     if request.get is not None:
         raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")
     raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")

@@ -5,6 +5,7 @@ import numpy as np
 
 from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.maps.json_nan import without_nan
+from mossar_adapters.maps.states import StateMap
 from mossar_stream import FrameError
 
 
@@ -62,12 +63,12 @@ def from_msgpack(data: bytes) -> FrameMap | MetaMap | None:
         raise FrameError(str(error)) from None
 
 
-def to_msgpack(found: FrameMap | MetaMap) -> bytes:
+def to_msgpack(found: FrameMap | MetaMap | StateMap) -> bytes:
     """Return a map as msgpack."""
     return _msgpack.encode(found)
 
 
-def to_json(found: FrameMap | MetaMap) -> bytes:
+def to_json(found: FrameMap | MetaMap | StateMap) -> bytes:
     """Return a map as JSON: positions as nested lists, null where missing."""
     if isinstance(found, FrameMap):
         found = msgspec.structs.replace(

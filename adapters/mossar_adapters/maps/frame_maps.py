@@ -45,6 +45,7 @@ class MetaMap(msgspec.Struct):
         fps: Nominal rate, Hz; left out where nobody knows it.
         unit: Of positions in frames: metres.
         settings: Of the segmenter; left out where frames are sent.
+        run: The run of the program that emits the events; left out where frames are sent.
         version: Of the program that sends this.
         v: Version of this layout.
         type: Always `meta`.
@@ -57,6 +58,7 @@ class MetaMap(msgspec.Struct):
     fps: float | UnsetType | None = UNSET
     unit: str = "m"
     settings: dict[str, Any] | UnsetType = UNSET
+    run: str | UnsetType = UNSET
     version: str | UnsetType = UNSET
     v: int = VERSION
     type: str = "meta"
@@ -77,13 +79,8 @@ def meta_of_map(found: MetaMap) -> Meta:
     return Meta(distinct_name(found.performer), skeleton, fps)
 
 
-def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
-    """Return a meta as a map.
-
-    Args:
-        meta: The performer.
-        settings: Those of the segmentation, where it is known.
-    """
+def map_of_meta(meta: Meta) -> MetaMap:
+    """Return a meta as a map, as it goes with frames."""
     skeleton = meta.skeleton
     return MetaMap(
         skeleton.names,
@@ -91,9 +88,16 @@ def map_of_meta(meta: Meta, settings: dict[str, Any] | None = None) -> MetaMap:
         skeleton.parents,
         skeleton.root,
         UNSET if meta.fps is None else meta.fps,
-        settings=UNSET if settings is None else settings,
         version=mossar_stream.__version__,
     )
+
+
+def map_with_run(meta: Meta) -> MetaMap:
+    """Return a meta as a map, as it goes with events: with the settings and the run, where they are known."""
+    found = map_of_meta(meta)
+    found.settings = UNSET if meta.settings is None else meta.settings
+    found.run = UNSET if meta.run is None else meta.run
+    return found
 
 
 def positions_of_map(found: FrameMap) -> NDArray[Any]:

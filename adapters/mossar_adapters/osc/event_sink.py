@@ -4,9 +4,9 @@
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
 time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
 channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
-`/mossar/repetition ,sssiiiff` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout);
+`/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
-`/mossar/stream ,sssi` performer, event, reason, take.
+`/mossar/run ,ss` performer, run, before each take; `/mossar/stream ,sssi` performer, event, reason, take.
 """
 
 from collections.abc import Sequence
@@ -70,13 +70,19 @@ class OscSink:
     def send(self, events: Sequence[Event]) -> None:
         """Send events, one datagram each; stats are not sent."""
         for event in events:
+            if isinstance(event, StreamEvent) and event.run is not None:
+                self._put(encode("/mossar/run", "ss", event.performer, event.run))
             data = self._written(event)
-            if data and not self._sender.send(data):
-                self.dropped += 1
+            if data:
+                self._put(data)
 
     def close(self) -> None:
         """Release the socket. May be called twice."""
         self._sender.close()
+
+    def _put(self, data: bytes) -> None:
+        if not self._sender.send(data):
+            self.dropped += 1
 
     def _written(self, event: Event) -> bytes:
         """Return an event as a message, empty for stats."""
@@ -90,7 +96,7 @@ class OscSink:
             case RepetitionEvent():
                 numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
                 who = (event.performer, event.status, event.channel)
-                return encode("/mossar/repetition", "sssiiiff", *who, *numbers)
+                return encode("/mossar/repetition", "sssiiiffsi", *who, *numbers, event.id, event.rev)
             case PhaseEvent():
                 where = (event.take, -1.0 if event.phase is None else event.phase)
                 return encode("/mossar/phase", "ssif", event.performer, event.channel, *where)

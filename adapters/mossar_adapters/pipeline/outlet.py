@@ -87,7 +87,7 @@ class Outlet:
         self._thread = threading.Thread(target=self._deliver, name=f"write {sink.name}", daemon=True)
         self.prompt = bool(getattr(sink, "prompt", False))
         self._takes_frames = hasattr(sink, "send_frames")
-        self._takes_events = hasattr(sink, "send")
+        self.takes_events = hasattr(sink, "send")
         self._takes_starts = hasattr(sink, "begin_take")
 
     def start(self) -> None:
@@ -161,7 +161,7 @@ class Outlet:
             return True
         if isinstance(parcel.item, TakeStart):
             return self._takes_starts
-        return self._takes_frames if isinstance(parcel.item, Frames) else self._takes_events
+        return self._takes_frames if isinstance(parcel.item, Frames) else self.takes_events
 
     def _drop_oldest(self) -> bool:
         for place, parcel in enumerate(self._queue):
@@ -203,7 +203,7 @@ class Outlet:
             while not self._queue:
                 if self._ending or self.error is not None:
                     return None
-                if quiet and self._takes_events:
+                if quiet and self.takes_events:
                     self._busy = True
                     return _NOTHING
                 quiet = not self._changed.wait(_QUIET)

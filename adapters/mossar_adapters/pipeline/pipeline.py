@@ -7,6 +7,7 @@ queues, so that neither a burst nor a slow receiver takes memory, and no sink st
 """
 
 import logging
+import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -24,17 +25,18 @@ from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.stream_time import StreamTime
-from mossar_adapters.pipeline.take_starts import parts, take_starts
-from mossar_adapters.pipeline.upkeep import Upkeep
+from mossar_adapters.pipeline.take_starts import is_start, parts, take_starts
+from mossar_adapters.pipeline.upkeep import Upkeep, news
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Left, Meta, Source
-from mossar_stream import Event, Frames, Moves, Settings, SettingsError
+from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamEvent
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
 _TOLD = 20  # performers who cannot be followed and are told of
 _LEAVE = 1.0  # s given to a reader to end
+_RUN_BYTES = 6  # of a run's name: two of a million runs are called the same once in 280 million times
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
@@ -60,7 +62,8 @@ class Pipeline:
         seconds: Stop after so much time of the stream, for each performer.
         upkeep: What is done between frames; by default stalls and silence are noticed.
         moves: That are recognised of all performers.
-        resume: Snapshot of a run that was cut short, to go on with.
+        resume: Snapshot of a run that was cut short, to go on with; its name comes before `run_id`.
+        run_id: Name of the run, by which receivers tell its events from those of others; one that is new if None.
         tick: Called about every 0.05 s from the thread that segments.
 
     Raises:
@@ -80,6 +83,7 @@ class Pipeline:
         upkeep: Upkeep | None = None,
         moves: Moves | None = None,
         resume: Snapshot | None = None,
+        run_id: str | None = None,
         tick: Callable[[], None] = lambda: None,
     ) -> None:
         self.settings = settings or Settings()
@@ -89,6 +93,7 @@ class Pipeline:
             )
         self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves)
         self.outcome = Outcome()
+        self.run_id = (resume.run if resume is not None else "") or run_id or new_run_id()
         self.latency: dict[str, Latency] = {}  # of each performer
         self.stream_time = StreamTime(seconds)
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
@@ -147,15 +152,22 @@ class Pipeline:
         """Have something done by the thread that segments. Any thread may call it."""
         self.inbox.ask(request)
 
-    def set(self, changes: Mapping[str, object], performer: str | None = None) -> None:
+    def set(self, changes: Mapping[str, object], performer: str | None = None) -> bool:
         """Change settings of a performer, or of all and of those to come, and send what this ends.
+
+        Returns:
+            Whether a take ended.
 
         Raises:
             SettingsError: If a name is unknown or a value is illegal.
             FrameError: If there is no such performer.
         """
         self._max_pauses.clear()
-        self.send(self.pool.set(changes, performer))
+        events = self.pool.set(changes, performer)
+        self.send(events)
+        for name in self.pool.names if performer is None else (performer,):
+            self._announce_settings(name)
+        return any(isinstance(event, StreamEvent) and event.event == "ended" for event in events)
 
     def max_pause(self, performer: str) -> float:
         """Return how long a performer's frames may stop before its take ends, s."""
@@ -248,7 +260,20 @@ class Pipeline:
         self.latency.setdefault(name, Latency())
         self.send(events)
         for outlet in self.outlets:
-            outlet.put(Parcel(msgspec.structs.replace(meta, performer=name)))
+            outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(meta, name)))
+
+    def _announce_settings(self, name: str) -> None:
+        """Announce a performer whose settings have changed once more, to sinks of events."""
+        if name in self._metas:
+            for outlet in self.outlets:
+                if outlet.takes_events:
+                    outlet.put(self._announcement(name))
+
+    def _announcement(self, name: str) -> Parcel:
+        """Return the meta of a performer with what receivers of events need to know."""
+        settings = msgspec.to_builtins(self.pool[name].settings)
+        meta = _called(self._metas[name], name)
+        return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
 
     def _tell_unfollowed(self, name: str, source: int, error: Exception) -> None:
         """Say once of a performer why it cannot be followed; of many, of the first ones."""
@@ -290,22 +315,35 @@ class Pipeline:
             self._turn_away(name, len(frames))
             return
         self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
-        self.upkeep.heard(self, arrival, name)
+        resumed = self.upkeep.heard(self, arrival, name)
         frames = self.stream_time.within(frames)
         if not len(frames):
             return
         for part in parts(frames, self.max_pause(name)):
-            self._segment(part, arrival.at)
+            self._segment(part, arrival.at, resumed=resumed)
+            resumed = False
 
-    def _segment(self, frames: Frames, arrived_at: float) -> None:
-        """Push frames, and hand them on with the events that they cause."""
+    def _segment(self, frames: Frames, arrived_at: float, *, resumed: bool) -> None:
+        """Push frames, and hand them on with the events that they cause.
+
+        Args:
+            frames: Of one performer.
+            arrived_at: Monotonic s.
+            resumed: Whether frames had stalled before.
+        """
         try:
             events = self.pool.push(frames)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
             self._refuse(frames, error)
             return
         self.outcome.frames += len(frames)
-        parcels = [Parcel(frames, arrived_at), *map(Parcel, take_starts(events, frames))]
+        starts = take_starts(events, frames)
+        if starts:
+            events = [_of_run(event, self.run_id) for event in events]
+        if resumed:
+            place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
+            events.insert(place, news(self, frames.performer, "resumed"))
+        parcels = [Parcel(frames, arrived_at), *map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))
         for outlet in self.outlets:
@@ -380,3 +418,16 @@ class Pipeline:
         self._check_outlets()
         for feed in self.feeds:
             feed.join(_LEAVE)
+
+
+def _called(meta: Meta, name: str) -> Meta:
+    return meta if meta.performer == name else msgspec.structs.replace(meta, performer=name)
+
+
+def _of_run(event: Event, run: str) -> Event:
+    return msgspec.structs.replace(event, run=run) if is_start(event) else event
+
+
+def new_run_id() -> str:
+    """Return a name that no other run has."""
+    return secrets.token_hex(_RUN_BYTES)

@@ -41,6 +41,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         performers: Snapshot of each performer's segmenter.
         pool: What the pool knows besides: settings that control changed, takes of those who made room for others.
         sinks: Bytes written, for sinks that can go on there.
+        run: Name of the run, which goes on under it.
     """
 
     settings: bytes
@@ -49,6 +50,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     performers: dict[str, bytes] = {}
     pool: bytes = b""
     sinks: dict[str, int | None] = {}
+    run: str = ""
 
 
 _MAGIC = b"MSNAP"

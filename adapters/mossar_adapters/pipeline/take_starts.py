@@ -5,6 +5,7 @@ where its times say that a take may end: what begins with a part begins with its
 """
 
 import itertools
+from typing import TypeGuard
 
 import msgspec
 import numpy as np
@@ -47,11 +48,12 @@ def parts(frames: Frames, max_pause: float) -> list[Frames]:
 def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
     """Return the take that began with a part, if one did: see `parts`."""
     time = float(frames.times[0])
-    return [
-        TakeStart(event.performer, event.take, time)
-        for event in events
-        if isinstance(event, StreamEvent) and event.event == "started"
-    ]
+    return [TakeStart(event.performer, event.take, time) for event in events if is_start(event)]
+
+
+def is_start(event: Event) -> TypeGuard[StreamEvent]:
+    """Return whether an event says that a take began."""
+    return isinstance(event, StreamEvent) and event.event == "started"
 
 
 def _part(frames: Frames, first: int, end: int) -> Frames:

@@ -18,6 +18,7 @@ from mossar_stream import MossarError, SnapshotError, StatsEvent, StreamChange, 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
 
+STOPPED = "frames stopped"  # why a take ended whose frames no longer come; `gap` is a step in their times
 SILENCE = 3.0  # s without a frame after which a source explains itself
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
@@ -67,13 +68,12 @@ class Upkeep:
         self._snapshot_due = now + self._period if self._path else float("inf")
         self._write(pipeline, complete=False)  # from here on a run that is killed can go on with its outputs
 
-    def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> None:
-        """Take note that frames came; say so if they had stalled."""
+    def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> bool:
+        """Take note that frames came; return whether they had stalled."""
         feed = pipeline.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
-        if feed.source.live and self._watch.heard(performer, arrival.source, arrival.at):
-            pipeline.send([self._news(pipeline, performer, "resumed")])
+        return feed.source.live and self._watch.heard(performer, arrival.source, arrival.at)
 
     def forget(self, source: int) -> None:
         """Stop watching a source that has ended."""
@@ -196,6 +196,7 @@ class Upkeep:
                 performers=pipeline.pool.snapshot(),
                 pool=pipeline.pool.lasting(),
                 sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
+                run=pipeline.run_id,
             )
             write_snapshot(self._path, snapshot)
         except MossarError as error:
@@ -212,9 +213,9 @@ class Upkeep:
             if performer not in pipeline.pool:  # others have taken its place
                 self._watch.leave(performer)
             elif finding == "stalled":
-                pipeline.send([self._news(pipeline, performer, "stalled", "no frames for 0.3 s")])
+                pipeline.send([news(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
-                pipeline.end_take(performer, "gap")
+                pipeline.end_take(performer, STOPPED)
                 pipeline.stream_time.absent(performer)
 
     def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
@@ -264,11 +265,11 @@ class Upkeep:
             return f"{name}: the frames have stopped; {came} messages came since, without a frame. {why}"
         return f"{name}: the frames have stopped, and nothing else comes; is the sender still running?"
 
-    def _news(
-        self, pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = ""
-    ) -> StreamEvent:
-        take = pipeline.pool[performer].take
-        return StreamEvent(performer=performer, event=event, take=take, reason=reason)
+
+def news(pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = "") -> StreamEvent:
+    """Return an event about the latest take of a performer."""
+    take = pipeline.pool[performer].take
+    return StreamEvent(performer=performer, event=event, take=take, reason=reason)
 
 
 def _in_words(event: StatsEvent) -> str:

@@ -1,4 +1,4 @@
-"""ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer.
+"""ZeroMQ sinks: PUB, as XPUB so that late joiners get the latest meta of every performer, and where each stands.
 
 Two parts: topic `mossar.<type>.<performer>.`, of a limb `mossar.limb.<type>.<performer>.`, and a msgpack map, or JSON with `?encoding=json`. A receiver that
 is too slow loses the newest messages; how many, only it can tell, by `seq` and `rev`: ZeroMQ says that a queue is
@@ -7,15 +7,15 @@ full, once, and then leaves that receiver out until it has caught up. `dropped` 
 
 import logging
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import msgspec
 import zmq
 
 from mossar_adapters.address import Address
 from mossar_adapters.maps.codec import to_json, to_msgpack
-from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
+from mossar_adapters.maps.frame_maps import map_with_run, maps_of_frames
+from mossar_adapters.maps.states import States
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
@@ -39,7 +39,6 @@ class ZmqSink:
 
     Args:
         address: `zmq+bind://HOST:PORT`, `zmq://HOST:PORT` or an `ipc:` form.
-        settings: Told to receivers in metas.
 
     Raises:
         MossarError: If the socket cannot be had or an option is wrong.
@@ -47,11 +46,11 @@ class ZmqSink:
 
     prompt = True
 
-    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+    def __init__(self, address: Address) -> None:
         address.check(OPTIONS)
         self.name = address.url
         self.dropped = 0
-        self._publisher = Publisher(address, settings)
+        self._publisher = Publisher(address)
         self.endpoint = self._publisher.endpoint
         json = self._publisher.json
         self._encode = msgspec.json.Encoder().encode if json else msgspec.msgpack.Encoder().encode
@@ -63,6 +62,7 @@ class ZmqSink:
     def send(self, events: Sequence[Event]) -> None:
         """Publish events."""
         self._publisher.serve()
+        self._publisher.states.follow(events)
         for event in events:
             topic = f"mossar.{_kind(event)}.{event.performer}.".encode()
             if not self._publisher.put(topic, self._encode(event)):
@@ -127,12 +127,11 @@ class Publisher:
 
     Args:
         address: Where.
-        settings: For the metas.
     """
 
-    def __init__(self, address: Address, settings: dict[str, Any] | None = None) -> None:
+    def __init__(self, address: Address) -> None:
         self.json = address.choice("encoding", ("msgpack", "json"), "msgpack") == "json"
-        self._settings = settings
+        self._encode = to_json if self.json else to_msgpack
         self._context = GuardedContext()
         try:
             wanted: dict[int, int | bytes] = {zmq.XPUB_VERBOSE: 1, zmq.XPUB_NODROP: 1, zmq.SNDHWM: QUEUE}
@@ -142,30 +141,36 @@ class Publisher:
             raise
         self.endpoint = bound_at(self._socket)
         self._metas: dict[bytes, bytes] = {}  # topic -> latest meta map
+        self.states = States()
         self._subscribed = False  # whether anybody ever did
         self._name, self._told = address.url, False  # whether it was said that somebody is too slow
 
     def announce(self, meta: Meta) -> None:
         """Publish a meta and keep it."""
-        found = map_of_meta(meta, self._settings)
+        found = map_with_run(meta)
+        self.states.announce(meta)
         topic = f"mossar.meta.{meta.performer}.".encode()
         self._metas.pop(topic, None)
         if len(self._metas) == _METAS:
             del self._metas[next(iter(self._metas))]
-        self._metas[topic] = to_json(found) if self.json else to_msgpack(found)
+        self._metas[topic] = self._encode(found)
         self.serve()
         self.put(topic, self._metas[topic])
 
     def serve(self) -> None:
-        """Answer new subscriptions with the metas they ask for."""
+        """Answer new subscriptions with the metas and states they ask for."""
         while can_read(self._socket):
             request = self._socket.recv()
             if request[:1] != _SUBSCRIBE:
                 continue
             self._subscribed = True
-            for topic, data in self._metas.items():
+            for topic, data in (*self._metas.items(), *self._standing()):
                 if topic.startswith(request[1:]):
                     self.put(topic, data)
+
+    def _standing(self) -> Iterator[tuple[bytes, bytes]]:
+        for state in self.states:
+            yield f"mossar.state.{state.performer}.".encode(), self._encode(state)
 
     def await_subscriber(self, seconds: float) -> None:
         """Wait until somebody subscribes, at most `seconds`."""

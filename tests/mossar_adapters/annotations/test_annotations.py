@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
+from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_stream import Event, MossarError, RepetitionEvent
+from mossar_stream import Event, MossarError, RepetitionEvent, Skeleton
 
 TIERS = [
     Tier("segments", (Mark(0.0, 1.25, "resting"), Mark(1.25, 2.5, "moving hand"), Mark(3.0, 3.2, "a<b & c"))),
@@ -223,7 +224,8 @@ def test_an_unknown_format_is_refused_before_the_work() -> None:
 
 
 def sent(path: Path, *events: Event) -> list[Tier]:
-    sink = open_sink(str(path), settings={"level": "motion"})
+    sink = open_sink(str(path))
+    sink.announce(Meta("p1", Skeleton(("a", "b"), (-1, 0)), settings={"level": "motion"}))
     sink.begin_take("p1", 0, 100.0)
     sink.send(events)
     sink.close()

@@ -51,7 +51,9 @@ def ask(pipeline, request):
 
 def test_the_level_of_all_performers_can_be_set(running):
     pipeline, _ = running
-    assert ask(pipeline, {"set": {"level": "cluster"}}) == {"ok": True, "value": {"level": "cluster"}}
+    answer = ask(pipeline, {"set": {"level": "cluster"}})
+    assert answer == {"ok": True, "value": {"level": "cluster"}, "new_take": True}
+    assert ask(pipeline, {"set": {"sig_threshold": 0.03}}) == {"ok": True, "value": {"sig_threshold": 0.03}}
     assert {pipeline.pool[name].level for name in pipeline.pool.names} == {"cluster"}
     assert ask(pipeline, {"get": "settings"})["value"]["level"] == "cluster"
 

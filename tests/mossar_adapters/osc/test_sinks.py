@@ -12,7 +12,16 @@ from mossar_adapters.osc.frame_sink import OscFrameSink
 from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_stream import Frames, KeyFrameEvent, MossarError, MoveEvent, PhaseEvent, Skeleton
+from mossar_stream import (
+    Frames,
+    KeyFrameEvent,
+    MossarError,
+    MoveEvent,
+    PhaseEvent,
+    RepetitionEvent,
+    Skeleton,
+    StreamEvent,
+)
 
 
 def replay(hear, profile, source_query, items, **options):
@@ -44,6 +53,30 @@ def test_the_phase_of_a_movement_goes_out_frame_by_frame():
         sink.close()
     assert [m.address for m in messages] == ["/mossar/phase"] * 2
     assert [m.params for m in messages] == [["p1", "body", 2, 0.25], ["p1", "body", 2, -1.0]]
+
+
+def test_a_repetition_can_be_told_from_others_and_a_run_too():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5)
+        sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
+        cycle = {"period": 2.0, "tempo": 30.0, "start": 1.0, "end": 2.0, "amplitude": 0.5, "joint": "hand"}
+        who = {
+            "performer": "p1",
+            "id": "p1/0/r2",
+            "rev": 3,
+            "status": "counted",
+            "take": 0,
+            "channel": "body",
+        }
+        sink.send([StreamEvent(performer="p1", event="started", take=0, run="a1")])
+        sink.send([RepetitionEvent(**who, **cycle, count=2, total=4, decided_time=3.0)])
+        datagrams = [receiver.recv(1000) for _ in range(3)]
+        sink.close()
+    run, _, counted = map(OscMessage, datagrams)
+    assert (run.address, run.params) == ("/mossar/run", ["p1", "a1"])
+    assert b",sssiiiffsi" in datagrams[2]
+    assert counted.params == ["p1", "counted", "body", 0, 2, 4, 2.0, 30.0, "p1/0/r2", 3]
 
 
 def test_limbs_have_addresses_of_their_own_with_the_channel_after_the_performer_and_moves_theirs(told):

@@ -15,6 +15,12 @@ from mossar_stream import Event, Frames, Skeleton, StreamEvent
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 
 
+@pytest.fixture(autouse=True)
+def same_run(monkeypatch):
+    """Call all runs the same, so that their events can be compared."""
+    monkeypatch.setattr("mossar_adapters.pipeline.pipeline.new_run_id", lambda: "a1")
+
+
 class Script:
     """A source that delivers what it is told to, and waits where it is told to."""
 

@@ -87,7 +87,7 @@ def test_seconds_are_not_waited_for_with_who_has_left_or_stopped(stage):
     assert outcome.complete
     assert outcome.frames == 30 + 30 + 60
     ends = {e.performer: e.reason for e in sink.of(StreamEvent) if e.event == "ended"}
-    assert ends == {"bob": "lost user", "eve": "gap", "ann": "gap"}
+    assert ends == {"bob": "lost user", "eve": "frames stopped", "ann": "frames stopped"}
 
 
 def test_an_error_of_one_performer_does_not_end_the_run(stage, monkeypatch, caplog):

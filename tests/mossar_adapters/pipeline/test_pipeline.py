@@ -3,6 +3,7 @@ import logging
 import threading
 import time
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -34,7 +35,11 @@ def test_the_events_are_those_of_the_core(stage):
         elif isinstance(item, Frames):
             expected += pool.push(item)
     expected += pool.end_takes("end of stream")
-    assert sink.events == expected
+    of_the_core = [
+        msgspec.structs.replace(event, run=None) if isinstance(event, StreamEvent) else event
+        for event in sink.events
+    ]
+    assert of_the_core == expected
     assert [m.performer for m in sink.metas] == ["p1"]
     assert sink.closed
     assert outcome.complete
@@ -68,9 +73,9 @@ def test_a_stall_is_reported_and_the_take_ends_after_the_pause(stage):
     assert stage.changes(sink) == [
         ("p1", "started", ""),
         ("p1", "stalled", "no frames for 0.3 s"),
-        ("p1", "ended", "gap"),
-        ("p1", "resumed", ""),
+        ("p1", "ended", "frames stopped"),
         ("p1", "started", ""),
+        ("p1", "resumed", ""),
         ("p1", "ended", "end of stream"),
     ]
 
@@ -330,7 +335,7 @@ def test_max_pause_changed_while_running_is_that_of_the_wall_clock_too(stage):
     pipeline = Pipeline([script], [sink])
     pipeline.ask(lambda: pipeline.set({"max_pause": 0.4}))
     pipeline.run()
-    assert ("p1", "ended", "gap") in stage.changes(sink)
+    assert ("p1", "ended", "frames stopped") in stage.changes(sink)
 
 
 def test_segments_follow_each_other_without_gaps(stage):

@@ -135,8 +135,8 @@ def test_local_sockets_carry_frames(hear, tmp_path):
 
 
 def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber):
-    sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"), settings={"level": "motion"})
-    sink.announce(Meta("p1", SKELETON, 60.0))
+    sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
+    sink.announce(Meta("p1", SKELETON, 60.0, settings={"level": "motion"}, run="a1"))
     late = subscriber(sink.endpoint, b"mossar.")
     time.sleep(0.3)
     sink.send([StreamEvent(performer="p1", event="started", take=0), KEY_FRAME])
@@ -150,6 +150,7 @@ def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber
     meta, stream, key_frame = (msgspec.msgpack.decode(data) for _, data in received)
     assert meta["names"] == ["hips", "head"]
     assert meta["settings"] == {"level": "motion"}
+    assert meta["run"] == "a1"
     assert meta["unit"] == "m"
     assert stream == {
         "type": "stream",
@@ -247,6 +248,19 @@ def test_a_sender_may_go_and_come_back(hear):
     heard = hear(source, send)
     again[0].close()
     assert heard.count() == 10
+
+
+def test_who_subscribes_late_is_told_where_everybody_stands(subscriber):
+    sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
+    sink.send([StreamEvent(performer="p1", event="started", take=2, run="a1")])
+    late = subscriber(sink.endpoint)
+    time.sleep(0.3)
+    sink.send([])
+    topic, data = late.recv_multipart()
+    sink.close()
+    state = msgspec.msgpack.decode(data)
+    assert topic == b"mossar.state.p1."
+    assert (state["type"], state["take"], state["present"], state["run"]) == ("state", 2, True, "a1")
 
 
 def test_a_subscriber_that_never_reads_does_not_stop_the_others(subscriber):

@@ -63,6 +63,16 @@ def test_ten_raises_of_the_hand_are_ten() -> None:
     assert events[-1].amplitude == pytest.approx(0.36, rel=0.15)  # 0.63 m of one joint in three
 
 
+@pytest.mark.parametrize("periods", [[1.5] * 10, [1.1, 1.9] * 6])
+def test_the_total_of_each_message_is_the_count_so_far(periods: list[float]) -> None:
+    standing: set[str] = set()
+    told = counted(pushed(*raises(periods), 64))
+    assert max(event.rev for event in told) > 1, "none was told again"
+    for event in told:
+        (standing.discard if event.status == "withdrawn" else standing.add)(event.id)
+        assert event.total == len(standing)
+
+
 def test_the_tempo_is_right_within_three_percent_from_the_second_cycle() -> None:
     for event in counted(pushed(*raises([1.3] * 12), 7)):
         if event.count >= 2:

@@ -83,7 +83,7 @@ class Subscriber(Receiver):
             while not ended.is_set():
                 if opened.poll(int(_WAIT * 1000)):
                     topic, data = opened.recv_multipart()
-                    if not topic.startswith(b"mossar.meta."):
+                    if not topic.startswith((b"mossar.meta.", b"mossar.state.")):
                         self.hear(_decoder.decode(data))
 
 

@@ -1,0 +1,90 @@
+"""States: where each performer stands, for receivers that join late and missed the events that say so."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import msgspec
+from msgspec import UNSET, UnsetType
+
+from mossar_adapters.source import Meta
+from mossar_stream import Event, RepetitionEvent, StreamEvent
+
+MOST = 400  # performers whose states are kept
+_GONE = ("ended", "stalled")
+VERSION = 1
+
+
+class StateMap(msgspec.Struct):
+    """Where a performer stands when a receiver joins late; sent once to that receiver, behind the meta.
+
+    Args:
+        performer: Name of the performer.
+        take: Number of the latest take.
+        present: Whether frames come: false once they have stalled, or the take has ended.
+        repetitions: Count of the take for each channel that has any, `body` or a limb.
+        level: Of the segmentation; left out where it is not known.
+        run: The run of the program that emits the events; left out where it is not known.
+        v: Version of this layout.
+        type: Always `state`.
+    """
+
+    performer: str
+    take: int
+    present: bool
+    repetitions: dict[str, int] = {}
+    level: str | float | UnsetType = UNSET
+    run: str | UnsetType = UNSET
+    v: int = VERSION
+    type: str = "state"
+
+
+class States:
+    """Follows metas and events; performers without a take have no state.
+
+    Example:
+        >>> states = States()
+        >>> states.follow([StreamEvent(performer="p1", event="started", take=3, run="a1")])
+        >>> [(state.performer, state.take, state.present) for state in states]
+        [('p1', 3, True)]
+    """
+
+    def __init__(self) -> None:
+        self._levels: dict[str, Any] = {}
+        self._states: dict[str, StateMap] = {}
+
+    def __iter__(self) -> Iterator[StateMap]:
+        for name, state in self._states.items():
+            state.level = self._levels.get(name, UNSET)
+            yield state
+
+    def announce(self, meta: Meta) -> None:
+        """Take note of a performer's level."""
+        if meta.settings is not None:
+            _keep(self._levels, meta.performer, meta.settings.get("level", UNSET))
+
+    def follow(self, events: Iterable[Event]) -> None:
+        """Take note of what events change."""
+        for event in events:
+            if isinstance(event, StreamEvent):
+                self._follow_stream(event)
+            elif (state := self._states.get(event.performer)) is None:
+                continue
+            elif isinstance(event, RepetitionEvent):
+                state.repetitions[event.channel] = event.total
+
+    def _follow_stream(self, event: StreamEvent) -> None:
+        state = self._states.get(event.performer)
+        if event.event == "started" or state is None:
+            _keep(self._states, event.performer, StateMap(event.performer, event.take, present=True))
+            state = self._states[event.performer]
+        state.present = event.event not in _GONE
+        if event.run is not None:
+            state.run = event.run
+
+
+def _keep(table: dict[str, Any], name: str, value: object) -> None:
+    """Put a value last; the oldest makes room."""
+    table.pop(name, None)
+    if len(table) == MOST:
+        del table[next(iter(table))]
+    table[name] = value
