@@ -35,6 +35,7 @@ COMMANDS: Final[dict[str, str]] = {
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
     "tune": "too many or too few key frames: how many stand at which strength, and settings that suit",
     "evaluate": "accuracy against labelled recordings, or demo:; --plot, --json",
+    "agree": "how well two people, or a person and the program, agree on labels; --plot, --json",
     "bench": "speed, delay and memory on this machine; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",

@@ -87,6 +87,7 @@ class Options(msgspec.Struct, frozen=True):
     per_minute: float | None = None
     labels: str | None = None
     tier: str | None = None
+    tolerance: tuple[float, ...] = ()
     save: str | None = None
     only: tuple[str, ...] = ()
     quick: bool = False

@@ -21,6 +21,11 @@ def names(text: str) -> tuple[str, ...]:
     return parts
 
 
+def tolerances(text: str) -> tuple[float, ...]:
+    """Return positive numbers between commas, in their order."""
+    return tuple(sorted({positive(part) for part in names(text)}))
+
+
 def positive(text: str) -> float:
     """Return a positive number."""
     number = _number(text)

@@ -60,10 +60,12 @@ def furnish(folder: Path) -> None:
     for place in labelled:
         (place / "walk.npz").write_bytes(recordings.npz(300))
         (place / "walk.json").write_text(LABELS % "walk.npz")
-    annotations = Eaf()
-    annotations.add_tier("moves")
-    annotations.add_annotation("moves", 1400, 3100, "punch")
-    annotations.to_file(str(folder / "take.eaf"))
+    _annotate(folder / "take.eaf", 1400)
+    for labeller, start in (("ann", 1400), ("bo", 1520)):
+        _annotate(folder / f"{labeller}.eaf", start)
+        (folder / labeller.upper()).mkdir()
+        _annotate(folder / labeller.upper() / "take.eaf", start)
+    (folder / "take.csv").write_text("start,end,name\n1.45,3.0,punch\n")
     take = read(folder / "take.bvh", unit="cm")
     moves = Moves(take.skeleton)
     moves.add("punch", take.positions[40:95], 30.0)
@@ -72,6 +74,15 @@ def furnish(folder: Path) -> None:
     shown = Moves(played.skeleton)
     shown.add("move", played.frames.positions[:240], played.fps)
     shown.save(folder / "shown.json")
+
+
+def _annotate(path: Path, start: int) -> None:
+    """Write a tier with one move that starts after so many ms."""
+    annotations = Eaf()
+    annotations.remove_tier("default")
+    annotations.add_tier("moves")
+    annotations.add_annotation("moves", start, 3100, "punch")
+    annotations.to_file(str(path))
 
 
 def humanoid(frames: int, rate: float = 30.0) -> bytes:
