@@ -17,6 +17,7 @@ from typing import Final, TextIO
 from mossar_tools.bars import bar
 
 LOGGER: Final = logging.getLogger("mossar")
+PROGRESS: Final = logging.getLogger("mossar.progress")  # records have a `share`, 0 to 1, or None
 LEVELS: Final = ("debug", "info", "warning", "error")
 
 _BAR = 24  # characters of a progress bar
@@ -55,6 +56,9 @@ class Console:
         LOGGER.handlers[:] = [handler]
         LOGGER.setLevel(level.upper())
         LOGGER.propagate = False
+        PROGRESS.handlers[:] = [_Progress(self)]
+        PROGRESS.setLevel(logging.DEBUG if self._status_on else logging.CRITICAL)
+        PROGRESS.propagate = False
         warnings.showwarning = lambda message, *_, **__: LOGGER.warning("%s", message)
 
     @property
@@ -157,6 +161,17 @@ class _Handler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         self._console.say(self.format(record))
+
+
+class _Progress(logging.Handler):
+    """Shows how far something is that libraries do."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._console.progress(getattr(record, "share", None), record.getMessage())
 
 
 class _Plain(logging.Formatter):

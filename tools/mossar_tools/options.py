@@ -117,7 +117,14 @@ class Options(msgspec.Struct, frozen=True):
     def reading(self) -> ReadOptions:
         """Return how to read a recording."""
         return ReadOptions(
-            self.fps, self.unit, self.skeleton, self.root, self.joints, self.performer, self.allow_2d
+            self.fps,
+            self.unit,
+            self.skeleton,
+            self.root,
+            self.joints,
+            self.performer,
+            self.allow_2d,
+            self.force,
         )
 
 

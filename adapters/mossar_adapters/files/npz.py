@@ -1,4 +1,4 @@
-"""Numpy archives: `positions` (n, J, 3), `fps` or `times`, `joint_names`, `parents`.
+"""Numpy archives: `positions` (n, J, 3), `fps` or `times`, `joint_names`, `parents`, `confidence` (n, J).
 
 Read as a stream, member by member, so that neither a long recording nor a damaged header takes memory.
 Nothing is unpickled.
@@ -77,11 +77,13 @@ def read(path: Path, options: ReadOptions) -> Recording:
         raise FileError(path, f"{shown(positions.name)} has 0 frames")
     times, fps, notes = _clock(path, members, count, options)
     names, parents, root = _joints(path, members, joints)
+    confidence = _confidence(path, members, (count, joints))
 
     def chunks() -> Iterator[Frames]:
         done = 0
         for block in _blocks(path, positions):
-            yield sane_frames(block, times[done : done + len(block)])
+            part = slice(done, done + len(block))
+            yield sane_frames(block, times[part], None if confidence is None else confidence[part])
             done += len(block)
 
     skeleton = skeleton_of(path, names, parents, root)
@@ -217,6 +219,16 @@ def _clock(
             (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set --fps to change",),
         )
     return constant_times(count, fps), fps, notes
+
+
+def _confidence(
+    path: Path, members: dict[str, Member], shape: tuple[int, int]
+) -> NDArray[np.floating] | None:
+    """Return how sure the sensor was of each joint, (n, J), None if the file does not say."""
+    member = members.get("confidence")
+    if member is None or member.shape != shape or member.dtype.kind != "f":
+        return None
+    return _array(path, member).astype(np.float32)
 
 
 def _called(members: dict[str, Member], name: str, others: tuple[str, ...], count: int) -> str | None:

@@ -20,6 +20,7 @@ class ReadOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         joints: Names of the joints to keep, in this order; empty keeps all.
         performer: Name of the only performer to read.
         allow_2d: Whether to take flat poses (z = 0) instead of refusing them.
+        again: Whether to estimate a video again, although the estimate is kept beside it.
 
     Raises:
         SettingsError: If `fps` or `unit` is impossible.
@@ -32,6 +33,7 @@ class ReadOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     joints: tuple[str, ...] = ()
     performer: str | None = None
     allow_2d: bool = False
+    again: bool = False
 
     def __post_init__(self) -> None:
         if self.fps is not None and not plausible_rate(self.fps):

@@ -120,6 +120,15 @@ FORMATS: tuple[Format, ...] = (
         "messages that oscdump wrote down",
     ),
     Format(
+        "video",
+        (".mp4", ".mov", ".avi", ".webm", ".mkv"),
+        sniff.video,
+        f"{_HERE}.video",
+        "a person in pictures; estimated once, kept beside the file",
+        extra="webcam",
+        library="ai_edge_litert",
+    ),
+    Format(
         "CSV",
         (".csv", ".tsv", ".txt"),
         sniff.text(sniff.any_text),

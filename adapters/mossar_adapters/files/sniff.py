@@ -67,6 +67,12 @@ def pose_json(head: bytes, path: Path) -> bool:
     return head_text(head).lstrip()[:1] in {"{", "["}
 
 
+def video(head: bytes, _path: Path) -> bool:
+    """Return whether this is a video: MP4 and MOV, AVI, WebM and Matroska."""
+    boxes = {b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"}
+    return head[4:8] in boxes or (head[:4], head[8:12]) == (b"RIFF", b"AVI ") or head[:4] == b"\x1aE\xdf\xa3"
+
+
 def any_text(head: str) -> bool:
     """Return whether this is text at all."""
     return bool(head.strip())

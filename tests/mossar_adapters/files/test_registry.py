@@ -121,9 +121,9 @@ def test_missing_files_folders_and_unknown_extensions_are_named(tmp_path):
         open_recording(tmp_path / "none.bvh")
     with pytest.raises(FileError, match="folder"):
         open_recording(tmp_path)
-    (tmp_path / "a.mp4").write_bytes(b"x")
-    with pytest.raises(FileError, match=r"'\.mp4' is not known; known are \.amc"):
-        open_recording(tmp_path / "a.mp4")
+    (tmp_path / "a.mp3").write_bytes(b"x")
+    with pytest.raises(FileError, match=r"'\.mp3' is not known; known are \.amc"):
+        open_recording(tmp_path / "a.mp3")
 
 
 @pytest.mark.parametrize("kind", ["bvh", "trc", "motive", "qtm", "msk", "xdf"])

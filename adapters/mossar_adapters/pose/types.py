@@ -1,0 +1,35 @@
+"""What is found in a picture, and how estimation fails."""
+
+from typing import Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_adapters.joint_sets import BLAZEPOSE_33
+from mossar_stream import MossarError
+
+JOINTS: Final = len(BLAZEPOSE_33)
+HIPS: Final = (BLAZEPOSE_33.index("left_hip"), BLAZEPOSE_33.index("right_hip"))
+MAX_PEOPLE: Final = 4
+
+
+class PoseError(MossarError):
+    """Pictures cannot be had or estimated; the message says why and what to do."""
+
+
+class Body(msgspec.Struct, frozen=True):
+    """One person in one picture.
+
+    Args:
+        number: From 1; stays while the person is followed.
+        positions: (33, 3) float32, metres: x to the right of the picture, y up, z towards the camera; the camera is
+            the origin.
+        confidence: (33,) float32, how likely each joint is to be visible, 0 to 1.
+        pixels: (33, 2) float32, where the joints are in the picture.
+    """
+
+    number: int
+    positions: NDArray[np.float32]
+    confidence: NDArray[np.float32]
+    pixels: NDArray[np.float32]
