@@ -10,7 +10,8 @@ of a key frame, by its `status`:
         │            │            │
         └────────────┴────────────┴──▶ final or merged, with `decided` true: the last message about this id
 
-Onsets and offsets start at `confirmed`. `rev` counts the messages about one id from 1.
+Onsets and offsets start at `confirmed`. `rev` counts the messages about one id from 1. An `ActivityEvent` has no life:
+it is sent once.
 """
 
 from typing import Literal
@@ -53,6 +54,13 @@ def _no_reason() -> str:
 
 # `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
 _ALWAYS_SENT: int = msgspec.field(default_factory=_version)
+
+
+def _nothing() -> None:
+    return None
+
+
+SENT_AS_NONE: float | None = msgspec.field(default_factory=_nothing)
 
 
 class KeyFrameEvent(
@@ -113,7 +121,10 @@ class SegmentEvent(
         rev: Counts the messages about this id from 1.
         start_frame: First frame of the segment.
         end_frame: Frame of the key frame that ends it; the take's last frame for the last one.
+        state: `resting` if the performer did not move in it, else `moving`; of a `closed` one as far as is known then.
         active_joints: At most 5 joints with the largest path lengths relative to the centre.
+        active_start: When the performer first moved in it, s; None if nothing moved.
+        active_end: When the performer last moved in it, s; None if nothing moved.
         similarity: To the segment before, in 0..1; None for the first of a take.
         channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
         limb: The limb that led, of a segment of the body (setting `limbs`); not sent if that is not known.
@@ -132,8 +143,48 @@ class SegmentEvent(
     end_time: float
     active_joints: tuple[str, ...]
     similarity: float | None
+    active_start: float | None = SENT_AS_NONE
+    active_end: float | None = SENT_AS_NONE
     channel: str = BODY
     limb: str | None = None
+
+
+class ActivityEvent(
+    msgspec.Struct,
+    frozen=True,
+    tag_field="type",
+    tag="activity",
+    kw_only=True,
+    gc=False,
+    omit_defaults=True,
+):
+    """The performer, or a limb, began to move or came to rest; reported at once, and never taken back.
+
+    `moving` comes within 0.1 s of `start`; `resting` comes once the speed has been below the line for the setting
+    `rest_seconds`. A take begins at rest, so its first activity is `moving`; a take that ends in motion has no `resting`.
+
+    Args:
+        id: `performer/activity/take/number`, of a limb `performer/channel/activity/take/number`; the number counts the
+            changes in the take from 1.
+        state: `moving` or `resting`, from `start` on.
+        start: Time of the first frame above the line, of `resting` that of the last one above it, s on the source's clock.
+        previous: How long the state before it lasted, s; None for the first of a take.
+        limb: The limb of the joint that was fastest when the performer began to move (setting `limbs`), also of the
+            `resting` that ends it; None without the setting.
+        decided_time: Time of the frame that caused this message, s.
+        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
+    """
+
+    v: int = _ALWAYS_SENT
+    performer: str
+    id: str
+    take: int
+    state: SegmentState
+    start: float
+    previous: float | None
+    limb: str | None
+    decided_time: float
+    channel: str = BODY
 
 
 class RepetitionEvent(
@@ -270,7 +321,16 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
     latency_p99_ms: float | None = None
 
 
-Event = KeyFrameEvent | SegmentEvent | MoveEvent | RepetitionEvent | PhaseEvent | StreamEvent | StatsEvent
+Event = (
+    KeyFrameEvent
+    | SegmentEvent
+    | ActivityEvent
+    | MoveEvent
+    | RepetitionEvent
+    | PhaseEvent
+    | StreamEvent
+    | StatsEvent
+)
 
 _encoder = msgspec.json.Encoder()
 

@@ -5,7 +5,7 @@ import numpy as np
 from mossar_stream.algorithm.location import CANDIDATES, FREE, NONE, best_candidate, best_pose, move_poses
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.window import point_of, put_segment
+from mossar_stream.algorithm.window import note_span, point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, WITHDRAWN, put_key_frame
 from mossar_stream.memory.slots import free
@@ -49,8 +49,10 @@ def decide_oldest(w, settled, open_slot, end_frame):
     for i in range(1, passed + 1):
         _put_decided(w, i, MERGED, w.keys[i].at_frame, w.keys[i].at_time)
     put_segment(w, state.left_ordinal, OLDEST, SEGMENT_FINAL)
-    w.events[w.events[0].row].until_frame = frame
-    w.events[w.events[0].row].until_time = time
+    segment = w.events[w.events[0].row]
+    segment.until_frame = frame
+    segment.until_time = time
+    note_span(w, segment)
     _leave(w, settled, passed, frame, time)
     return settled
 

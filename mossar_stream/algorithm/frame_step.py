@@ -15,6 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.activity import (
+    BOUT,
+    Activity,
+    follow_activity,
+    noise_of_activity,
+    start_activity,
+)
 from mossar_stream.algorithm.arrival import welcome
 from mossar_stream.algorithm.clock import (
     BEYOND,
@@ -35,7 +42,7 @@ from mossar_stream.algorithm.facts import (
 )
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.localising import localise, speed_to_come
-from mossar_stream.algorithm.noise import calm_noise, noise_floor, start_noise
+from mossar_stream.algorithm.noise import calm_noise, hear_noise, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
@@ -86,6 +93,7 @@ class Arrays(NamedTuple):
     joints: Joints
     segment: OpenSegment
     history: PoseHistory
+    activity: Activity
     counted: Counted
     adopted: NDArray[np.void]  # (1,) HEADER of a limb, or none
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
@@ -152,7 +160,7 @@ def advance(
         _take_in(state, a, points[i * plan.joints : (i + 1) * plan.joints], time)
         if plan.repetitions == 1:
             take_frame(a.counted.headers[0], a.counted.samples, positions[i], time)
-        if state.curve.found.happened != 0 or time >= state.window.due_time:
+        if state.curve.found.happened != 0 or state.activity.changed != 0 or time >= state.window.due_time:
             return STOPS * (i + 1) + HAPPENED
     return STOPS * len(times) + DONE
 
@@ -189,6 +197,7 @@ def _arrays_of(state, row, params):
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
             body,
         ),
+        Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
         Counted(
             part(row, at.counted, HEADER, (plan.repetitions,)),
             kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.repetitions * plan.joints),
@@ -243,6 +252,7 @@ def _open_take(state, a, time):
     start_memo(a.memo)
     start_facts(state.facts, clock.next_frame, time)
     start_verdicts(state.verdicts)
+    start_activity(state.activity, time)
     if plan.repetitions == 1:
         begin(a.counted.headers[0], a.counted.samples, time)
     if plan.adopts == 1:
@@ -265,6 +275,8 @@ def _velocity(state, a, frame, time, dt, first):
         displacement = _rms_displacement(plan, body, displacement)
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
+    else:
+        hear_noise(state.noise, body, plan.padded_joints, displacement, dt)
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
     if state.noise.loud == 1:
         velocity = _velocity_in_noise(state, a, time, dt)
@@ -334,6 +346,8 @@ def _describe(state, a, dt, first):
     squares = follow_speeds(a.history, body, clock.time, offset)
     if plan.evidence == 1:
         _follow_scales(state, a, squares, dt, first)
+    if not first:
+        _follow_activity(state, a, squares)
     if plan.flat == 1 or first:
         flatten(body, a.segment.pose)
     if plan.tempo == 1:
@@ -345,6 +359,18 @@ def _describe(state, a, dt, first):
         follow_pose(state.tempo, body, stood_for)
     if plan.evidence == 1 and stood_for > 0.0:
         follow_poses(state.scales, body, state.joints.moving, stood_for)
+
+
+@inline_kernel
+def _follow_activity(state, a, squares):
+    """Let the activity follow; `squares` is the sum of the squared speeds, (m/s)²."""
+    plan, noise = state.plan, state.noise
+    if plan.evidence == 1:
+        level = noise_of_speed(noise, plan.moving_joints)
+    else:
+        level = noise_of_activity(noise, plan.moving_joints)
+    speed = np.sqrt(squares / state.joints.moving)
+    follow_activity(a.activity, a.joints.body, speed, level, state.clock.time, plan.rest_seconds)
 
 
 @inline_kernel

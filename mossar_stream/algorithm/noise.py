@@ -114,15 +114,7 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
     Returns:
         Path of all joints, m.
     """
-    recent = noise.recent
-    recent.time += dt
-    if displacement > 0.0 or dt <= 0.0:
-        turned = _turned(recent, body, plan.padded_joints)
-        if _is_even(noise, recent.time):
-            _listen(noise, turned, displacement)
-        else:
-            recent.squares = 0.0  # nothing can be compared with this displacement
-        recent.time = 0.0
+    hear_noise(noise, body, plan.padded_joints, displacement, dt)
     level = noise_level(noise) if plan.evidence == 1 else noise.estimate
     loudness = level * plan.window * plan.noise_margin
     line = plan.theta * max(largest, plan.range_floor)
@@ -134,6 +126,20 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
     share = _share(loudness, line, dt)
     noise.floor = loudness * share / np.sqrt(2.0 - share) / plan.theta
     return _smooth(noise, body, displacement, share)
+
+
+@inline_kernel
+def hear_noise(noise, body, padded_joints, displacement, dt):
+    """Learn from a frame what the sensor's noise is; see `calm_noise`."""
+    recent = noise.recent
+    recent.time += dt
+    if displacement > 0.0 or dt <= 0.0:
+        turned = _turned(recent, body, padded_joints)
+        if _is_even(noise, recent.time):
+            _listen(noise, turned, displacement)
+        else:
+            recent.squares = 0.0  # nothing can be compared with this displacement
+        recent.time = 0.0
 
 
 @inline_kernel

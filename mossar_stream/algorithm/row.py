@@ -13,6 +13,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.activity import BOUT
+from mossar_stream.algorithm.activity import STATE as ACTIVITY
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
 from mossar_stream.algorithm.facts import FACTS_OF_CANDIDATE
 from mossar_stream.algorithm.joints import JOINTS
@@ -51,6 +53,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("memo", "MEMO"),  # (memo,) merge costs computed before
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
+    ("bouts", "BOUT"),  # (bouts,) of movement, the latest that have ended
     ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
     ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
     ("samples", "f4"),  # of them, see repetitions/state.py
@@ -72,6 +75,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("slot_count", "i8"),
         ("memo_size", "i8"),
         ("history_size", "i8"),
+        ("bouts", "i8"),
         ("samples", "i8"),  # numbers of the repetitions' samples
         ("capacity", "i8"),  # W
         ("most_events", "i8"),  # that one frame, or the end of a take, can cause
@@ -81,6 +85,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("one_euro_cutoff", "f8"),
         ("one_euro_beta", "f8"),
         ("theta", "f8"),  # sigThre, share of the range
+        ("rest_seconds", "f8"),  # s
         ("range_policy", "i8"),
         ("range_min", "f8"),
         ("range_max", "f8"),
@@ -128,12 +133,13 @@ ROW = np.dtype(
         ("scales", SCALES),
         ("verdicts", VERDICTS),
         ("facts", FACTS_OF_CANDIDATE),
+        ("activity", ACTIVITY),
         ("window", WINDOW),
         ("at", [(name, "i8") for name, _ in REGIONS]),
     ],
 )
 ROW_BYTES = ROW.itemsize
-_DTYPES = {"KEY": KEY, "NOTE": NOTE, "HEADER": HEADER, "MARK": MARK, "MEMO": MEMO}
+_DTYPES = {"KEY": KEY, "NOTE": NOTE, "HEADER": HEADER, "MARK": MARK, "MEMO": MEMO, "BOUT": BOUT}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -147,6 +153,7 @@ class Shape(msgspec.Struct, frozen=True):
         smoothing_window: Frames under the moving average; 0 if off.
         one_euro: Whether the joints are filtered.
         history: Poses kept.
+        bouts: Bouts of movement kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
         evidence: Whether evidence decides.
         repetitions: Whether they are counted here.
@@ -160,6 +167,7 @@ class Shape(msgspec.Struct, frozen=True):
     smoothing_window: int
     one_euro: bool
     history: int
+    bouts: int
     counted: bool
     evidence: bool
     repetitions: bool
@@ -200,6 +208,7 @@ class Shape(msgspec.Struct, frozen=True):
             "memo": self.memo,
             "marks": self.history,
             "poses": self.history * 3 * joints,
+            "bouts": self.bouts,
             "notes": CANDIDATES * self.evidence,
             "counted": int(self.repetitions),
             "samples": samples_size(self.joints) * self.repetitions,

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.activity import Activity, active_span
 from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
@@ -46,7 +47,7 @@ from mossar_stream.memory.event_buffer import (
 )
 from mossar_stream.similarity.protocol import close, merge_into, similarity
 from mossar_stream.similarity.protocol import strength as merge_cost
-from mossar_stream.similarity.summary import FRAMES, MOVING, PATH
+from mossar_stream.similarity.summary import PATH
 
 WINDOW = np.dtype(
     [
@@ -117,6 +118,7 @@ class Window(NamedTuple):
     params: np.void  # of the similarity measure
     history: PoseHistory
     verdicts: Verdicts
+    activity: Activity
     keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots
@@ -344,8 +346,15 @@ def put_segment(w, start, end, status):
 
 
 @inline_kernel
+def note_span(w, event):
+    """Fill in when the performer moved in a segment whose ends are known, and so its state."""
+    event.active_start, event.active_end = active_span(w.activity, event.time, event.until_time)
+    event.nature = 0 if np.isnan(event.active_start) else 1
+
+
+@inline_kernel
 def describe(w, event, has_previous, status, bounds):
-    """Fill in status, state, active joints and similarity of the segment in the scratch.
+    """Fill in status, state, when it was active, active joints and similarity of the segment in the scratch.
 
     Args:
         w: Window; OWN and, if there is one, PREVIOUS in the scratch are the summaries, not closed.
@@ -359,7 +368,7 @@ def describe(w, event, has_previous, status, bounds):
     active, both = w.scratch.active, w.scratch.summaries[BOTH]
     own = w.scratch.summaries[OWN]
     event.status = status
-    event.nature = 1 if 2.0 * own[MOVING] > own[FRAMES] else 0
+    note_span(w, event)
     event.decided = 1 if status == SEGMENT_FINAL else 0
     event.strength = np.nan
     if has_previous:

@@ -7,6 +7,7 @@ date and decides what is due. Few frames come here, and it is compiled apart fro
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.activity import BOUT, Activity, put_activity
 from mossar_stream.algorithm.clock import end_take
 from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
@@ -114,6 +115,8 @@ def update_window(
         set_due_time(w)
     elif reason == FOLLOW:
         begin = w.events[0].row
+        if state.activity.changed == 1:
+            put_activity(w.clock, w.events, state.activity)
         _say_what_was_found(w, segment, state)
         if w.plan.evidence == 1:
             judge_candidates(w, w.clock.time)
@@ -153,6 +156,7 @@ def _window_of(state, row, params, scratch, event_buffer):
             part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
             part(row, repetitions, HEADER, (plan.evidence,)),
         ),
+        Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
         part(row, at.keys, KEY, (places,)),
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),

@@ -7,13 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm import pose_history
+from mossar_stream.algorithm.activity import BOUTS
 from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SCRATCH_ROWS
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY
+from mossar_stream.memory.event_buffer import Source
 from mossar_stream.memory.joint_pages import pad
+from mossar_stream.moves.groups import groups_of, limbs_by_joint
 from mossar_stream.repetitions.preparing import prepare as prepare_counting
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
@@ -40,6 +43,7 @@ class Plan:
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
         history: Poses kept, if not what the settings call for.
+        bouts: Bouts of movement kept, if not those of a stream.
     """
 
     def __init__(
@@ -52,6 +56,7 @@ class Plan:
         channel: str = BODY,
         window: int | None = None,
         history: int | None = None,
+        bouts: int = BOUTS,
         offline: bool = False,
     ) -> None:
         self.skeleton = skeleton
@@ -81,6 +86,7 @@ class Plan:
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
             history=history or pose_history.history_size(kept),
+            bouts=bouts,
             counted=not offline,
             evidence=resolved.similarity == "evidence",
             repetitions=resolved.repetitions or (resolved.similarity == "evidence" and channel == BODY),
@@ -107,6 +113,12 @@ class Plan:
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
         return 8 * self.shape.window + 32
+
+    def source(self, performer: str) -> Source:
+        """Return whose the events of a performer's row are."""
+        names = self.skeleton.names
+        by_joint = limbs_by_joint(groups_of(self.skeleton, self.given.limbs))
+        return Source(performer, self.channel, names, tuple(map(by_joint.get, names)) if by_joint else ())
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
@@ -143,6 +155,7 @@ class Plan:
             "slot_count": shape.slots,
             "memo_size": shape.memo,
             "history_size": shape.history,
+            "bouts": shape.bouts,
             "samples": shape.region_sizes()["samples"],
             "capacity": shape.window,
             "most_events": self.most_events,
@@ -151,6 +164,7 @@ class Plan:
             "one_euro_cutoff": chosen.one_euro_cutoff,
             "one_euro_beta": chosen.one_euro_beta,
             "theta": chosen.sig_threshold,
+            "rest_seconds": chosen.rest_seconds,
             "range_policy": POLICIES.index(chosen.range),
             "range_min": chosen.range_min,
             "range_max": chosen.range_max or 0.0,
@@ -217,6 +231,7 @@ class Plan:
             channel=self.channel,
             window=window * self.shape.window,
             history=self.shape.history,
+            bouts=self.shape.bouts,
             offline=self.offline,
         )
 

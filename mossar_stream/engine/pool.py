@@ -49,7 +49,7 @@ class Pool:
             self.memory[index] = 0
         self._used.add(index)
         self.plan.prepare(self.memory[index], index)
-        self.sources[index] = Source(name, self.plan.channel, self.plan.skeleton.names)
+        self.sources[index] = self.plan.source(name)
         return Row(self, index)
 
     def free(self, index: int) -> None:
@@ -159,6 +159,7 @@ class Row:
     def replan(self, plan: Plan) -> None:
         """Go on with another plan for rows that are laid out the same."""
         self.plan = plan
+        self.pool.sources[self.index] = plan.source(self.name)
         plan.prepare(self.memory[0], self.index)
 
     def restart(self, plan: Plan) -> None:

@@ -17,6 +17,7 @@ from mossar_stream.events import (
     SCHEMA_VERSION,
     SEGMENT_STATES,
     SEGMENT_STATUSES,
+    ActivityEvent,
     Event,
     KeyFrameEvent,
     SegmentEvent,
@@ -27,27 +28,29 @@ PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
     [
         ("row", "i8"),  # which performer; in record 0 the number of records in use
-        ("code", "i8"),  # KEY_FRAME or SEGMENT
+        ("code", "i8"),  # KEY_FRAME, SEGMENT or ACTIVITY
         ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
-        ("nature", "i8"),  # index into KEY_FRAME_KINDS or SEGMENT_STATES
+        ("nature", "i8"),  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
         ("take", "i8"),
         ("rev", "i8"),
-        ("id", "i8"),  # Algorithm 2's frame; of a segment the start's
+        ("id", "i8"),  # Algorithm 2's frame; of a segment the start's; of an activity its number
         ("end_id", "i8"),  # of a segment the end's
         ("frame", "i8"),
         ("until_frame", "i8"),  # decided_frame; of a segment end_frame
         ("decided", "i8"),
-        ("time", "f8"),
-        ("until_time", "f8"),
+        ("time", "f8"),  # of an activity its start
+        ("until_time", "f8"),  # decided_time; of a segment end_time
         ("velocity", "f8"),
-        ("strength", "f8"),  # of a segment its similarity; NaN for None
+        ("strength", "f8"),  # of a segment its similarity, of an activity `previous`; NaN for None
+        ("active_start", "f8"),  # of a segment; NaN for None
+        ("active_end", "f8"),
     ]
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
 EVENT_BYTES = EVENT.itemsize
 NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
-_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q4d{PATH_JOINTS}q")  # of EVENT
-KEY_FRAME, SEGMENT = np.arange(2)
+_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q6d{PATH_JOINTS}q")  # of EVENT
+KEY_FRAME, SEGMENT, ACTIVITY = np.arange(3)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
 ONSET, OFFSET, MINIMUM = np.arange(3)
@@ -74,6 +77,7 @@ class Source(NamedTuple):
     performer: str
     channel: str  # the body, or a limb
     joints: tuple[str, ...]  # names
+    limbs: tuple[str | None, ...] = ()  # of each joint, with the setting `limbs`
 
 
 def new_event_buffer(most: int) -> NDArray[np.uint8]:
@@ -111,12 +115,7 @@ def put_key_frame(clock, events, point, status, rev, decided):
 
 
 def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event]:
-    """Return the events in a buffer, and empty it.
-
-    Args:
-        buffer: Its bytes.
-        sources: By row.
-    """
+    """Return the events in a buffer, given by its bytes, and empty it; the sources are given by row."""
     events: list[Event] = []
     (count,) = _COUNT.unpack_from(buffer)
     if not count:
@@ -125,11 +124,11 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
-         time, until_time, velocity, strength, a, b, c, d, e) in _take_records(buffer, count):
+         time, until_time, velocity, strength, active_start, active_end, a, b, c, d, e) in _take_records(buffer, count):
         # fmt: on
         if row != last or take != of:
             last, of = row, take
-            performer, channel, joints = sources[row]
+            performer, channel, joints, _ = sources[row]
             prefix = f"{performer}/{take}/" if channel == BODY else f"{performer}/{channel}/{take}/"
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
         if code == 0:
@@ -150,7 +149,7 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
                 strength=value,
                 channel=channel,
             )
-        else:
+        elif code == 1:
             five = joints[a], joints[b], joints[c], joints[d], joints[e]
             event = SegmentEvent(
                 v=SCHEMA_VERSION,
@@ -166,10 +165,40 @@ def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event
                 end_time=until_time,
                 active_joints=five if e >= 0 else five[: (a, b, c, d, e).index(NO_JOINT)],
                 similarity=value,
+                active_start=active_start if nature else None,
+                active_end=active_end if nature else None,
                 channel=channel,
             )
+        else:
+            event = _activity(sources[row], (take, begin, nature, a), (time, value, until_time))
         events.append(event)
     return events
+
+
+def _activity(
+    source: Source, record: tuple[int, int, int, int], times: tuple[float, float | None, float]
+) -> ActivityEvent:
+    """Return the event of a change between moving and resting, which is rare.
+
+    Args:
+        source: Whose it is.
+        record: Take, number, state, and which joint was fastest.
+        times: `start`, `previous` and `decided_time`, s.
+    """
+    take, number, state, joint = record
+    start, previous, decided = times
+    channel = "" if source.channel == BODY else f"{source.channel}/"
+    return ActivityEvent(
+        performer=source.performer,
+        id=f"{source.performer}/{channel}activity/{take}/{number}",
+        take=take,
+        state=SEGMENT_STATES[state],
+        start=start,
+        previous=previous,
+        limb=source.limbs[joint] if source.limbs and joint >= 0 else None,
+        decided_time=decided,
+        channel=source.channel,
+    )
 
 
 def _take_records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:

@@ -25,6 +25,7 @@ from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     BODY,
     KEY_FRAME_KINDS,
+    SENT_AS_NONE,
     Event,
     KeyFrameEvent,
     KeyFrameKind,
@@ -75,6 +76,8 @@ class Segment(msgspec.Struct, frozen=True, omit_defaults=True):
     state: SegmentState
     active_joints: tuple[str, ...]
     similarity: float | None
+    active_start: float | None = SENT_AS_NONE
+    active_end: float | None = SENT_AS_NONE
     limb: str | None = None
 
 
@@ -200,16 +203,9 @@ class Result:
         return Segmentation(kept, [self._segment(e) for e in events if isinstance(e, SegmentEvent)])
 
     def _segment(self, event: SegmentEvent) -> Segment:
-        return Segment(
-            event.start_frame,
-            event.end_frame,
-            event.start_time,
-            event.end_time,
-            event.state,
-            event.active_joints,
-            event.similarity,
-            leading_limb(event.active_joints, self._by_joint) if self._by_joint else None,
-        )
+        same = {name: getattr(event, name) for name in Segment.__struct_fields__ if name != "limb"}
+        limb = leading_limb(event.active_joints, self._by_joint) if self._by_joint else None
+        return Segment(**same, limb=limb)
 
 
 def segment_recording(
@@ -366,7 +362,17 @@ def _new_row(
     finite = times[np.isfinite(times)]
     seconds = float(np.ptp(finite)) if len(finite) else 0.0
     history = min(history_size(seconds), history_size(len(times) * SPACING))
-    plan = Plan(skeleton, settings, fps, window=CAPACITY, history=history, channel=channel, offline=True)
+    bouts = min(int(seconds / settings.rest_seconds), len(times)) + 1
+    plan = Plan(
+        skeleton,
+        settings,
+        fps,
+        window=CAPACITY,
+        history=history,
+        bouts=bouts,
+        channel=channel,
+        offline=True,
+    )
     return pool_of_one(plan, "p1")
 
 

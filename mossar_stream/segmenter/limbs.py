@@ -13,7 +13,15 @@ from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.engine.limb_rows import SILENT, LimbRows
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import BODY, Event, KeyFrameEvent, RepetitionEvent, SegmentEvent, StreamEvent
+from mossar_stream.events import (
+    BODY,
+    ActivityEvent,
+    Event,
+    KeyFrameEvent,
+    RepetitionEvent,
+    SegmentEvent,
+    StreamEvent,
+)
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, mean_of
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
@@ -271,8 +279,12 @@ class Limbs:
 
 
 def _told(events: list[Event]) -> list[Event]:
-    """Return what is said of a limb: its key frames, segments and repetitions."""
-    return [event for event in events if isinstance(event, KeyFrameEvent | SegmentEvent | RepetitionEvent)]
+    """Return what is said of a limb: its key frames, segments, activity and repetitions."""
+    return [
+        event
+        for event in events
+        if isinstance(event, KeyFrameEvent | SegmentEvent | ActivityEvent | RepetitionEvent)
+    ]
 
 
 def together(body: list[Event], limbs: list[Event]) -> list[Event]:

@@ -84,6 +84,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_speed: A joint faster than this is an outlier, m/s.
         max_pause: A gap or a step back in time longer than this starts a new take, s.
         repetitions: Whether to count how often movements are repeated.
+        rest_seconds: How long the speed must have been below the line until an activity event reports `resting`, s.
         phase: Whether to tell of each frame where in the cycle of a repeated movement it is; needs `repetitions`.
         limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
             else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
@@ -129,6 +130,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_gap: float = 0.25
     max_speed: float = 15.0
     max_pause: float = 1.0
+    rest_seconds: float = 0.25
     repetitions: bool = False
     phase: bool = False
     limbs: bool | str = False

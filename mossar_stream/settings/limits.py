@@ -24,4 +24,5 @@ SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "max_gap": (0.0, 60.0),
     "max_speed": (0.1, 1e4),
     "max_pause": (0.05, 3600.0),
+    "rest_seconds": (0.05, 60.0),
 }

@@ -12,7 +12,16 @@ import pytest
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta
-from mossar_stream import Frames, KeyFrameEvent, MoveEvent, Moves, Segmenter, SegmentEvent, Settings
+from mossar_stream import (
+    ActivityEvent,
+    Frames,
+    KeyFrameEvent,
+    MoveEvent,
+    Moves,
+    Segmenter,
+    SegmentEvent,
+    Settings,
+)
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -136,4 +145,5 @@ def told():
     events = [*segmenter.push(positions, times), *segmenter.end_take()]
     kinds = {(type(event), getattr(event, "channel", "body") != "body") for event in events}
     assert {(KeyFrameEvent, True), (SegmentEvent, True), (MoveEvent, False)} <= kinds
+    assert {(ActivityEvent, False), (ActivityEvent, True)} <= kinds
     return events

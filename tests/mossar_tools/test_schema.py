@@ -41,7 +41,7 @@ def test_it_is_printed_and_documented(mossar):
 
 def test_every_event_of_a_run_fits(events, valid):
     found = events("demo", "--speed", "max", "--seconds", "20", "--stats", "5", "--to", "-")
-    assert {event["type"] for event in found} == {"key_frame", "segment", "stream", "stats"}
+    assert {event["type"] for event in found} == {"key_frame", "segment", "activity", "stream", "stats"}
     assert {e["status"] for e in found if e["type"] == "key_frame"} >= {
         "candidate",
         "withdrawn",
@@ -97,6 +97,7 @@ def test_the_events_in_the_documentation_fit(valid):
         "state",
         "key_frame",
         "segment",
+        "activity",
         "move",
         "repetition",
         "phase",

@@ -8,6 +8,7 @@ import msgspec
 from mossar_adapters.maps.frame_maps import MetaMap
 from mossar_adapters.maps.states import StateMap
 from mossar_stream import (
+    ActivityEvent,
     Event,
     KeyFrameEvent,
     MoveEvent,
@@ -18,8 +19,16 @@ from mossar_stream import (
     StreamEvent,
 )
 
-_EVENTS = (KeyFrameEvent, SegmentEvent, RepetitionEvent, PhaseEvent, MoveEvent, StreamEvent, StatsEvent)
-_LEFT_OUT = ("channel", "limb", "run")  # where they say nothing
+_EVENTS = (
+    KeyFrameEvent,
+    SegmentEvent,
+    ActivityEvent,
+    RepetitionEvent,
+    PhaseEvent,
+    MoveEvent,
+    StreamEvent,
+    StatsEvent,
+)
 
 
 def event_schema() -> dict[str, Any]:
@@ -32,7 +41,7 @@ def event_schema() -> dict[str, Any]:
         summary, fields = _explained(event)
         definition["description"] = summary
         # Fields with defaults are always sent, too, but for those of records that leave them out.
-        optional = _LEFT_OUT if event.__struct_config__.omit_defaults else ()
+        optional = _left_out(event)
         definition["required"] = [name for name in definition["properties"] if name not in optional]
         for name, text in fields.items():
             definition["properties"][name]["description"] = text
@@ -66,6 +75,14 @@ def _add_map(schema: dict[str, Any], record: type) -> None:
     schema["$defs"][record.__name__] = definition
     schema["anyOf"].append({"$ref": place})
     schema["discriminator"]["mapping"][name] = place
+
+
+def _left_out(event: type[msgspec.Struct]) -> list[str]:
+    """Return the fields that are not sent where they say nothing."""
+    if not event.__struct_config__.omit_defaults:
+        return []
+    fields = msgspec.structs.fields(event)
+    return [field.encode_name for field in fields if field.default is not msgspec.NODEFAULT]
 
 
 def _explained(event: type) -> tuple[str, dict[str, str]]:

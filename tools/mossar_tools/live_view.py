@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.source import Meta, Source
-from mossar_stream import BODY, Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
+from mossar_stream import BODY, ActivityEvent, Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -73,6 +73,8 @@ class LiveView:
                 self._take(event)
             elif isinstance(event, MoveEvent) and self.visible and event.status != "final":
                 self._console.line(self._move_line(event))
+            elif isinstance(event, ActivityEvent) and event.channel == BODY and self.visible:
+                self._console.line(self._activity_line(event))
             elif isinstance(event, StreamEvent) and self.visible and event.event != _STARTED:
                 text = f"{event.performer:<12}{event.event} {event.reason}".rstrip()
                 self._console.line(self._dim(self._cut(text)))
@@ -177,6 +179,12 @@ class LiveView:
         span = f"{event.start:>8.2f} s to {event.end:.2f} s"
         text = f"{event.performer:<12}{span:<22} {event.status:<10}{event.name} ({event.limb})"
         return self._console.colour(text, "1" if event.status == "confirmed" else "2")
+
+    def _activity_line(self, event: ActivityEvent) -> str:
+        lasted = "" if event.previous is None else f", after {event.previous:.1f} s"
+        limb = "" if event.limb is None or event.state != "moving" else f" ({event.limb})"
+        text = f"{event.performer:<12}{event.start:>8.2f} s  {event.state}{limb}{lasted}"
+        return self._console.colour(self._cut(text), "33")
 
     def _judge(self, now: dict[str, float]) -> None:
         with self._lock:

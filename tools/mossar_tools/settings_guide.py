@@ -78,6 +78,9 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "max_gap": Guide("s", "longer: a missing joint is held longer before it is left out"),
     "max_speed": Guide("m/s", "smaller: more of a quick move is taken for an outlier"),
     "max_pause": Guide("s", "longer: a take survives longer pauses of its sender"),
+    "rest_seconds": Guide(
+        "s", "longer: `resting` is reported later, and shorter rests are part of the movement"
+    ),
     "repetitions": Guide("", "true: counts how often movements are repeated, and how fast"),
     "phase": Guide("", "true: with repetitions, tells of each frame where in the cycle it is"),
     "limbs": Guide(

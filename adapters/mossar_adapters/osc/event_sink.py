@@ -6,6 +6,7 @@ time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mo
 channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
 `/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
+`/mossar/activity ,sssifff` performer, channel, state, take, start, decided time, previous (-1 at first);
 `/mossar/run ,ss` performer, run, before each take; `/mossar/stream ,sssi` performer, event, reason, take.
 """
 
@@ -17,6 +18,7 @@ from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
 from mossar_stream import (
     BODY,
+    ActivityEvent,
     Event,
     KeyFrameEvent,
     MoveEvent,
@@ -91,6 +93,8 @@ class OscSink:
                 return self._key_frame(event)
             case SegmentEvent():
                 return self._segment(event)
+            case ActivityEvent():
+                return self._activity(event)
             case MoveEvent():
                 return self._move(event)
             case RepetitionEvent():
@@ -138,7 +142,14 @@ class OscSink:
             *(event.start - start, event.end - start, event.decided_time - start, event.score, event.rev),
         )
 
-    def _start(self, event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:
+    def _activity(self, event: ActivityEvent) -> bytes:
+        start = self._start(event)
+        previous = -1.0 if event.previous is None else event.previous
+        words = (event.performer, event.channel, event.state)
+        times = (event.start - start, event.decided_time - start, previous)
+        return encode("/mossar/activity", "sssifff", *words, event.take, *times)
+
+    def _start(self, event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent) -> float:
         known = self._starts.get(event.performer)
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
@@ -152,9 +163,9 @@ def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, lis
     return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
-def _reckoned(event: KeyFrameEvent | SegmentEvent | MoveEvent) -> float:
-    """Return when frame 0 was, going back from two frames at their mean rate; a move knows no frames."""
-    if isinstance(event, MoveEvent):
+def _reckoned(event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent) -> float:
+    """Return when frame 0 was, going back from two frames at their mean rate; a move or activity knows no frames."""
+    if isinstance(event, MoveEvent | ActivityEvent):
         return event.start
     if isinstance(event, SegmentEvent):
         first, last = (event.start_frame, event.start_time), (event.end_frame, event.end_time)

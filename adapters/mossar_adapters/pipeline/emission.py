@@ -7,6 +7,7 @@ from mossar_stream import (
     MOVE_STATUSES,
     REPETITION_STATUSES,
     SEGMENT_STATUSES,
+    ActivityEvent,
     Event,
     KeyFrameEvent,
     MoveEvent,
@@ -25,6 +26,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "phase": ("",),
     "stream": ("",),
     "stats": ("",),
+    "activity": ("",),
 }
 
 
@@ -76,6 +78,8 @@ def _pair(event: Event) -> tuple[str, str]:
         return "move", event.status
     if isinstance(event, RepetitionEvent):
         return "repetition", event.status
+    if isinstance(event, ActivityEvent):
+        return "activity", ""
     if isinstance(event, PhaseEvent):
         return "phase", ""
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

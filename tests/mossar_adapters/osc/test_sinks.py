@@ -13,6 +13,7 @@ from mossar_adapters.osc.source import OscSource
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_stream import (
+    ActivityEvent,
     Frames,
     KeyFrameEvent,
     MossarError,
@@ -89,6 +90,14 @@ def test_limbs_have_addresses_of_their_own_with_the_channel_after_the_performer_
             message = OscMessage(receiver.recv(4000))
             kind = str(event.__struct_config__.tag)
             channel = getattr(event, "channel", "body")
+            if isinstance(event, ActivityEvent):
+                assert message.address == "/mossar/activity"
+                assert message.params[:4] == ["p1", channel, event.state, event.take]
+                previous = -1.0 if event.previous is None else event.previous
+                decided = message.params[5] - message.params[4]
+                assert decided == pytest.approx(event.decided_time - event.start, abs=1e-5)
+                assert message.params[6] == pytest.approx(previous, abs=1e-5)
+                continue
             who = ["p1"] if channel == "body" else ["p1", channel]
             assert message.address == (f"/mossar/{kind}" if channel == "body" else f"/mossar/limb/{kind}")
             assert message.params[: len(who)] == who

@@ -14,7 +14,17 @@ from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.decoder import ZmqMessage
 from mossar_adapters.zeromq.sink import ZmqFrameSink, ZmqSink
 from mossar_adapters.zeromq.source import ZmqSource
-from mossar_stream import Frames, KeyFrameEvent, MossarError, MoveEvent, Skeleton, StreamEvent, to_json
+from mossar_stream import (
+    ActivityEvent,
+    Frames,
+    KeyFrameEvent,
+    MossarError,
+    MoveEvent,
+    SegmentEvent,
+    Skeleton,
+    StreamEvent,
+    to_json,
+)
 
 SKELETON = Skeleton(("hips", "head"), (-1, 0))
 KEY_FRAME = KeyFrameEvent(
@@ -394,7 +404,13 @@ def test_explaining_silence_does_not_say_of_a_good_sender_that_it_sent_no_frame(
 
 def test_limbs_have_topics_of_their_own_and_moves_theirs(subscriber, told):
     sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0?encoding=json"))
-    topics = [b"mossar.key_frame.", b"mossar.limb.key_frame.", b"mossar.limb.segment.", b"mossar.move."]
+    topics = [
+        b"mossar.key_frame.",
+        b"mossar.limb.key_frame.",
+        b"mossar.limb.segment.",
+        b"mossar.activity.",
+        b"mossar.move.",
+    ]
     heard = [subscriber(sink.endpoint, topic) for topic in topics]
     time.sleep(0.3)
     sink.send(told)
@@ -402,7 +418,8 @@ def test_limbs_have_topics_of_their_own_and_moves_theirs(subscriber, told):
     wanted = [
         [e for e in told if isinstance(e, KeyFrameEvent) and e.channel == "body"],
         [e for e in limbs if isinstance(e, KeyFrameEvent)],
-        [e for e in limbs if not isinstance(e, KeyFrameEvent)],
+        [e for e in limbs if isinstance(e, SegmentEvent)],
+        [e for e in told if isinstance(e, ActivityEvent)],
         [e for e in told if isinstance(e, MoveEvent)],
     ]
     for receiver, topic, events in zip(heard, topics, wanted, strict=True):

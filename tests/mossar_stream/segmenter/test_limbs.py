@@ -6,6 +6,7 @@ import pytest
 
 from mossar_adapters.joint_sets import BLAZEPOSE_33, CMU_31, HUMANOID, KINECT_20
 from mossar_stream import (
+    ActivityEvent,
     FrameError,
     KeyFrameEvent,
     Performers,
@@ -110,12 +111,19 @@ def test_the_bodys_events_stay_byte_for_byte():
     without = [to_json(event) for event in events_of(Settings(), frames, times)]
     found = events_of(Settings(limbs=True), frames, times)
     body = [
-        to_json(msgspec.structs.replace(event, limb=None) if isinstance(event, SegmentEvent) else event)
+        to_json(
+            msgspec.structs.replace(event, limb=None)
+            if isinstance(event, SegmentEvent | ActivityEvent)
+            else event
+        )
         for event in found
         if getattr(event, "channel", "body") == "body"
     ]
     assert body == without
-    assert not any(b"channel" in line or b"limb" in line for line in without)
+    assert not any(b"channel" in line or b"limb" in line.replace(b'"limb":null', b"") for line in without)
+    woken = [event.limb for event in found if isinstance(event, ActivityEvent) and event.channel == "body"]
+    assert "left_arm" in woken
+    assert set(woken) <= set(FIVE)
 
 
 def test_the_arm_that_swings_has_key_frames_and_walking_does_not_leak_into_it():
@@ -281,7 +289,11 @@ def test_limbs_can_be_had_while_a_take_goes_on():
     assert segmenter.change(limbs=True) == []
     assert list(segmenter.limbs) == FIVE
     found = segmenter.push(frames[60:], times[60:])
-    left = [e for e in found if getattr(e, "channel", "") == "left_arm" and e.status == "confirmed"]
+    left = [
+        e
+        for e in found
+        if getattr(e, "channel", "") == "left_arm" and getattr(e, "status", "") == "confirmed"
+    ]
     assert left
     assert all(abs(e.frame / FPS - e.time) < 1e-6 for e in left)
     segmenter.change(limbs=False)
@@ -373,7 +385,9 @@ def test_joints_that_hang_on_nothing_move_against_the_mean_of_all():
     frames, times = waving(markers, ("a",))
     frames[100:110] = np.nan
     found = events_of(Settings(limbs=True), frames, times, skeleton=markers)
-    assert [e for e in found if getattr(e, "channel", "") == "trunk" and e.status == "confirmed"]
+    assert [
+        e for e in found if getattr(e, "channel", "") == "trunk" and getattr(e, "status", "") == "confirmed"
+    ]
     assert all("center_" not in e.active_joints for e in found if isinstance(e, SegmentEvent))
 
 
