@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mossar_stream.engine.curve_state import CurveState
-    from mossar_stream.engine.warm_up import precompile
     from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
         BODY,
@@ -39,8 +38,10 @@ if TYPE_CHECKING:
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.example import Example
+    from mossar_stream.moves.joints import joint_places
     from mossar_stream.moves.moves import Moves
     from mossar_stream.performers import Performers
+    from mossar_stream.precompiling import precompile
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
     from mossar_stream.segmenter import Segmenter
     from mossar_stream.settings import (
@@ -64,7 +65,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "engine.curve_state": ("CurveState",),
-    "engine.warm_up": ("precompile",),
+    "precompiling": ("precompile",),
     "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
         "BODY",
@@ -95,6 +96,7 @@ _NAMES = {
     "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "narrow", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "moves.example": ("Example",),
+    "moves.joints": ("joint_places",),
     "moves.moves": ("Moves",),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
@@ -178,6 +180,7 @@ __all__ = [
     "StreamEvent",
     "VarianceFloor",
     "constant_times",
+    "joint_places",
     "narrow",
     "on_first_compile",
     "performer_name",

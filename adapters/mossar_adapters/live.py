@@ -1,5 +1,6 @@
 """What live sources offer beyond `Source`: counters, an explanation of silence, and a listener."""
 
+import logging
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
@@ -10,6 +11,8 @@ from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
 SEEN_LENGTH = 80  # characters of each
+
+_log = logging.getLogger("mossar.source")
 
 
 class Counters(msgspec.Struct):
@@ -45,6 +48,48 @@ class Counters(msgspec.Struct):
         """Count something malformed."""
         self.malformed += 1
         self.last_error = why
+
+
+class Skipped:
+    """What a source discards because it came before the program was ready.
+
+    Args:
+        until: When the program was ready, s on the source's clock.
+    """
+
+    def __init__(self, until: float) -> None:
+        self.until = until
+        self._frames = 0
+        self._span: tuple[float, float] | None = None  # times of the first and the last one, s
+
+    def without_frames(self, found: Sequence[Meta | Frames | Left]) -> Iterator[Meta | Left]:
+        """Yield what is no frame, and count the frames."""
+        for item in found:
+            if isinstance(item, Frames):
+                self._frames += len(item)
+                first, last = float(item.times[0]), float(item.times[-1])
+                self._span = (first if self._span is None else self._span[0], last)
+            else:
+                yield item
+
+    def log(self, name: str, drops: int = 0) -> None:
+        """Log how much it was.
+
+        Args:
+            name: Of the source.
+            drops: Datagrams for which the system had no room.
+        """
+        if not self._frames and not drops:
+            return
+        first, last = self._span or (0.0, 0.0)
+        more = f"; the system had no room for {drops:,} datagrams" if drops else ""
+        _log.warning(
+            "%s: %s frames (%.1f s) came before the program was ready and were discarded%s",
+            name,
+            f"{self._frames:,}",
+            abs(last - first),
+            more,
+        )
 
 
 class Listener(Protocol):

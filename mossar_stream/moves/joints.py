@@ -69,6 +69,29 @@ def known_joints(skeleton: Skeleton) -> dict[str, int]:
     return found
 
 
+def joint_places(skeleton: Skeleton) -> dict[str, tuple[int, int]]:
+    """Return where the joints are that are known by name, in any joint set.
+
+    Args:
+        skeleton: With names of any of the usual conventions.
+
+    Returns:
+        Two joints for each of `hips`, `spine`, `chest`, `neck`, `head` and `left_` and `right_` `shoulder`, `elbow`,
+        `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot` that is found: it lies in the middle of the two, which are mostly
+        the same.
+
+    Example:
+        >>> joint_places(Skeleton(("left_hip", "right_hip", "nose"), root=-1))["hips"]
+        (0, 1)
+    """
+    known = known_joints(skeleton)
+    places = {slot: (joint, joint) for slot, joint in known.items()}
+    for slot, (left, right) in _MIDDLES.items():
+        if slot not in places and left in known and right in known:
+            places[slot] = known[left], known[right]
+    return places
+
+
 def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[Pair], list[Pair]]:
     """Return the joints by which examples of one skeleton are recognised in a stream of another, the centre first.
 
@@ -110,10 +133,7 @@ def _wanted(skeleton: Skeleton) -> list[str]:
 
 def _places(skeleton: Skeleton) -> dict[str, Pair]:
     places = {name: Pair(joint, joint) for joint, name in reversed(list(enumerate(_wanted(skeleton))))}
-    for slot, (left, right) in _MIDDLES.items():
-        if slot not in places and left in places and right in places:
-            places[slot] = Pair(places[left].one, places[right].one)
-    return places
+    return places | {slot: Pair(*pair) for slot, pair in joint_places(skeleton).items()}
 
 
 def _place(places: dict[str, Pair], skeleton: Skeleton, name: str) -> Pair:

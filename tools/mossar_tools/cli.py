@@ -39,6 +39,7 @@ COMMANDS: Final[dict[str, str]] = {
     "bench": "speed, delay and memory on this machine; --json, --plot",
     "flink": "live streams of many performers on Apache Flink, as a TOML file says",
     "archive": "a folder or bucket of recordings into Parquet tables, on Ray Data; --resume goes on",
+    "compile": "all kernels, which other commands compile when they first need them",
     "settings": "the value of each setting, its unit, and what moving it does",
     "schema": "the JSON Schema of the events",
     "completion": "completion by the Tab key, for bash, zsh and tcsh",
@@ -46,7 +47,7 @@ COMMANDS: Final[dict[str, str]] = {
 }
 
 # Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench")
+_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench", "compile")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer

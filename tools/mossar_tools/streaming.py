@@ -5,9 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-import mossar_stream
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.errors import FileError, UnwritableError
@@ -15,6 +12,7 @@ from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_s
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import Moves, Settings, Skeleton
+from mossar_tools.compiling import saying_if_cold
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
@@ -26,8 +24,6 @@ from mossar_tools.signals import interruptibly, stopping
 if TYPE_CHECKING:
     from mossar_adapters.control.requests import Control
     from mossar_tools.dashboard.live import LiveShow
-
-COMPILE_SECONDS = "15 to 30"  # what compiling took where it was measured, on two cores
 
 
 def stream(options: Options, console: Console, *, page_only: bool = False) -> tuple[int, list[str]]:
@@ -72,7 +68,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        warm_up(settings, _any_moves() if show is not None and moves is None else moves)
+        if warm_up(settings, moves, teaches=show is not None):
+            _skip_waiting(sources)
         with (
             _controls(options, pipeline, listeners),
             _metrics(options, pipeline),
@@ -82,6 +79,14 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     if outcome.abandoned:
         return DONE, []
     return stop.status or _status(outcome), view.summary()
+
+
+def _skip_waiting(sources: Sequence[Source]) -> None:
+    """Have live sources begin with what comes from now on: what came while kernels were compiled is old."""
+    for source in sources:
+        skip = getattr(source, "skip_waiting", None)
+        if callable(skip):
+            skip()
 
 
 def _source_defaults(sources: Sequence[str]) -> Mapping[str, object]:
@@ -114,17 +119,13 @@ def _is_new(options: Options, page_only: bool) -> bool:
     return page_only and not Path(options.moves or "").exists()
 
 
-def _any_moves() -> Moves:
-    """Return moves, for the sake of the kernels that a page needs once somebody teaches."""
-    moves = Moves(Skeleton(("a", "b"), (-1, 0)))
-    there = np.zeros((10, 2, 3))
-    there[:, 1, 0] = np.linspace(0.0, 1.0, 10)
-    moves.add("any", there, 30)
-    return moves
+def warm_up(settings: Settings, moves: Moves | None = None, *, teaches: bool = False) -> bool:
+    """Compile, or load, the kernels before frames come; log it if it takes long, and return whether it did.
 
-
-def warm_up(settings: Settings, moves: Moves | None = None) -> None:
-    """Compile, or load, the kernels before frames come; say so if it takes long.
+    Args:
+        settings: Of the stream.
+        moves: That are recognised.
+        teaches: Whether moves may be shown later.
 
     Raises:
         ValueError: If a stream cannot have these settings.
@@ -132,18 +133,9 @@ def warm_up(settings: Settings, moves: Moves | None = None) -> None:
     from mossar_stream import Segmenter
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
-    with saying_if_cold(settings):
+    with saying_if_cold(settings, moves=teaches or moves is not None) as said:
         interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False), moves=moves))
-
-
-@contextlib.contextmanager
-def saying_if_cold(settings: Settings | None = None) -> Iterator[None]:
-    """Compile, or load, the kernels before the block runs; say so if they, or others in the block, are compiled."""
-    with mossar_stream.on_first_compile(
-        lambda: LOGGER.info("compiling kernels (once for each installation, %s s)", COMPILE_SECONDS)
-    ):
-        interruptibly(lambda: mossar_stream.precompile(settings))
-        yield
+    return said.is_cold
 
 
 def _snapshot(options: Options) -> Snapshot | None:

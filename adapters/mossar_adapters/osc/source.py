@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.live import Listener
+from mossar_adapters.live import Listener, Skipped
 from mossar_adapters.osc.datagrams import DatagramSocket
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.source import Left, Meta
@@ -42,17 +42,23 @@ class OscSource:
         self.decoder = OscDecoder(address, options, listener)
         self.counters = self.decoder.counters
         self.notes: tuple[str, ...] = ()
-        self._closed = self._running = False
+        self._closed = self._running = self._skips = False
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
         if self._socket.buffer < SMALL_BUFFER:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
+
+    def skip_waiting(self) -> None:
+        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        self._skips = True
 
     def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield metas, chunks of frames and who has left as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
             quiet = self._socket.now
+            if self._skips:
+                yield from self._skip()
             while not self._closed:
                 found = self._received()
                 yield from found
@@ -63,6 +69,17 @@ class OscSource:
                     yield None
         finally:
             self._socket.close()
+
+    def _skip(self) -> Iterator[Meta | Left]:
+        """Discard the frames that wait; who they are of counts all the same."""
+        skipped = Skipped(self._socket.now)
+        latest = 0.0
+        while latest < skipped.until and self._socket.waits():
+            datagrams = self._socket.receive(0)
+            latest = max((datagram.arrival for datagram in datagrams), default=skipped.until)
+            yield from skipped.without_frames(self.decoder.receive(*datagrams))
+        self.counters.kernel_drops = self._socket.kernel_drops
+        skipped.log(self.name, self.counters.kernel_drops)
 
     def _received(self) -> list[Meta | Frames | Left]:
         """Return what is complete with what the socket has, frames that nothing more comes for included."""

@@ -1,19 +1,21 @@
 """How VMC writes a frame: local transforms of humanoid bones, bundled as the reference sender does it."""
 
 from collections.abc import Mapping
+from typing import TypeVar
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.kinematics import JointMotion, MotionChunk, quaternions, world_transforms
-from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents, rest_of
+from mossar_adapters.osc.assembly.humanoid import mapped_bones, placed_bones, present_parents, rest_of
 from mossar_adapters.osc.assembly.vmc_pose import MIRROR
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.profiles.vmc import BONE, OK, ROOT, TIME
 from mossar_stream import MossarError, Skeleton
 
 BONES_PER_BUNDLE = 13
+_T = TypeVar("_T")
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -42,13 +44,13 @@ class PositionBones:
     """
 
     def __init__(self, skeleton: Skeleton) -> None:
-        found = _found(mapped_bones(skeleton.names, rotations=False))
-        self._bones, self._joints = tuple(found), np.array(list(found.values()), dtype=np.intp)
+        found = _found(placed_bones(skeleton))
+        self._bones, self._joints = tuple(found), np.array(list(found.values()), dtype=np.intp)  # (B, 2)
         self._parents = np.array(present_parents(self._bones))
 
     def pose(self, positions: NDArray[np.floating]) -> Pose:
         """Return the transforms of (n, J, 3) positions; bones without a place, or whose parent has none, are NaN."""
-        world = positions[:, self._joints].astype(np.float64)
+        world = positions[:, self._joints].astype(np.float64).mean(axis=2)
         local = world - np.where((self._parents >= 0)[:, None], world[:, self._parents], 0.0)
         transforms = np.zeros((*local.shape[:2], 7))
         transforms[..., :3], transforms[..., 3:] = local, _UNTURNED
@@ -107,7 +109,7 @@ def datagrams(pose: Pose, frame: int, time: float) -> list[bytes]:
     return [*sent, bundle(last)]
 
 
-def _found(bones: Mapping[str, int]) -> Mapping[str, int]:
+def _found(bones: Mapping[str, _T]) -> Mapping[str, _T]:
     if not bones:
         raise MossarError("profile vmc needs joints called like those of a humanoid (Hips, LeftUpperArm, …)")
     return bones

@@ -20,6 +20,7 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
+from mossar_adapters.pipeline.odd_times import OddTimes
 from mossar_adapters.pipeline.outcome import Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
@@ -102,6 +103,7 @@ class Pipeline:
         self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self._unfollowed: set[str] = set()  # performers who cannot be followed
+        self._odd_times = OddTimes()
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -235,6 +237,7 @@ class Pipeline:
             self._refused &= kept
             self._unfollowed &= kept
             self.stream_time.forget(kept)
+            self._odd_times.keep(kept)
             for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
                 for name in set(table) - kept:
                     del table[name]
@@ -319,6 +322,9 @@ class Pipeline:
         frames = self.stream_time.within(frames)
         if not len(frames):
             return
+        odd = self._odd_times.finding(frames, self.max_pause(name))
+        if odd:
+            _log.warning("%s: %s: %s", self._source_name(arrival.source), name, odd)
         for part in parts(frames, self.max_pause(name)):
             self._segment(part, arrival.at, resumed=resumed)
             resumed = False

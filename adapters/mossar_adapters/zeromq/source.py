@@ -10,6 +10,7 @@ import zmq
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Skipped
 from mossar_adapters.source import Left, Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
@@ -25,6 +26,7 @@ OPTIONS = {
 }
 POLL_MS = 100
 DRAIN = 512  # messages read before their frames are handed on
+_SKIPPING = 2.0  # s at most in which what waits is discarded; a sender may be as quick as this
 QUEUE = 4096  # messages kept by ZeroMQ while the program is busy; half a gigabyte at worst
 
 
@@ -61,13 +63,18 @@ class ZmqSource:
         self._binds = binds(address)
         self.endpoint = bound_at(self._socket)
         self._opened = time.monotonic()
-        self._running = False
-        self._closed = False
+        self._running = self._closed = self._skips = False
+
+    def skip_waiting(self) -> None:
+        """Have `items` begin with what comes from now on; how much is discarded is logged."""
+        self._skips = True
 
     def items(self) -> Iterator[Meta | Frames | Left | None]:
         """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
+            if self._skips:
+                yield from self._skip()
             while not self._closed:
                 try:
                     parts = self._socket.recv_multipart()
@@ -100,6 +107,13 @@ class ZmqSource:
         self._closed = True
         self._socket.close(0)
         self._context.term()
+
+    def _skip(self) -> Iterator[Meta | Left]:
+        """Discard the frames that wait; who they are of counts all the same."""
+        skipped = Skipped(self._now)
+        while self._now < skipped.until + _SKIPPING and (messages := list(self._waiting())):
+            yield from skipped.without_frames(self.decoder.receive(*messages))
+        skipped.log(self.name)
 
     @property
     def _now(self) -> float:

@@ -1,3 +1,4 @@
+import re
 import socket
 
 import msgspec
@@ -7,13 +8,16 @@ import pytest
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import ReadOptions, open_motion
 from mossar_adapters.files.kinematics import joint_positions
-from mossar_adapters.osc.assembly.humanoid import mapped_bones, rest_skeleton
+from mossar_adapters.joint_sets import BLAZEPOSE_33, COCO_17, KINECT_20
+from mossar_adapters.osc.assembly.humanoid import mapped_bones, present_parents, rest_skeleton
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame
 from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
-from mossar_adapters.osc.assembly.vmc_pose import VmcPose, rotations_of
+from mossar_adapters.osc.assembly.vmc_pose import MIRROR, VmcPose, rotations_of
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import VmcFrameSink
 from mossar_adapters.osc.source import OscSource
+from mossar_adapters.osc.vmc_writer import PositionBones
+from mossar_stream import Skeleton
 
 HALF = 0.5**0.5
 STILL = (0.0, 0.0, 0.0, 1.0)
@@ -151,6 +155,34 @@ def test_positions_without_rotations_are_sent_as_bones_that_do_not_turn(hear):
     columns = [items[0].skeleton.index(name) for name in names]
     assert len(names) == 21
     assert np.abs(heard.positions() - truth[:, columns]).max() < 1e-5
+
+
+_SNAKE = [re.sub(r"(.+)(Left|Right)", r"\2_\1", name) for name in KINECT_20.names]
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (_SNAKE, {"LeftUpperArm": "left_shoulder", "RightHand": "right_wrist", "LeftFoot": "left_ankle"}),
+        (COCO_17.names, {"LeftUpperArm": "left_shoulder", "RightHand": "right_wrist", "Head": "nose"}),
+        (BLAZEPOSE_33.names, {"RightLowerLeg": "right_knee", "LeftToes": "left_foot_index"}),
+    ],
+)
+def test_joints_are_bones_by_the_names_that_moves_know(names, expected):
+    names = [name.lower() if names is _SNAKE else name for name in names]
+    positions = np.random.default_rng(1).normal(size=(3, len(names), 3)).astype(np.float32)
+    bones = PositionBones(Skeleton(tuple(names), root=-1))
+    pose = bones.pose(positions)
+    parents = present_parents(pose.bones)
+    places = pose.transforms[..., :3] / MIRROR[:3]
+    for child, parent in enumerate(parents):
+        if parent >= 0:
+            places[:, child] += places[:, parent]
+    for bone, joint in expected.items():
+        assert places[:, pose.bones.index(bone)] == pytest.approx(positions[:, names.index(joint)], abs=1e-5)
+    if "left_hip" in names and "hipcenter" not in names:
+        hips = positions[:, [names.index("left_hip"), names.index("right_hip")]].mean(axis=1)
+        assert places[:, pose.bones.index("Hips")] == pytest.approx(hips, abs=1e-5)
 
 
 def bone(name, position=(0.0, 0.0, 0.0), turn=STILL):

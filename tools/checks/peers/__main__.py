@@ -8,6 +8,7 @@ from checks.peers.results import NOTES, compare, result_lines, results_json, usa
 from mossar_tools.bench.machine import Watch
 from mossar_tools.bench.report import machine_lines
 from mossar_tools.cli import guarded, run_command
+from mossar_tools.compiling import saying_if_cold
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.evaluation.performer import demo_takes
@@ -17,7 +18,6 @@ from mossar_tools.options import Options, add_messages, add_output, add_plot
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.signals import interruptibly
-from mossar_tools.streaming import saying_if_cold
 
 DEMO_SEEDS = 4  # performances of each kind
 REPEATS = 3

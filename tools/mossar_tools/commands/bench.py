@@ -61,7 +61,7 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
     outputs = Outputs.of(options)
     from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.report import NOTES, as_json, machine_lines, table
-    from mossar_tools.streaming import saying_if_cold
+    from mossar_tools.compiling import saying_if_cold
 
     watch = Watch()
     parts = chosen(options.only, measures)

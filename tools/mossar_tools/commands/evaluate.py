@@ -74,11 +74,11 @@ def run(options: Options, console: Console) -> int:
     if _is_of_moves(options):
         return _moves(options, console, outputs, settings)
     takes = load_takes(options, console)
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.evaluation.chance import chance_methods
     from mossar_tools.evaluation.mossar import mossar_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
     from mossar_tools.evaluation.trial import groups_of, trial
-    from mossar_tools.streaming import saying_if_cold
 
     groups = groups_of(takes)
     methods = [*mossar_methods(settings), *chance_methods(settings)]
@@ -119,8 +119,8 @@ def _is_of_moves(options: Options) -> bool:
 
 def _moves(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show what comes of moves on command, and of segmented examples."""
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
-    from mossar_tools.streaming import saying_if_cold
 
     if options.plot:
         raise UsageError("--plot takes a folder with true cuts; this one holds moves")
@@ -138,9 +138,9 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
 
 def _sets(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show several folders beside each other."""
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.evaluation.report import as_json, tables
     from mossar_tools.evaluation.sets import compare_sets, load_sets
-    from mossar_tools.streaming import saying_if_cold
 
     if options.plot:
         raise UsageError("--plot takes one folder")

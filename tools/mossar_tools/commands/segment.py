@@ -113,8 +113,8 @@ def _files(options: Options) -> list[str]:
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
     from mossar_tools.batch import report_of, rows_of, rows_of_segments, segment_whole
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.signals import interruptibly
-    from mossar_tools.streaming import saying_if_cold
 
     settings = options.settings(range="file")
     with saying_if_cold(settings):

@@ -156,12 +156,12 @@ def _teach_parts(
 
 def _discover(options: Options, console: Console) -> int:
     """Show the kinds of moves in a recording, and take those that are named."""
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.discovering import MOST_DRAWN, discover, draw_kinds, lines_of
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
     from mossar_tools.palette import palette
     from mossar_tools.signals import interruptibly
-    from mossar_tools.streaming import saying_if_cold
 
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))

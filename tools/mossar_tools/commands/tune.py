@@ -84,8 +84,8 @@ def run(options: Options, console: Console) -> int:
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
     from mossar_stream import segment_recording
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.signals import interruptibly
-    from mossar_tools.streaming import saying_if_cold
 
     with saying_if_cold(settings):
         return interruptibly(

@@ -66,10 +66,10 @@ def _play(options: Options, console: Console) -> int:
     if speed == "max":
         raise UsageError("--speed max leaves nothing to see; give a number")
     from mossar_adapters.extras import needed
+    from mossar_tools.compiling import saying_if_cold
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
     from mossar_tools.signals import interruptibly, stopping
-    from mossar_tools.streaming import saying_if_cold
 
     needed("viser", "view", "the dashboard")
     settings = options.settings(range="file")

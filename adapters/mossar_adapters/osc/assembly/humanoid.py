@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.kinematics import JointMotion, rest_positions
 from mossar_adapters.joint_sets import HUMANOID
+from mossar_stream import Skeleton, joint_places
 
 # Metres from the parent, of a person 1.7 m tall in T-pose; the right side mirrors the left.
 _REST = {
@@ -50,6 +51,18 @@ _ACCLAIM_ENDS = (
     "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
 )
 MIN_BONES = 6
+_OF_A_SIDE = (
+    ["UpperArm", "shoulder", "LowerArm", "elbow", "Hand", "wrist", "UpperLeg", "hip", "LowerLeg", "knee", "Foot", "ankle", "Toes", "foot"]
+)
+# What moves call the joints where bones stand.
+_SLOTS = {
+    "Hips": "hips", "Spine": "spine", "UpperChest": "chest", "Neck": "neck", "Head": "head",
+    **{
+        side + bone: f"{side.lower()}_{joint}"
+        for side in ("Left", "Right")
+        for bone, joint in zip(_OF_A_SIDE[::2], _OF_A_SIDE[1::2], strict=True)
+    },
+}
 
 
 def bone_name(name: str) -> str | None:
@@ -95,6 +108,21 @@ def mapped_bones(names: Sequence[str], *, rotations: bool) -> Mapping[str, int]:
     tables = (*_CONVENTIONS, _ACCLAIM_BEGINS if rotations else _ACCLAIM_ENDS)
     found = max((_matches(table, place) for table in tables), key=len)
     return found if len(found) >= MIN_BONES and "Hips" in found else {}
+
+
+def placed_bones(skeleton: Skeleton) -> Mapping[str, tuple[int, int]]:
+    """Return which joints of positions are which bone, by a convention or, as moves do, joint by joint.
+
+    Returns:
+        Two joints for each bone found, mostly twice the same: it stands in their middle. Parents first; empty if fewer than
+        `MIN_BONES` are found.
+    """
+    found = mapped_bones(skeleton.names, rotations=False)
+    if found:
+        return {bone: (joint, joint) for bone, joint in found.items()}
+    places = joint_places(skeleton)
+    bones = {bone: places[slot] for bone, slot in _SLOTS.items() if slot in places}
+    return bones if len(bones) >= MIN_BONES and "Hips" in bones else {}
 
 
 def _matches(table: str, place: Mapping[str, int]) -> dict[str, int]:

@@ -1,0 +1,67 @@
+"""Odd times: every frame seems to begin a take, because its time is not in seconds."""
+
+import numpy as np
+
+from mossar_stream import Frames
+
+_ENOUGH = 3  # takes of one frame in a row
+_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_RATES = (5.0, 250.0)  # Hz of senders of poses
+
+
+class OddTimes:
+    """Watches the steps from frame to frame of each performer.
+
+    Example:
+        >>> odd = OddTimes()
+        >>> frames = Frames(np.zeros((5, 1, 3), np.float32), np.arange(5) * 33.3)
+        >>> odd.finding(frames, 1.0)[:58], odd.finding(frames, 1.0)
+        ('each frame is a take of its own: times step by 33.3 s; in', None)
+    """
+
+    def __init__(self) -> None:
+        self._latest: dict[str, float] = {}  # s, of the last frame of each performer
+        self._alone: dict[str, int] = {}  # frames in a row that came more than a pause after the one before
+        self._told: set[str] = set()
+
+    def finding(self, frames: Frames, max_pause: float) -> str | None:
+        """Return, once for each performer, what is odd about the times, None if nothing is.
+
+        Args:
+            frames: Of one performer.
+            max_pause: Longest step in time within a take, s.
+        """
+        name = frames.performer
+        latest = self._latest.get(name)
+        self._latest[name] = float(frames.times[-1])
+        if name in self._told:
+            return None
+        times = frames.times if latest is None else np.concatenate(([latest], frames.times))
+        steps = np.diff(times)
+        wide = steps > max_pause
+        if not wide.any():
+            self._alone.pop(name, None)
+            return None
+        narrow = np.flatnonzero(~wide)
+        in_a_row = len(steps) if not len(narrow) else len(steps) - 1 - int(narrow[-1])
+        self._alone[name] = in_a_row + (self._alone.get(name, 0) if not len(narrow) else 0)
+        if self._alone[name] < _ENOUGH:
+            return None
+        self._told.add(name)
+        return _in_words(float(steps[-1]))
+
+    def keep(self, performers: set[str]) -> None:
+        """Forget all others."""
+        self._latest = {name: time for name, time in self._latest.items() if name in performers}
+        self._alone = {name: count for name, count in self._alone.items() if name in performers}
+        self._told &= performers
+
+
+def _in_words(step: float) -> str:
+    for unit, factor in _UNITS.items():
+        if _RATES[0] <= factor / step <= _RATES[1]:
+            hint = f"in {unit} that would be {factor / step:.3g} frames a second; send seconds"
+            break
+    else:
+        hint = "times are in seconds, and a step beyond max_pause ends a take"
+    return f"each frame is a take of its own: times step by {step:.4g} s; {hint}"

@@ -1,0 +1,106 @@
+"""Precompiling: kernels are compiled, or loaded from the disk, before there is anybody to follow."""
+
+from collections.abc import Callable
+from typing import cast
+
+import numpy as np
+
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.warm_up import warm_up, warm_up_decisions, warm_up_frames, warm_up_looks
+from mossar_stream.jit.cache import open_cache
+from mossar_stream.jit.precompile import other_processes
+from mossar_stream.moves.moves import Moves
+from mossar_stream.segmenter import Segmenter
+from mossar_stream.settings import Settings, SimilarityName
+from mossar_stream.skeleton import Skeleton
+
+DECISIONS, FRAMES, LOOKS, LIMBS, MOVES = "decisions", "frames", "repetitions", "limbs", "moves"
+Progress = Callable[[str, int, int], None]
+_READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
+_ANYBODY = Skeleton(("a", "b"), (-1, 0))
+_WITH_LIMBS = Skeleton(("hips", "chest", "left_hand", "right_hand"), (-1, 0, 1, 1))
+
+
+def _say_nothing(_part: str, _done: int, _parts: int) -> None:
+    pass
+
+
+def precompile(
+    settings: Settings | None = None, *, moves: bool = False, progress: Progress = _say_nothing
+) -> None:
+    """Compile the kernels that segmenters with these settings need, on two cores where there are two.
+
+    They are left in a cache on disk, for this process and those to come; where they lie there already this takes a
+    fraction of a second. A segmenter that is built without it compiles them itself, on one core. Other Python
+    processes are started only if something must be compiled, and have ended when this returns.
+
+    Args:
+        settings: Defaults to `Settings()`; only the similarity measure, and whether there are limbs and repetitions,
+            matter here.
+        moves: Whether moves are to be recognised.
+        progress: Called before each part with its name, how many parts are done, and how many there are.
+
+    Raises:
+        MossarError: If there is nowhere to write compiled kernels to.
+
+    Example:
+        >>> precompile(Settings(similarity="likelihood"))
+    """
+    resolved = (settings or Settings()).resolved()
+    similarity = resolved.similarity
+    wanted = {DECISIONS: True, FRAMES: True, LOOKS: _any_plan(similarity).shape.repetitions}
+    wanted |= {LIMBS: bool(resolved.limbs), MOVES: moves}
+    wanted[LOOKS] |= resolved.repetitions
+    parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
+    if not parts:
+        return
+    progress(parts[0], 0, len(parts))
+    # What limbs and moves add needs the rest, which another process would compile a second time.
+    others = [part for part in parts[1:] if part in {FRAMES, LOOKS}]
+    with other_processes(__name__, [f"{part} {similarity}" for part in others]):
+        _compile(parts[0], similarity)
+    for done, part in enumerate(parts[1:], 1):
+        progress(part, done, len(parts))
+        _compile(part, similarity)
+    warm_up(_any_plan(similarity))
+    _READY.update((part, similarity) for part in parts)
+
+
+def compile_part(folder: str, part: str) -> None:
+    """Compile what `precompile` leaves to another process, if this one has the same cache.
+
+    Args:
+        folder: Of the cache.
+        part: Its name and the similarity measure.
+    """
+    if folder == str(open_cache().folder):
+        name, _, similarity = part.partition(" ")
+        _compile(name, cast("SimilarityName", similarity))
+
+
+def _compile(part: str, similarity: SimilarityName) -> None:
+    """Compile one part, or load it."""
+    plan = _any_plan(similarity)
+    if part == DECISIONS:
+        warm_up_decisions(plan)
+    elif part == FRAMES:
+        warm_up_frames(plan)
+    elif part == LOOKS:
+        warm_up_looks()
+    elif part == LIMBS:
+        Segmenter(_WITH_LIMBS, Settings(similarity=similarity, limbs=True))
+    else:
+        Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves())
+
+
+def _any_plan(similarity: SimilarityName) -> Plan:
+    return Plan(_ANYBODY, Settings(similarity=similarity), None)
+
+
+def _any_moves() -> Moves:
+    """Return moves of one example, for the sake of the kernels."""
+    there = np.zeros((10, 2, 3))
+    there[:, 1, 0] = np.linspace(0.0, 1.0, 10)
+    moves = Moves(_ANYBODY)
+    moves.add("any", there, 30)
+    return moves
