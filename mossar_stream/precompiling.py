@@ -17,6 +17,7 @@ from mossar_stream.skeleton import Skeleton
 DECISIONS, FRAMES, LOOKS, LIMBS, MOVES = "decisions", "frames", "repetitions", "limbs", "moves"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
+_FRAMES = 60  # of 30 Hz: two looks at repetitions
 _ANYBODY = Skeleton(("a", "b"), (-1, 0))
 _WITH_LIMBS = Skeleton(("hips", "chest", "left_hand", "right_hand"), (-1, 0, 1, 1))
 
@@ -88,7 +89,10 @@ def _compile(part: str, similarity: SimilarityName) -> None:
     elif part == LOOKS:
         warm_up_looks()
     elif part == LIMBS:
-        Segmenter(_WITH_LIMBS, Settings(similarity=similarity, limbs=True))
+        segmenter = Segmenter(_WITH_LIMBS, Settings(similarity=similarity, limbs=True))
+        segmenter.push(
+            np.zeros((_FRAMES, len(_WITH_LIMBS), 3)), np.arange(_FRAMES) / 30
+        )  # repetitions are looked for
     else:
         Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves())
 

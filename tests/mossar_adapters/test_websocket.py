@@ -14,7 +14,7 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_adapters.websocket import MAX_WAITING, QUEUE, WebSocketSink
-from mossar_stream import MossarError, RepetitionEvent, Skeleton, StreamEvent
+from mossar_stream import ActivityEvent, MossarError, RepetitionEvent, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)
 
@@ -57,13 +57,24 @@ def test_a_client_that_comes_late_is_told_where_everybody_stands(sink):
         joint="head",
         decided_time=2.5,
     )
-    sink.send([msgspec.structs.replace(started(1), run="a1"), counted])
+    moved = ActivityEvent(
+        performer="p1",
+        id="p1/activity/1/1",
+        take=1,
+        state="moving",
+        start=1.0,
+        previous=None,
+        limb=None,
+        decided_time=1.1,
+    )
+    sink.send([msgspec.structs.replace(started(1), run="a1"), moved, counted])
     with connect(f"ws://127.0.0.1:{sink.port}") as client:
         assert json.loads(client.recv(5))["type"] == "meta"
         state = json.loads(client.recv(5))
         expected = {"type": "state", "v": 1, "performer": "p1", "run": "a1", "take": 1, "level": "cluster"}
         assert {name: state[name] for name in expected} == expected
         assert (state["present"], state["repetitions"]) == (True, {"body": 7})
+        assert state["activity"] == {"body": "moving"}
         sink.send([StreamEvent(performer="p1", event="ended", take=1)])
         assert json.loads(client.recv(5))["event"] == "ended"
     with connect(f"ws://127.0.0.1:{sink.port}") as client:

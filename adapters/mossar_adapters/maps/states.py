@@ -7,7 +7,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from mossar_adapters.source import Meta
-from mossar_stream import Event, RepetitionEvent, StreamEvent
+from mossar_stream import BODY, ActivityEvent, Event, RepetitionEvent, SegmentState, StreamEvent
 
 MOST = 400  # performers whose states are kept
 _GONE = ("ended", "stalled")
@@ -21,6 +21,7 @@ class StateMap(msgspec.Struct):
         performer: Name of the performer.
         take: Number of the latest take.
         present: Whether frames come: false once they have stalled, or the take has ended.
+        activity: `moving` or `resting` for each channel, `body` or a limb; who has not moved in the take rests.
         repetitions: Count of the take for each channel that has any, `body` or a limb.
         level: Of the segmentation; left out where it is not known.
         run: The run of the program that emits the events; left out where it is not known.
@@ -31,6 +32,7 @@ class StateMap(msgspec.Struct):
     performer: str
     take: int
     present: bool
+    activity: dict[str, SegmentState] = {}
     repetitions: dict[str, int] = {}
     level: str | float | UnsetType = UNSET
     run: str | UnsetType = UNSET
@@ -71,11 +73,15 @@ class States:
                 continue
             elif isinstance(event, RepetitionEvent):
                 state.repetitions[event.channel] = event.total
+            elif isinstance(event, ActivityEvent):
+                state.activity[event.channel] = event.state
 
     def _follow_stream(self, event: StreamEvent) -> None:
         state = self._states.get(event.performer)
         if event.event == "started" or state is None:
-            _keep(self._states, event.performer, StateMap(event.performer, event.take, present=True))
+            _keep(
+                self._states, event.performer, StateMap(event.performer, event.take, True, {BODY: "resting"})
+            )
             state = self._states[event.performer]
         state.present = event.event not in _GONE
         if event.run is not None:

@@ -51,12 +51,29 @@ _ACCLAIM_ENDS = (
     "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
 )
 MIN_BONES = 6
-_OF_A_SIDE = (
-    ["UpperArm", "shoulder", "LowerArm", "elbow", "Hand", "wrist", "UpperLeg", "hip", "LowerLeg", "knee", "Foot", "ankle", "Toes", "foot"]
-)
+_OF_A_SIDE = [
+    "UpperArm",
+    "shoulder",
+    "LowerArm",
+    "elbow",
+    "Hand",
+    "wrist",
+    "UpperLeg",
+    "hip",
+    "LowerLeg",
+    "knee",
+    "Foot",
+    "ankle",
+    "Toes",
+    "foot",
+]
 # What moves call the joints where bones stand.
 _SLOTS = {
-    "Hips": "hips", "Spine": "spine", "UpperChest": "chest", "Neck": "neck", "Head": "head",
+    "Hips": "hips",
+    "Spine": "spine",
+    "UpperChest": "chest",
+    "Neck": "neck",
+    "Head": "head",
     **{
         side + bone: f"{side.lower()}_{joint}"
         for side in ("Left", "Right")
