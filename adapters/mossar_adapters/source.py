@@ -42,6 +42,23 @@ class Left(msgspec.Struct, frozen=True):
     reason: str
 
 
+class Came(msgspec.Struct, frozen=True):
+    """Says whose frames follow under a performer's name, where the sender's ids are not the names.
+
+    Args:
+        performer: Name of the performer.
+        id: The sender's.
+        another: Whether it is another person than before, of whom nothing is known.
+    """
+
+    performer: str
+    id: str
+    another: bool = False
+
+
+Item = Meta | Frames | Left | Came | None  # what a source yields
+
+
 class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
@@ -52,8 +69,8 @@ class Source(Protocol):
     name: str  # the URL or path, for messages
     live: bool  # whether frames arrive at their own pace
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
-        """Yield metas, chunks of frames and who has left, until the source ends or is closed."""
+    def items(self) -> Iterator[Item]:
+        """Yield metas, chunks of frames, who has come and left, until the source ends or is closed."""
 
     def close(self) -> None:
         """Release the socket, file or device; `items` ends soon after. May be called twice."""

@@ -1,0 +1,523 @@
+"""Slots: names for people that outlive the ids of a tracker.
+
+Trackers give a new id to a person that was hidden for a moment, exchange the ids of two who cross, and give an id
+that became free to somebody else. A slot follows the body instead:
+
+- An id that goes on from frame to frame keeps its slot. If its pose leaps to where another person was, and that
+  person is not there, the slots follow the bodies.
+- An id that is new, or was away, is compared with everybody who is missing: by place for two seconds, by the lengths
+  of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
+  for up to a second. If it is nobody who was here, it gets a free slot.
+- Where all slots are taken it is refused.
+"""
+
+from collections import OrderedDict, deque
+from collections.abc import Sequence
+from typing import Any, Final, Literal, NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mossar_adapters.people.body import PAUSE, Body, centre
+from mossar_adapters.people.likeness import LOST, Likeness
+from mossar_adapters.people.samples import Samples
+from mossar_stream import SettingsError, Skeleton
+
+MOST: Final = 64  # slots
+REMEMBERED: Final = 600.0  # s
+REFUSED: Final = ""  # instead of a slot
+UNDECIDED: Final = None  # instead of a slot
+CHOSEN: Final = "p1"  # the slot of the nearest, or first
+
+People = int | Literal["nearest", "first"]
+How = Literal["new", "place", "lengths", "swap", "chosen", "asked", "refused"]
+
+_CANDIDATES: Final = 16  # people who are told apart for the sake of the nearest or first
+_IDS: Final = 256  # ids that are remembered
+_CHANGES: Final = 256
+_AGAIN: Final = 0.25  # s between two looks at a refused id
+_LOOK: Final = 0.1  # s between two looks at an id that is not decided
+_WATCHED: Final = 1.0  # s that a newcomer is looked at
+_CLEAR: Final = 3.0  # by which the likeliest must be ahead: 20 to 1
+# With a tracker that was never seen to give an id to another person:
+_KNOWN: Final = 1.0  # for the person who had the id
+_STRANGER_KNOWN: Final = 4.0  # against a stranger
+_FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
+_UNLIKELY: Final = 2.0  # against strangers while somebody is missed for less than `LOST`
+_NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
+_EXACT: Final = 1e-9  # s
+_BACK: Final = 1.0  # s; a step back beyond it is another clock
+
+
+class Change(msgspec.Struct, frozen=True):
+    """A slot got another id, or an id got none.
+
+    Args:
+        slot: Its name; empty if the id is refused.
+        id: The sender's.
+        time: s.
+        how: Why.
+        away: How long the slot's person was not seen, s.
+        another: Whether it is another person than the one who was in the slot.
+    """
+
+    slot: str
+    id: str
+    time: float
+    how: How
+    away: float = 0.0
+    another: bool = False
+
+
+class _Newcomer(msgspec.Struct):
+    """An id without a slot."""
+
+    id: str
+    first: float  # s
+    last: float
+    due: float  # s, when it is looked at next
+    samples: Samples
+    seen: NDArray[Any]  # (J, 3) metres, at first
+    pose: NDArray[Any]  # now
+    skeleton: Skeleton | None
+    refused: bool = False
+
+
+class _Option(NamedTuple):
+    """Who a newcomer may be: what speaks against it, and in which slot; `stranger` for somebody new there."""
+
+    against: float
+    number: int
+    body: Body
+    stranger: bool = False
+
+
+class Slots:
+    """Gives people slots `p1` to `pN`, whatever ids a tracker gives them.
+
+    Poses come in the order of their times. Memory is fixed by the number of slots.
+
+    Args:
+        people: How many; `"nearest"`: one slot, for the person nearest to the origin; `"first"`: one, for the one that
+            came first and is still there.
+        remember: How long an absent person keeps its slot from being given to others as if it were new, s.
+        watch: How long a newcomer is looked at if it could be several, s; 0 decides at first sight.
+
+    Raises:
+        SettingsError: If there cannot be so many, or times are negative.
+
+    Example:
+        >>> import numpy as np
+        >>> left, right = np.zeros((2, 3)), np.full((2, 3), 2.0)
+        >>> slots = Slots(2)
+        >>> slots.follow("7", left, 0.0), slots.follow("9", right, 0.0)
+        ('p1', 'p2')
+        >>> slots.follow("9", left + 0.01, 0.03), slots.follow("7", right + 0.01, 0.03)  # exchanged by the tracker
+        ('p1', 'p2')
+    """
+
+    def __init__(self, people: People, remember: float = REMEMBERED, watch: float = _WATCHED) -> None:
+        if isinstance(people, int) and not 1 <= people <= MOST:
+            raise SettingsError(f"people must be 1 to {MOST}, nearest or first, not {people}")
+        if not remember >= 0 or not watch >= 0:
+            raise SettingsError(f"remember and watch are seconds, not {remember:g} and {watch:g}")
+        self.people = people
+        self.remember = remember
+        self.watch = watch
+        self.refused = 0  # frames
+        self._chooses = people if isinstance(people, str) else None
+        count = people if isinstance(people, int) else _CANDIDATES
+        self._bodies = [Body(f"p{i + 1}", i) for i in range(count)]
+        self._ids: dict[str, Body] = {}
+        self._newcomers: OrderedDict[str, _Newcomer] = OrderedDict()
+        self._skeletons: OrderedDict[str, Skeleton] = OrderedDict()
+        self._former: OrderedDict[str, int] = OrderedDict()  # who had an id last: `Body.met`
+        self._reuses = False  # whether an id was seen to go from one person to another
+        self._met = 0  # people so far
+        self._chosen: Body | None = None
+        self._likeness = Likeness()
+        self._now = -np.inf  # s
+        self._changes: deque[Change] = deque(maxlen=_CHANGES)
+
+    def announce(self, id: str, skeleton: Skeleton) -> None:  # noqa: A002 - what trackers call it
+        """Say which skeleton the poses of an id have, so that its bones can be measured."""
+        self._skeletons[id] = skeleton
+        self._skeletons.move_to_end(id)
+        if len(self._skeletons) > _IDS:
+            self._skeletons.popitem(last=False)
+
+    def follow(self, id: str, pose: ArrayLike, time: float) -> str | None:  # noqa: A002
+        """Return the slot of a pose.
+
+        Args:
+            id: The sender's.
+            pose: (J, 3), metres, NaN where a joint is missing.
+            time: s, not before those of earlier poses.
+
+        Returns:
+            The slot's name; `REFUSED` if all are taken, `UNDECIDED` while the id is looked at.
+        """
+        body = self._ids.get(id)
+        if body is not None:
+            self._now = max(self._now, time)
+            if body.follow(np.asarray(pose), time):
+                return self._name(body, time)
+        return self.decide(time, [(id, np.asarray(pose))])[0]
+
+    def run(self, id: str, positions: NDArray[Any], times: NDArray[np.float64]) -> tuple[str | None, int]:  # noqa: A002
+        """Follow frames of one id as long as nothing has to be decided.
+
+        Args:
+            id: The sender's.
+            positions: (n, J, 3), metres.
+            times: (n,), s.
+
+        Returns:
+            The slot, and of how many frames from the first on.
+        """
+        body = self._ids.get(id)
+        if body is None:
+            return self._run_newcomer(id, positions, times)
+        if self._chooses is not None and len(times) > 1:
+            return UNDECIDED, 0  # the choice is made frame by frame
+        count = body.run(positions, times)
+        if not count:
+            return UNDECIDED, 0
+        self._now = max(self._now, float(times[count - 1]))
+        return self._name(body, self._now), count
+
+    def _run_newcomer(
+        self,
+        id: str,
+        positions: NDArray[Any],
+        times: NDArray[np.float64],  # noqa: A002
+    ) -> tuple[str | None, int]:
+        """Pass over frames of an id that it is not time to look at again."""
+        known = self._newcomers.get(id)
+        if known is None:
+            return UNDECIDED, 0
+        if known.refused and times[-1] >= known.due and not self._has_room(known):
+            known.due = max(known.due, float(times[-1]) + _AGAIN)
+        count = int(np.searchsorted(times, known.due))
+        if count:
+            known.last = float(times[count - 1])
+            self._now = max(self._now, known.last)
+            if known.refused:
+                self.refused += count
+            else:
+                for pose, time in zip(positions[:count], times[:count], strict=True):
+                    known.samples.add(pose, float(time))
+        return (REFUSED if known.refused else UNDECIDED), count
+
+    def decide(self, time: float, found: Sequence[tuple[str, NDArray[Any]]]) -> list[str | None]:
+        """Return the slots of the poses of one moment.
+
+        Args:
+            time: s.
+            found: Each id with its pose; none twice.
+        """
+        if time < self._now - _BACK:
+            self._restart(time)
+        self._now = max(self._now, time)
+        verdicts: dict[str, Body | str | None] = {}
+        others = []
+        for id, pose in found:  # noqa: A001
+            body = self._ids.get(id)
+            if body is not None and (body.time > time or np.isnan(pose).all() or body.follow(pose, time)):
+                verdicts[id] = body
+            else:
+                others.append((id, pose))
+        if others:
+            verdicts |= self._place(time, others)
+        return [
+            self._name(verdict, time) if isinstance(verdict, Body) else verdict
+            for verdict in (verdicts[id] for id, _ in found)
+        ]
+
+    def settle(self, id: str) -> str | None:  # noqa: A002
+        """Decide on an id that is looked at, with what is known by now, and return its slot."""
+        known = self._newcomers.get(id)
+        if known is None or known.refused:
+            return REFUSED
+        self._place(known.last, [(id, known.pose)], at_once=True)
+        body = self._ids.get(id)
+        return self._name(body, known.last) if body is not None else REFUSED
+
+    def waiting(self) -> list[tuple[str, float]]:
+        """Return the ids that are looked at, and when each was seen last, s."""
+        return [(known.id, known.last) for known in self._newcomers.values() if not known.refused]
+
+    def leave(self, id: str) -> None:  # noqa: A002
+        """Take note that a tracker has given an id up."""
+        self._ids.pop(id, None)
+        self._newcomers.pop(id, None)
+
+    def knows(self, id: str) -> bool:  # noqa: A002
+        """Return whether an id has a slot, or is looked at or refused."""
+        return id in self._ids or id in self._newcomers
+
+    def slot_of(self, id: str) -> str | None:  # noqa: A002
+        """Return the slot of an id, None if it has none."""
+        body = self._ids.get(id)
+        if body is None or (self._chooses is not None and body is not self._chosen):
+            return None
+        return CHOSEN if self._chooses else body.name
+
+    @property
+    def changed(self) -> bool:
+        """Whether there are changes that `changes` has not returned."""
+        return bool(self._changes)
+
+    def changes(self) -> list[Change]:
+        """Return what changed since the last call."""
+        found = list(self._changes)
+        self._changes.clear()
+        return found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The slots."""
+        return (CHOSEN,) if self._chooses else tuple(body.name for body in self._bodies)
+
+    def table(self) -> list[dict[str, object]]:
+        """Return each slot that was used: its name, the sender's id, whether it is there now, and pinned."""
+        bodies = [self._chosen] if self._chooses else self._bodies
+        return [
+            {
+                "slot": CHOSEN if self._chooses else body.name,
+                "id": body.id,
+                "there": self._now - body.time <= PAUSE,
+                "pinned": body.pinned,
+            }
+            for body in bodies
+            if body is not None and body.used
+        ]
+
+    def exchange(self, one: str, other: str) -> None:
+        """Let two people have each other's slots from now on.
+
+        Raises:
+            SettingsError: If there are no two such slots.
+        """
+        first, second = self._slot(one), self._slot(other)
+        if first is second:
+            raise SettingsError(f"{one} cannot be exchanged with itself")
+        first.name, second.name = second.name, first.name
+        first.number, second.number = second.number, first.number
+        self._bodies.sort(key=lambda body: body.number)
+        for body in (first, second):
+            if body.used:
+                self._changes.append(Change(body.name, body.id or "", self._now, "asked", another=True))
+
+    def pin(self, slot: str, pinned: bool = True) -> None:  # noqa: FBT001, FBT002
+        """Keep a slot for the person who is in it, however long it is away; or no longer.
+
+        Raises:
+            SettingsError: If there is no such slot, or nobody was in it.
+        """
+        body = self._slot(slot)
+        if not body.used:
+            raise SettingsError(f"nobody was in {slot} yet")
+        body.pinned = pinned
+
+    def _slot(self, name: str) -> Body:
+        if self._chooses:
+            raise SettingsError(f"there is one slot, for the {self._chooses}")
+        for body in self._bodies:
+            if body.name == name:
+                return body
+        raise SettingsError(f"there is no slot {name[:40]!r}; there are {', '.join(self.names)}")
+
+    def _place(
+        self, time: float, found: Sequence[tuple[str, NDArray[Any]]], *, at_once: bool = False
+    ) -> dict[str, Body | str | None]:
+        """Find the slots of poses that do not go on from the frame before."""
+        newcomers = [self._newcomer(id, pose, time) for id, pose in found]  # noqa: A001
+        verdicts: dict[str, Body | str | None] = {}
+        while newcomers:
+            # The clearest case first; what it takes is no longer open to the others.
+            options = [self._options(one) for one in newcomers]
+            i = max(range(len(newcomers)), key=lambda k: _lead(options[k]))
+            clearest = newcomers.pop(i)
+            verdicts[clearest.id] = self._settled(clearest, options[i], time, at_once=at_once)
+        return verdicts
+
+    def _newcomer(self, id: str, pose: NDArray[Any], time: float) -> _Newcomer:  # noqa: A002
+        known = self._newcomers.get(id)
+        if known is not None and known.refused and self._has_room(known):
+            known.first, known.seen = time, pose  # it is a newcomer again
+        if known is None or time - known.last > 2 * PAUSE:
+            known = _Newcomer(
+                id, time, time, time, Samples(len(pose), 0.0), pose, pose, self._skeletons.get(id)
+            )
+            self._newcomers[id] = known
+            if len(self._newcomers) > _IDS:
+                self._newcomers.popitem(last=False)
+        known.pose, known.last = pose, time
+        known.samples.add(pose, time)
+        return known
+
+    def _options(self, newcomer: _Newcomer) -> list[_Option]:
+        """Return the people that an id may be, the likeliest first."""
+        own = self._ids.get(newcomer.id)
+        start = newcomer.first
+        missed = [b for b in self._bodies if b.used and b.time < start and not self._is_forgotten(b, start)]
+        if len(missed) == 1 and missed[0] is own and start - own.time <= LOST:
+            return [_Option(0.0, own.number, own)]  # nobody else is missing
+        found = []
+        for body in missed:
+            against = self._likeness.against_place(body, newcomer.seen, start)
+            if body is own and start - body.time <= LOST:
+                against = min(against, self._likeness.against_stranger())
+            if against == float("inf"):
+                continue
+            against += self._likeness.against_bones(body, newcomer.samples, newcomer.skeleton, self._bodies)
+            if body.id == newcomer.id and not self._reuses:
+                against -= _KNOWN
+            found.append(_Option(against, body.number, body))
+        room = self._room(start)
+        if room is not None and (not room.used or not any(start - o.body.time > LOST for o in found)):
+            against = self._likeness.against_stranger()
+            if any(start - body.time <= LOST for body in missed):
+                against += _UNLIKELY
+            if not self._reuses and any(body.id == newcomer.id for body in missed):
+                against += _STRANGER_KNOWN
+            found.append(_Option(against, room.number, room, stranger=True))
+        return sorted(found, key=lambda option: option[:2])
+
+    def _room(self, time: float) -> Body | None:
+        """Return the body of the slot that a stranger would get: never used, forgotten, or empty for longest."""
+        for body in self._bodies:
+            if not body.used:
+                return body
+        empty = [body for body in self._bodies if time - body.time > LOST and not body.pinned]
+        return min(empty, key=lambda body: (body.time, body.number), default=None)
+
+    def _has_room(self, newcomer: _Newcomer) -> bool:
+        return any(not body.used or body.time < newcomer.last - PAUSE for body in self._bodies)
+
+    def _is_forgotten(self, body: Body, time: float) -> bool:
+        return time - body.time > self.remember and not body.pinned
+
+    def _settled(
+        self, newcomer: _Newcomer, options: list[_Option], time: float, *, at_once: bool
+    ) -> Body | str | None:
+        """Give a newcomer a slot, or none yet."""
+        own = self._ids.get(newcomer.id)
+        if own is not None and own.time < newcomer.first <= own.time + LOST:
+            return self._give(_faithful(own, options), newcomer, time)
+        self._ids.pop(newcomer.id, None)
+        if not options:
+            return self._refuse(newcomer, time)
+        watched = time - newcomer.first >= self.watch - _EXACT
+        if _lead(options) < _CLEAR and not watched and not at_once:
+            newcomer.due, newcomer.refused = time + _LOOK, False
+            return UNDECIDED
+        return self._give(options[0], newcomer, time)
+
+    def _give(self, option: _Option, newcomer: _Newcomer, time: float) -> Body:
+        """Put a newcomer into a slot."""
+        body, before = option.body, option.body.id
+        away = newcomer.first - body.time if body.used else 0.0
+        strange = away > LOST and option.against > self._likeness.against_stranger() + _CLEAR
+        another = body.used and (option.stranger or strange)
+        how: How = "new" if another or option.stranger else "place" if away <= LOST else "lengths"
+        if newcomer.id in self._ids and how == "place":
+            how = "swap" if self._ids[newcomer.id] is not body else "place"
+        if before is not None and self._ids.get(before) is body:
+            del self._ids[before]
+        self._newcomers.pop(newcomer.id, None)
+        if another or not body.used:
+            self._met += 1
+            body.met = self._met
+        if another or len(body.pose) != len(newcomer.pose) or body.skeleton != newcomer.skeleton:
+            body.begin(newcomer.pose, time, newcomer.skeleton)
+        else:
+            body.settle(newcomer.pose, time)
+        if how != "swap":
+            self._learn_of(newcomer.id, body)
+        body.id = newcomer.id
+        self._ids[newcomer.id] = body
+        if before != newcomer.id or another or away > PAUSE:
+            self._report(body, Change(body.name, newcomer.id, time, how, away, another))
+        return body
+
+    def _report(self, body: Body, change: Change) -> None:
+        if self._chooses is None:
+            self._changes.append(change)
+        elif body is self._chosen:
+            self._changes.append(msgspec.structs.replace(change, slot=CHOSEN))
+
+    def _learn_of(self, id: str, body: Body) -> None:  # noqa: A002
+        """Take note of who has an id: a tracker that gives an id to another person may do so again."""
+        if self._former.get(id, body.met) != body.met:
+            self._reuses = True
+        self._former[id] = body.met
+        self._former.move_to_end(id)
+        if len(self._former) > _IDS:
+            self._former.popitem(last=False)
+
+    def _refuse(self, newcomer: _Newcomer, time: float) -> str:
+        if not newcomer.refused and self._chooses is None:
+            self._changes.append(Change(REFUSED, newcomer.id, time, "refused"))
+        newcomer.refused = True
+        newcomer.due = time + _AGAIN
+        self.refused += 1
+        return REFUSED
+
+    def _restart(self, time: float) -> None:
+        """Go on with a clock that was set back."""
+        seconds = time - self._now
+        for body in self._bodies:
+            if body.used:
+                body.shift(seconds)
+        self._newcomers.clear()
+        self._now = time
+
+    def _name(self, body: Body, time: float) -> str:
+        if self._chooses is None:
+            return body.name
+        self._choose(time)
+        return CHOSEN if body is self._chosen else REFUSED
+
+    def _choose(self, time: float) -> None:
+        """See who is nearest, or first."""
+        there = [body for body in self._bodies if body.used and time - body.time <= PAUSE]
+        chosen = self._chosen
+        if self._chooses == "first":
+            if chosen is not None and time - chosen.time <= LOST:
+                return
+            best = min(there, key=lambda body: body.met, default=None)
+        else:
+            best = min(there, key=_depth, default=None)
+            if (
+                best is not None
+                and chosen in there
+                and chosen is not None
+                and _depth(chosen) - _depth(best) < _NEARER
+            ):
+                return
+        if best is not None and best is not chosen and (chosen is None or chosen.time < time):
+            self._chosen = best
+            self._changes.append(Change(CHOSEN, best.id or "", time, "chosen", another=chosen is not None))
+
+
+def _lead(options: list[_Option]) -> float:
+    """Return by how much the likeliest slot is ahead of the next one."""
+    others = (option.against for option in options if option.body is not options[0].body)
+    return next(others, float("inf")) - options[0].against if options else float("inf")
+
+
+def _faithful(own: Body, options: list[_Option]) -> _Option:
+    """Return the slot of an id that has one: another only if its pose belongs there."""
+    stay = next(
+        (o for o in options if o.body is own and not o.stranger), _Option(float("inf"), own.number, own)
+    )
+    best = next((o for o in options if not o.stranger), stay)
+    return best if best.against + _FAITHFUL < stay.against else stay
+
+
+def _depth(body: Body) -> float:
+    middle = centre(body.pose)
+    return float(np.sqrt(middle @ middle))

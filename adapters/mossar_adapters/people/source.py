@@ -1,0 +1,306 @@
+"""A source whose performers are slots: `p1` to `pN`, whatever ids its tracker gives.
+
+Frames that go on under a known id are passed on at once. Where something has to be decided, because an id is new, was
+away or leaps, the frames from that moment on wait until the source shows that the moment is over: with the
+next frame of the same performer, a later one of others, or a tenth of a second without any. So an id that is new in
+the very frame in which another is missing can take its slot, and slots are given in the order of the frames' times.
+Frames of an id that is looked at wait for up to a second, and then go on with their own times.
+"""
+
+import logging
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Iterator
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from mossar_adapters.people.body import PAUSE
+from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
+from mossar_adapters.replay.interleaving import part
+from mossar_adapters.source import Came, Item, Left, Meta, Source
+from mossar_stream import Frames
+
+_IDS: Final = 256  # whose skeletons are remembered
+_HELD: Final = 512  # frames that wait for a decision on their id
+_HAND_OVER: Final = 1.0  # s after a person has left in which another id may go on with its take
+_ANOTHER_CLOCK: Final = 1.0  # s that a newcomer's clock may be behind before it is a clock of its own
+_TOLD: Final = 20  # ids that are said to be refused
+
+_log = logging.getLogger("mossar.people")
+
+
+class PeopleSource:
+    """Passes a source on under the names of slots; all else about it is the source's own.
+
+    Args:
+        source: Where frames come from; its performers' names are the sender's ids.
+        people: How many slots, or `"nearest"` or `"first"`; see `Slots`.
+        remember: How long an absent person keeps a slot, s.
+    """
+
+    def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:
+        self.name, self.live = source.name, source.live
+        self._source = source
+        self._slots = Slots(people, remember)
+        self._lock = threading.Lock()  # requests come from other threads
+        self._metas: OrderedDict[str, Meta] = OrderedDict()  # by id
+        self._sent: dict[str, Meta] = {}  # the latest of each slot
+        self._begun: set[str] = set()  # slots that frames were passed on of
+        self._pending: dict[str, Frames] = {}  # by id, from the first moment on that has to be decided
+        self._held: dict[str, list[Frames]] = {}  # of ids that are looked at
+        self._left: dict[str, tuple[Left, float]] = {}  # by slot, with the monotonic time, s
+        self._shifts: OrderedDict[str, float] = OrderedDict()  # s that are added to the times of an id
+        self._now = -np.inf  # s, the latest time
+        self._skip: dict[str, int] = {}  # frames of each slot that were used before
+        self._told = 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._source, name)
+
+    @property
+    def performers(self) -> tuple[str, ...]:
+        """The names that performers may have."""
+        return self._slots.names
+
+    @property
+    def recording(self) -> None:
+        """None: what is played is not the recording as it stands."""
+        return
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+    def resume(self, position: dict[str, int]) -> None:
+        """Begin behind the first `position[slot]` frames of each slot; before `items`."""
+        if callable(getattr(self._source, "resume", None)):
+            self._skip = dict(position)
+
+    def table(self) -> list[dict[str, object]]:
+        """Return the slots and who is in them; see `Slots.table`."""
+        with self._lock:
+            return self._slots.table()
+
+    def exchange(self, one: str, other: str) -> None:
+        """Exchange the slots of two people; see `Slots.exchange`."""
+        with self._lock:
+            self._slots.exchange(one, other)
+
+    def pin(self, slot: str, *, pinned: bool = True) -> None:
+        """Keep a slot for its person; see `Slots.pin`."""
+        with self._lock:
+            self._slots.pin(slot, pinned=pinned)
+
+    def items(self) -> Iterator[Item]:
+        """Yield what the source yields, under the names of slots."""
+        for item in self._source.items():
+            with self._lock:
+                found = [kept for one in self._of(item) if (kept := self._unused(one)) is not None]
+            yield from found
+            if item is None:
+                yield None
+        with self._lock:
+            found = [kept for one in self._rest() if (kept := self._unused(one)) is not None]
+        yield from found
+
+    def _of(self, item: Item) -> Iterator[Item]:
+        if isinstance(item, Frames):
+            if len(item):
+                yield from self._take(item)
+        elif isinstance(item, Meta):
+            yield from self._announce(item)
+        elif isinstance(item, Left):
+            yield from self._leave(item)
+        elif item is None:
+            yield from self._decide_all()
+        if self._held:
+            yield from self._settle(self._now - PAUSE)
+        if self._left:
+            yield from self._farewells(time.monotonic() - _HAND_OVER)
+
+    def _rest(self) -> Iterator[Item]:
+        yield from self._decide_all()
+        yield from self._settle(float("inf"))
+        yield from self._farewells(float("inf"))
+
+    def _announce(self, meta: Meta) -> Iterator[Item]:
+        known = self._metas.get(meta.performer)
+        if known is not None and known.skeleton != meta.skeleton:
+            yield from self._decide_all()
+        self._slots.announce(meta.performer, meta.skeleton)
+        self._metas[meta.performer] = meta
+        self._metas.move_to_end(meta.performer)
+        if len(self._metas) > _IDS:
+            self._metas.popitem(last=False)
+
+    def _leave(self, left: Left) -> Iterator[Item]:
+        """Keep a farewell back for as long as another id may go on with the take."""
+        yield from self._decide_all()
+        yield from self._settle(float("inf"), left.performer)
+        slot = self._slots.slot_of(left.performer)
+        self._slots.leave(left.performer)
+        if slot is not None:
+            self._left[slot] = left, time.monotonic()
+
+    def _farewells(self, until: float) -> Iterator[Item]:
+        for slot, (left, at) in list(self._left.items()):
+            if at <= until:
+                del self._left[slot]
+                yield Left(slot, left.reason)
+
+    def _take(self, frames: Frames) -> Iterator[Item]:
+        frames = self._on_one_clock(frames)
+        id, times = frames.performer, frames.times  # noqa: A001
+        pending = self._pending
+        if pending and (id in pending or times[0] > max(float(f.times[-1]) for f in pending.values())):
+            yield from self._decide_all()
+        self._now = max(self._now, float(times[-1]))
+        end = len(frames)
+        if pending:
+            end = int(np.searchsorted(times, min(float(f.times[0]) for f in pending.values())))
+        begin = yield from self._run(frames, end)
+        if begin < len(frames):
+            pending[id] = frames if begin == 0 else part(frames, begin, len(frames))
+
+    def _run(self, frames: Frames, end: int) -> "Iterator[Item]":
+        """Pass frames on as far as nothing has to be decided; return how many were."""
+        begin = 0
+        while begin < end:
+            slot, count = self._slots.run(
+                frames.performer, frames.positions[begin:end], frames.times[begin:end]
+            )
+            if not count:
+                break
+            whole = begin == 0 and count == len(frames)
+            yield from self._route(slot, frames if whole else part(frames, begin, begin + count))
+            begin += count
+        return begin
+
+    def _decide_all(self) -> Iterator[Item]:
+        """Decide what waits, moment by moment."""
+        pending = self._pending
+        while pending:
+            moment = min(float(frames.times[0]) for frames in pending.values())
+            found = [id for id, frames in pending.items() if float(frames.times[0]) == moment]  # noqa: A001
+            verdicts = self._slots.decide(moment, [(id, pending[id].positions[0]) for id in found])  # noqa: A001
+            for id, slot in zip(found, verdicts, strict=True):  # noqa: A001
+                frames = pending.pop(id)
+                yield from self._route(slot, part(frames, 0, 1))
+                if len(frames) > 1:
+                    pending[id] = part(frames, 1, len(frames))
+            for id in list(pending):  # noqa: A001
+                frames = pending.pop(id)
+                others = [float(f.times[0]) for other, f in pending.items()]
+                end = int(np.searchsorted(frames.times, min(others))) if others else len(frames)
+                begin = yield from self._run(frames, end)
+                if begin < len(frames):
+                    pending[id] = part(frames, begin, len(frames))
+
+    def _settle(self, until: float, only: str | None = None) -> Iterator[Item]:
+        """Decide on ids that are looked at and were not seen since."""
+        for id, last in self._slots.waiting():  # noqa: A001
+            if last <= until and only in {None, id} and id not in self._pending:
+                slot = self._slots.settle(id)
+                yield from self._tell()
+                yield from self._release(id, slot)
+
+    def _route(self, slot: str | None, frames: Frames) -> Iterator[Item]:
+        """Pass frames on, or keep them until it is decided whose they are."""
+        if self._slots.changed:
+            yield from self._tell()
+        if slot is UNDECIDED:
+            held = self._held.setdefault(frames.performer, [])
+            held.append(frames)
+            if len(held) > _HELD:
+                yield from self._release(frames.performer, self._slots.settle(frames.performer))
+            return
+        if frames.performer in self._held:
+            yield from self._release(frames.performer, slot)
+        if slot != REFUSED:
+            yield from self._sent_on(slot, frames)
+
+    def _release(self, id: str, slot: str | None) -> Iterator[Item]:  # noqa: A002
+        for frames in self._held.pop(id, ()):
+            if slot:
+                yield from self._sent_on(slot, frames)
+
+    def _sent_on(self, slot: str, frames: Frames) -> Iterator[Item]:
+        meta = self._metas.get(frames.performer)
+        if meta is not None:
+            sent = self._sent.get(slot)
+            if sent is None or (sent is not meta and sent != msgspec.structs.replace(meta, performer=slot)):
+                sent = self._sent[slot] = msgspec.structs.replace(meta, performer=slot)
+                yield sent
+        self._left.pop(slot, None)
+        self._begun.add(slot)
+        yield msgspec.structs.replace(frames, performer=slot)
+
+    def _tell(self) -> Iterator[Item]:
+        """Pass on, and log, what changed."""
+        for change in self._slots.changes():
+            if change.how == "refused":
+                self._told += 1
+                if self._told <= _TOLD:
+                    names = ", ".join(self._slots.names)
+                    _log.warning(
+                        "%s: %s is refused, there are as many as wanted: %s",
+                        self.name,
+                        shown(change.id),
+                        names,
+                    )
+                continue
+            _log.info("%s: %s", self.name, in_words(change))
+            if change.another and change.slot in self._begun:
+                yield Left(change.slot, f"{shown(change.id)} instead")
+            yield Came(change.slot, change.id, change.another)
+
+    def _on_one_clock(self, frames: Frames) -> Frames:
+        """Return frames of a live source on the clock of the others, if the id has one of its own that began late."""
+        id = frames.performer  # noqa: A001
+        if self.live and id not in self._shifts:
+            behind = self._now - float(frames.times[0])
+            new = not self._slots.knows(id)
+            self._shifts[id] = behind if new and behind > _ANOTHER_CLOCK else 0.0
+            if len(self._shifts) > _IDS:
+                self._shifts.popitem(last=False)
+        shift = self._shifts.get(id, 0.0)
+        return msgspec.structs.replace(frames, times=frames.times + shift) if shift else frames
+
+    def _unused(self, item: Item) -> Item:
+        """Return an item without the frames that a former run used."""
+        left = self._skip.get(item.performer, 0) if isinstance(item, Frames) else 0
+        if not left or not isinstance(item, Frames):
+            return item
+        skipped = min(left, len(item))
+        self._skip[item.performer] = left - skipped
+        return part(item, skipped, len(item)) if skipped < len(item) else None
+
+
+def shown(id: str) -> str:  # noqa: A002
+    """Return an id in words: `p7`, as performers with a number are called, is id 7.
+
+    Example:
+        >>> shown("p7"), shown("anna")
+        ('id 7', 'id anna')
+    """
+    return f"id {id[1:]}" if id[:1] == "p" and id[1:].isdecimal() else f"id {id}"
+
+
+def in_words(change: Change) -> str:
+    """Return what changed, in words."""
+    text = f"{change.slot} is {shown(change.id)}"
+    match change.how:
+        case "place":
+            return f"{text}, by place, after {change.away:.1f} s"
+        case "lengths":
+            return f"{text}, by the lengths of bones, after {change.away:.0f} s"
+        case "swap":
+            return f"{text}: the tracker has exchanged ids"
+        case "chosen":
+            return f"{text} now"
+        case "asked":
+            return f"{text}, as asked for"
+    return f"{text}, another person" if change.another else text
