@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Item, Left, Meta
 from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
@@ -106,7 +106,7 @@ class LiveSource(Protocol):
     live: bool
     counters: Counters
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Item]:
         """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
 
     def explain(self) -> str:

@@ -13,6 +13,7 @@ from mossar_adapters.address import Address, parse_url
 from mossar_adapters.extras import installed
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Listener
+from mossar_adapters.people import REMEMBERED, People, PeopleSource
 from mossar_adapters.receiving.selection import SelectedSource
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
@@ -76,6 +77,8 @@ def open_source(
     speed: Speed = "max",
     listener: Listener | None = None,
     loop: bool = False,
+    people: People | None = None,
+    remember: float = REMEMBERED,
 ) -> Source:
     """Open a source of frames.
 
@@ -85,6 +88,8 @@ def open_source(
         speed: Pace of recordings and of `demo:`; 1 is real time.
         listener: Is told, by OSC, of control messages.
         loop: Whether to play a recording again and again.
+        people: Give performers slots instead of the sender's ids: how many, `"nearest"` or `"first"`.
+        remember: How long an absent person keeps its slot, s.
 
     Returns:
         The source; live ones are `mossar_adapters.live.LiveSource`.
@@ -93,12 +98,19 @@ def open_source(
         MossarError: If it cannot be opened; one line says why and what to do.
     """
     address, scheme = _scheme(url, "source")
-    wanted = OpenOptions(_merged(options or ReadOptions(), address), speed, listener, loop=loop)
+    given = _merged(options or ReadOptions(), address)
+    # With slots, --performer is one of them, and not an id of the sender.
+    inner = given if people is None else msgspec.structs.replace(given, performer=None)
+    wanted = OpenOptions(inner, speed, listener, loop=loop)
     if scheme.source is None:
         raise address.error(f"{address.scheme}: cannot be read from")
     source = scheme.source(address, wanted)
-    picky = wanted.options.joints or wanted.options.root or wanted.options.performer
-    return SelectedSource(source, wanted.options) if picky and address.scheme != "file" else source
+    picky = inner.joints or inner.root or inner.performer
+    source = SelectedSource(source, inner) if picky and address.scheme != "file" else source
+    if people is None:
+        return source
+    source = PeopleSource(source, people, remember)
+    return SelectedSource(source, ReadOptions(performer=given.performer)) if given.performer else source
 
 
 def open_sink(url: str, *, force: bool = False, position: int | None = None) -> Sink:

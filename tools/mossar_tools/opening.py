@@ -8,6 +8,7 @@ from pathlib import PurePath
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import open_recording
 from mossar_adapters.live import Listener
+from mossar_adapters.people import REMEMBERED
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Recording, Source
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
@@ -30,7 +31,15 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
     if options.speed is not None and scheme not in {"demo", "file"}:
         raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
     speed = options.speed or (1.0 if scheme == "demo" else "max")
-    source = open_source(url, options=options.reading(), speed=speed, listener=listener, loop=options.loop)
+    source = open_source(
+        url,
+        options=options.reading(),
+        speed=speed,
+        listener=listener,
+        loop=options.loop,
+        people=options.people,
+        remember=REMEMBERED if options.remember is None else options.remember,
+    )
     _check_performer(source, options.performer)
     _tell(source.name, getattr(source, "notes", ()))
     return source

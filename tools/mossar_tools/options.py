@@ -13,11 +13,24 @@ from typing import Any, Literal
 import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
+from mossar_adapters.people import REMEMBERED
 from mossar_stream import Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
-from mossar_tools.values import inches, names, place, port, positive, run_id, seconds, setting, speed
+from mossar_tools.values import (
+    inches,
+    names,
+    people,
+    place,
+    port,
+    positive,
+    run_id,
+    seconds,
+    setting,
+    share,
+    speed,
+)
 
 WIDTH = 11.0  # inches of a picture
 PRESETS = ("paper", "default", "game")
@@ -41,6 +54,8 @@ class Options(msgspec.Struct, frozen=True):
     unit: str = "auto"
     skeleton: str | None = None
     performer: str | None = None
+    people: int | Literal["nearest", "first"] | None = None
+    remember: float | None = None
     fps: float | None = None
     allow_2d: bool = False
     control: tuple[str, ...] = ()
@@ -221,6 +236,23 @@ def add_body(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--skeleton", metavar="FILE", help="the skeleton of the recording, as .asf for .amc")
     group.add_argument("--performer", metavar="NAME", help="take this performer only")
     group.add_argument("--allow-2d", action="store_true", help="take flat poses, which are refused otherwise")
+
+
+def add_people(parser: argparse.ArgumentParser) -> None:
+    """Add the options that give people slots instead of the sender's ids."""
+    group = parser.add_argument_group("who is who")
+    group.add_argument(
+        "--people",
+        metavar="N",
+        type=people,
+        help="follow N people as p1 to pN, whatever ids the tracker gives them; nearest or first: one person as p1",
+    )
+    group.add_argument(
+        "--remember",
+        metavar="SECONDS",
+        type=share,
+        help=f"how long an absent person keeps its slot (default: {REMEMBERED:g})",
+    )
 
 
 def add_messages(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,8 @@ import argparse
 import math
 from typing import Literal
 
+from mossar_adapters.people.slots import MOST
+
 
 def setting(text: str) -> tuple[str, str]:
     """Return name and value of `name=value`."""
@@ -63,6 +65,18 @@ def whole(text: str) -> int:
     if not text.strip().isdecimal():
         raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number from 0")
     return int(text)
+
+
+def people(text: str) -> int | Literal["nearest", "first"]:
+    """Return how many people, or whom."""
+    match text.strip():
+        case "nearest":
+            return "nearest"
+        case "first":
+            return "first"
+        case number if number.isdecimal() and 1 <= int(number) <= MOST:
+            return int(number)
+    raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a number from 1 to {MOST}, nearest or first")
 
 
 def port(text: str) -> int:

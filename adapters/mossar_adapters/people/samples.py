@@ -32,7 +32,8 @@ class Bones:
         bones = poses[:, self.outer].astype(np.float64) - poses[:, self.inner]
         length = np.sqrt(np.einsum("nbk,nbk->nb", bones, bones))
         length[length < _SHORTEST] = np.nan
-        return np.log(length)
+        logs: NDArray[np.float64] = np.log(length)
+        return logs
 
 
 class Samples:

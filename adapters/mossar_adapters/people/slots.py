@@ -136,49 +136,50 @@ class Slots:
         self._reuses = False  # whether an id was seen to go from one person to another
         self._met = 0  # people so far
         self._chosen: Body | None = None
+        self._given = -np.inf  # s, when the only slot was given last
         self._likeness = Likeness()
         self._now = -np.inf  # s
         self._changes: deque[Change] = deque(maxlen=_CHANGES)
 
-    def announce(self, id: str, skeleton: Skeleton) -> None:  # noqa: A002 - what trackers call it
+    def announce(self, ident: str, skeleton: Skeleton) -> None:
         """Say which skeleton the poses of an id have, so that its bones can be measured."""
-        self._skeletons[id] = skeleton
-        self._skeletons.move_to_end(id)
+        self._skeletons[ident] = skeleton
+        self._skeletons.move_to_end(ident)
         if len(self._skeletons) > _IDS:
             self._skeletons.popitem(last=False)
 
-    def follow(self, id: str, pose: ArrayLike, time: float) -> str | None:  # noqa: A002
+    def follow(self, ident: str, pose: ArrayLike, time: float) -> str | None:
         """Return the slot of a pose.
 
         Args:
-            id: The sender's.
+            ident: The sender's.
             pose: (J, 3), metres, NaN where a joint is missing.
             time: s, not before those of earlier poses.
 
         Returns:
             The slot's name; `REFUSED` if all are taken, `UNDECIDED` while the id is looked at.
         """
-        body = self._ids.get(id)
+        body = self._ids.get(ident)
         if body is not None:
             self._now = max(self._now, time)
             if body.follow(np.asarray(pose), time):
                 return self._name(body, time)
-        return self.decide(time, [(id, np.asarray(pose))])[0]
+        return self.decide(time, [(ident, np.asarray(pose))])[0]
 
-    def run(self, id: str, positions: NDArray[Any], times: NDArray[np.float64]) -> tuple[str | None, int]:  # noqa: A002
+    def run(self, ident: str, positions: NDArray[Any], times: NDArray[np.float64]) -> tuple[str | None, int]:
         """Follow frames of one id as long as nothing has to be decided.
 
         Args:
-            id: The sender's.
+            ident: The sender's.
             positions: (n, J, 3), metres.
             times: (n,), s.
 
         Returns:
             The slot, and of how many frames from the first on.
         """
-        body = self._ids.get(id)
+        body = self._ids.get(ident)
         if body is None:
-            return self._run_newcomer(id, positions, times)
+            return self._run_newcomer(ident, positions, times)
         if self._chooses is not None and len(times) > 1:
             return UNDECIDED, 0  # the choice is made frame by frame
         count = body.run(positions, times)
@@ -189,12 +190,12 @@ class Slots:
 
     def _run_newcomer(
         self,
-        id: str,
+        ident: str,
         positions: NDArray[Any],
-        times: NDArray[np.float64],  # noqa: A002
+        times: NDArray[np.float64],
     ) -> tuple[str | None, int]:
         """Pass over frames of an id that it is not time to look at again."""
-        known = self._newcomers.get(id)
+        known = self._newcomers.get(ident)
         if known is None:
             return UNDECIDED, 0
         if known.refused and times[-1] >= known.due and not self._has_room(known):
@@ -222,44 +223,44 @@ class Slots:
         self._now = max(self._now, time)
         verdicts: dict[str, Body | str | None] = {}
         others = []
-        for id, pose in found:  # noqa: A001
-            body = self._ids.get(id)
+        for ident, pose in found:
+            body = self._ids.get(ident)
             if body is not None and (body.time > time or np.isnan(pose).all() or body.follow(pose, time)):
-                verdicts[id] = body
+                verdicts[ident] = body
             else:
-                others.append((id, pose))
+                others.append((ident, pose))
         if others:
             verdicts |= self._place(time, others)
         return [
             self._name(verdict, time) if isinstance(verdict, Body) else verdict
-            for verdict in (verdicts[id] for id, _ in found)
+            for verdict in (verdicts[ident] for ident, _ in found)
         ]
 
-    def settle(self, id: str) -> str | None:  # noqa: A002
+    def settle(self, ident: str) -> str | None:
         """Decide on an id that is looked at, with what is known by now, and return its slot."""
-        known = self._newcomers.get(id)
+        known = self._newcomers.get(ident)
         if known is None or known.refused:
             return REFUSED
-        self._place(known.last, [(id, known.pose)], at_once=True)
-        body = self._ids.get(id)
+        self._place(known.last, [(ident, known.pose)], at_once=True)
+        body = self._ids.get(ident)
         return self._name(body, known.last) if body is not None else REFUSED
 
     def waiting(self) -> list[tuple[str, float]]:
         """Return the ids that are looked at, and when each was seen last, s."""
         return [(known.id, known.last) for known in self._newcomers.values() if not known.refused]
 
-    def leave(self, id: str) -> None:  # noqa: A002
+    def leave(self, ident: str) -> None:
         """Take note that a tracker has given an id up."""
-        self._ids.pop(id, None)
-        self._newcomers.pop(id, None)
+        self._ids.pop(ident, None)
+        self._newcomers.pop(ident, None)
 
-    def knows(self, id: str) -> bool:  # noqa: A002
+    def knows(self, ident: str) -> bool:
         """Return whether an id has a slot, or is looked at or refused."""
-        return id in self._ids or id in self._newcomers
+        return ident in self._ids or ident in self._newcomers
 
-    def slot_of(self, id: str) -> str | None:  # noqa: A002
+    def slot_of(self, ident: str) -> str | None:
         """Return the slot of an id, None if it has none."""
-        body = self._ids.get(id)
+        body = self._ids.get(ident)
         if body is None or (self._chooses is not None and body is not self._chosen):
             return None
         return CHOSEN if self._chooses else body.name
@@ -310,7 +311,7 @@ class Slots:
             if body.used:
                 self._changes.append(Change(body.name, body.id or "", self._now, "asked", another=True))
 
-    def pin(self, slot: str, pinned: bool = True) -> None:  # noqa: FBT001, FBT002
+    def pin(self, slot: str, *, pinned: bool = True) -> None:
         """Keep a slot for the person who is in it, however long it is away; or no longer.
 
         Raises:
@@ -333,7 +334,7 @@ class Slots:
         self, time: float, found: Sequence[tuple[str, NDArray[Any]]], *, at_once: bool = False
     ) -> dict[str, Body | str | None]:
         """Find the slots of poses that do not go on from the frame before."""
-        newcomers = [self._newcomer(id, pose, time) for id, pose in found]  # noqa: A001
+        newcomers = [self._newcomer(ident, pose, time) for ident, pose in found]
         verdicts: dict[str, Body | str | None] = {}
         while newcomers:
             # The clearest case first; what it takes is no longer open to the others.
@@ -343,15 +344,15 @@ class Slots:
             verdicts[clearest.id] = self._settled(clearest, options[i], time, at_once=at_once)
         return verdicts
 
-    def _newcomer(self, id: str, pose: NDArray[Any], time: float) -> _Newcomer:  # noqa: A002
-        known = self._newcomers.get(id)
+    def _newcomer(self, ident: str, pose: NDArray[Any], time: float) -> _Newcomer:
+        known = self._newcomers.get(ident)
         if known is not None and known.refused and self._has_room(known):
             known.first, known.seen = time, pose  # it is a newcomer again
         if known is None or time - known.last > 2 * PAUSE:
             known = _Newcomer(
-                id, time, time, time, Samples(len(pose), 0.0), pose, pose, self._skeletons.get(id)
+                ident, time, time, time, Samples(len(pose), 0.0), pose, pose, self._skeletons.get(ident)
             )
-            self._newcomers[id] = known
+            self._newcomers[ident] = known
             if len(self._newcomers) > _IDS:
                 self._newcomers.popitem(last=False)
         known.pose, known.last = pose, time
@@ -377,7 +378,8 @@ class Slots:
                 against -= _KNOWN
             found.append(_Option(against, body.number, body))
         room = self._room(start)
-        if room is not None and (not room.used or not any(start - o.body.time > LOST for o in found)):
+        empty = [o for o in found if start - o.body.time > LOST and not o.body.pinned]
+        if room is not None and (not room.used or self._is_forgotten(room, start) or not empty):
             against = self._likeness.against_stranger()
             if any(start - body.time <= LOST for body in missed):
                 against += _UNLIKELY
@@ -449,12 +451,12 @@ class Slots:
         elif body is self._chosen:
             self._changes.append(msgspec.structs.replace(change, slot=CHOSEN))
 
-    def _learn_of(self, id: str, body: Body) -> None:  # noqa: A002
+    def _learn_of(self, ident: str, body: Body) -> None:
         """Take note of who has an id: a tracker that gives an id to another person may do so again."""
-        if self._former.get(id, body.met) != body.met:
+        if self._former.get(ident, body.met) != body.met:
             self._reuses = True
-        self._former[id] = body.met
-        self._former.move_to_end(id)
+        self._former[ident] = body.met
+        self._former.move_to_end(ident)
         if len(self._former) > _IDS:
             self._former.popitem(last=False)
 
@@ -479,7 +481,10 @@ class Slots:
         if self._chooses is None:
             return body.name
         self._choose(time)
-        return CHOSEN if body is self._chosen else REFUSED
+        if body is not self._chosen:
+            return REFUSED
+        self._given = time
+        return CHOSEN
 
     def _choose(self, time: float) -> None:
         """See who is nearest, or first."""
@@ -491,16 +496,14 @@ class Slots:
             best = min(there, key=lambda body: body.met, default=None)
         else:
             best = min(there, key=_depth, default=None)
-            if (
-                best is not None
-                and chosen in there
-                and chosen is not None
-                and _depth(chosen) - _depth(best) < _NEARER
-            ):
-                return
-        if best is not None and best is not chosen and (chosen is None or chosen.time < time):
-            self._chosen = best
-            self._changes.append(Change(CHOSEN, best.id or "", time, "chosen", another=chosen is not None))
+        if best is None or best is chosen:
+            return
+        if self._given >= time:
+            return  # another was in the slot in this very frame
+        if self._chooses == "nearest" and chosen in there and _depth(chosen) - _depth(best) < _NEARER:
+            return
+        self._chosen = best
+        self._changes.append(Change(CHOSEN, best.id or "", time, "chosen", another=chosen is not None))
 
 
 def _lead(options: list[_Option]) -> float:

@@ -11,7 +11,7 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any, Final
 
 import msgspec
@@ -26,7 +26,10 @@ from mossar_stream import Frames
 _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
 _HAND_OVER: Final = 1.0  # s after a person has left in which another id may go on with its take
-_ANOTHER_CLOCK: Final = 1.0  # s that a newcomer's clock may be behind before it is a clock of its own
+_ANOTHER_CLOCK: Final = (
+    1.0  # s after which an id whose times begin with 0 has a clock of its own, as with --fps
+)
+_STEP: Final = 1 / 30  # s, where no rate is known
 _TOLD: Final = 20  # ids that are said to be refused
 
 _log = logging.getLogger("mossar.people")
@@ -153,9 +156,9 @@ class PeopleSource:
 
     def _take(self, frames: Frames) -> Iterator[Item]:
         frames = self._on_one_clock(frames)
-        id, times = frames.performer, frames.times  # noqa: A001
+        ident, times = frames.performer, frames.times
         pending = self._pending
-        if pending and (id in pending or times[0] > max(float(f.times[-1]) for f in pending.values())):
+        if pending and (ident in pending or times[0] > max(float(f.times[-1]) for f in pending.values())):
             yield from self._decide_all()
         self._now = max(self._now, float(times[-1]))
         end = len(frames)
@@ -163,9 +166,9 @@ class PeopleSource:
             end = int(np.searchsorted(times, min(float(f.times[0]) for f in pending.values())))
         begin = yield from self._run(frames, end)
         if begin < len(frames):
-            pending[id] = frames if begin == 0 else part(frames, begin, len(frames))
+            pending[ident] = frames if begin == 0 else part(frames, begin, len(frames))
 
-    def _run(self, frames: Frames, end: int) -> "Iterator[Item]":
+    def _run(self, frames: Frames, end: int) -> Generator[Item, None, int]:
         """Pass frames on as far as nothing has to be decided; return how many were."""
         begin = 0
         while begin < end:
@@ -184,28 +187,28 @@ class PeopleSource:
         pending = self._pending
         while pending:
             moment = min(float(frames.times[0]) for frames in pending.values())
-            found = [id for id, frames in pending.items() if float(frames.times[0]) == moment]  # noqa: A001
-            verdicts = self._slots.decide(moment, [(id, pending[id].positions[0]) for id in found])  # noqa: A001
-            for id, slot in zip(found, verdicts, strict=True):  # noqa: A001
-                frames = pending.pop(id)
+            found = [ident for ident, frames in pending.items() if float(frames.times[0]) == moment]
+            verdicts = self._slots.decide(moment, [(ident, pending[ident].positions[0]) for ident in found])
+            for ident, slot in zip(found, verdicts, strict=True):
+                frames = pending.pop(ident)
                 yield from self._route(slot, part(frames, 0, 1))
                 if len(frames) > 1:
-                    pending[id] = part(frames, 1, len(frames))
-            for id in list(pending):  # noqa: A001
-                frames = pending.pop(id)
-                others = [float(f.times[0]) for other, f in pending.items()]
+                    pending[ident] = part(frames, 1, len(frames))
+            for ident in list(pending):
+                frames = pending.pop(ident)
+                others = [float(f.times[0]) for f in pending.values()]
                 end = int(np.searchsorted(frames.times, min(others))) if others else len(frames)
                 begin = yield from self._run(frames, end)
                 if begin < len(frames):
-                    pending[id] = part(frames, begin, len(frames))
+                    pending[ident] = part(frames, begin, len(frames))
 
     def _settle(self, until: float, only: str | None = None) -> Iterator[Item]:
         """Decide on ids that are looked at and were not seen since."""
-        for id, last in self._slots.waiting():  # noqa: A001
-            if last <= until and only in {None, id} and id not in self._pending:
-                slot = self._slots.settle(id)
+        for ident, last in self._slots.waiting():
+            if last <= until and only in {None, ident} and ident not in self._pending:
+                slot = self._slots.settle(ident)
                 yield from self._tell()
-                yield from self._release(id, slot)
+                yield from self._release(ident, slot)
 
     def _route(self, slot: str | None, frames: Frames) -> Iterator[Item]:
         """Pass frames on, or keep them until it is decided whose they are."""
@@ -222,8 +225,8 @@ class PeopleSource:
         if slot != REFUSED:
             yield from self._sent_on(slot, frames)
 
-    def _release(self, id: str, slot: str | None) -> Iterator[Item]:  # noqa: A002
-        for frames in self._held.pop(id, ()):
+    def _release(self, ident: str, slot: str | None) -> Iterator[Item]:
+        for frames in self._held.pop(ident, ()):
             if slot:
                 yield from self._sent_on(slot, frames)
 
@@ -259,14 +262,15 @@ class PeopleSource:
 
     def _on_one_clock(self, frames: Frames) -> Frames:
         """Return frames of a live source on the clock of the others, if the id has one of its own that began late."""
-        id = frames.performer  # noqa: A001
-        if self.live and id not in self._shifts:
-            behind = self._now - float(frames.times[0])
-            new = not self._slots.knows(id)
-            self._shifts[id] = behind if new and behind > _ANOTHER_CLOCK else 0.0
+        ident = frames.performer
+        if self.live and ident not in self._shifts:
+            meta = self._metas.get(ident)
+            late = frames.times[0] == 0 and self._now > _ANOTHER_CLOCK and not self._pending
+            step = 1 / meta.fps if meta is not None and meta.fps else _STEP
+            self._shifts[ident] = self._now + step if late and not self._slots.knows(ident) else 0.0
             if len(self._shifts) > _IDS:
                 self._shifts.popitem(last=False)
-        shift = self._shifts.get(id, 0.0)
+        shift = self._shifts.get(ident, 0.0)
         return msgspec.structs.replace(frames, times=frames.times + shift) if shift else frames
 
     def _unused(self, item: Item) -> Item:
@@ -279,14 +283,14 @@ class PeopleSource:
         return part(item, skipped, len(item)) if skipped < len(item) else None
 
 
-def shown(id: str) -> str:  # noqa: A002
+def shown(ident: str) -> str:
     """Return an id in words: `p7`, as performers with a number are called, is id 7.
 
     Example:
         >>> shown("p7"), shown("anna")
         ('id 7', 'id anna')
     """
-    return f"id {id[1:]}" if id[:1] == "p" and id[1:].isdecimal() else f"id {id}"
+    return f"id {ident[1:]}" if ident[:1] == "p" and ident[1:].isdecimal() else f"id {ident}"
 
 
 def in_words(change: Change) -> str:

@@ -4,7 +4,7 @@ import threading
 import time
 
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
-from mossar_adapters.source import Left, Meta, Source
+from mossar_adapters.source import Came, Left, Meta, Source
 from mossar_stream import Frames, MossarError
 
 MOST_METAS = 4096  # performers of a source that are remembered; more than any source of ours knows at a time
@@ -45,10 +45,10 @@ class Feed:
         if self._thread.ident is not None:
             self._thread.join(timeout)
 
-    def _arrival(self, item: Meta | Frames | Left) -> Arrival:
+    def _arrival(self, item: Meta | Frames | Left | Came) -> Arrival:
         """Return an arrival; frames with the latest meta of their performer."""
         now = time.monotonic()
-        if isinstance(item, Left):
+        if isinstance(item, Left | Came):
             return Arrival(self._index, item, now)
         meta = self._metas.pop(item.performer, None)
         if isinstance(item, Meta):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Came, Left, Meta
 from mossar_stream import Frames
 
 CAPACITY = 2048  # frames per source
@@ -23,7 +23,7 @@ class Arrival(msgspec.Struct, frozen=True):
 
     Args:
         source: Index of the source.
-        item: A meta, frames, who has left, a request to be carried out, an error that ended the source, or
+        item: A meta, frames, who has come or left, a request to be carried out, an error that ended the source, or
             None when the source ended.
         at: When it arrived, monotonic s.
         meta: What the source last announced of the performer, with frames: so whoever takes them need not have seen
@@ -31,7 +31,7 @@ class Arrival(msgspec.Struct, frozen=True):
     """
 
     source: int
-    item: "Meta | Frames | Left | Callable[[], None] | Exception | None"
+    item: "Meta | Frames | Left | Came | Callable[[], None] | Exception | None"
     at: float
     meta: Meta | None = None
 

@@ -24,13 +24,14 @@ from mossar_adapters.pipeline.odd_times import OddTimes
 from mossar_adapters.pipeline.outcome import Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
+from mossar_adapters.pipeline.reasons import Reasons
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.stream_time import StreamTime
 from mossar_adapters.pipeline.take_starts import is_start, parts, take_starts
 from mossar_adapters.pipeline.upkeep import Upkeep, news
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
-from mossar_adapters.source import Left, Meta, Source
+from mossar_adapters.source import Came, Left, Meta, Source
 from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamEvent
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
@@ -101,6 +102,7 @@ class Pipeline:
         self._metas: dict[str, Meta] = {}  # as followed last, of each performer
         self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
         self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
+        self._reasons = Reasons()
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self._unfollowed: set[str] = set()  # performers who cannot be followed
         self._odd_times = OddTimes()
@@ -223,6 +225,8 @@ class Pipeline:
             self._push(item, arrival)
         elif isinstance(item, Left):
             self._let_go(item, arrival.source)
+        elif isinstance(item, Came):
+            self._welcome_back(item, arrival.source)
         elif isinstance(item, Exception) or item is None:
             self._end_source(arrival.source, item)
         else:
@@ -238,6 +242,7 @@ class Pipeline:
             self._unfollowed &= kept
             self.stream_time.forget(kept)
             self._odd_times.keep(kept)
+            self._reasons.forget(kept)
             for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
                 for name in set(table) - kept:
                     del table[name]
@@ -346,6 +351,8 @@ class Pipeline:
         starts = take_starts(events, frames)
         if starts:
             events = [_of_run(event, self.run_id) for event in events]
+            events = self._reasons.given(events, starts[0].time)
+        self._reasons.seen(frames.performer, float(frames.times[-1]))
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
             events.insert(place, news(self, frames.performer, "resumed"))
@@ -373,6 +380,13 @@ class Pipeline:
             self.end_take(name, left.reason)
             self.upkeep.leave(name)
             self.stream_time.absent(name)
+
+    def _welcome_back(self, came: Came, source: int) -> None:
+        """Take note of whose frames follow; of another person nothing is known, neither range nor noise."""
+        name = self._name(source, came.performer)
+        self._reasons.came(name, came.id, another=came.another)
+        if came.another and name in self.pool:
+            self.send(self.pool.reset(name, "another person"))
 
     def _refuse(self, frames: Frames, error: Exception) -> None:
         count = self.unusable.get(frames.performer, 0)

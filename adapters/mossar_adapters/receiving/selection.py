@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.selection import selected_skeleton
-from mossar_adapters.source import Left, Meta, Source
+from mossar_adapters.source import Came, Item, Left, Meta, Source
 from mossar_stream import FrameError, Frames
 
 _NAMES = 4096  # performers that are remembered
@@ -38,7 +38,7 @@ class SelectedSource:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Item]:
         """Yield what is wanted.
 
         Raises:
@@ -59,14 +59,14 @@ class SelectedSource:
         """Close the source."""
         self._source.close()
 
-    def _of_interest(self, item: Meta | Frames | Left) -> Meta | Frames | Left | None:
+    def _of_interest(self, item: Meta | Frames | Left | Came) -> Item:
         if isinstance(item, Meta):
             return self._announced(item)
         if not self._fits.get(item.performer):
             return None
         return self._frames(item) if isinstance(item, Frames) else item
 
-    def _tell_of(self, item: Meta | Frames | Left) -> None:
+    def _tell_of(self, item: Meta | Frames | Left | Came) -> None:
         if isinstance(item, Meta) and len(self._others) < _TOLD and item.performer not in self._others:
             self._others.add(item.performer)
             _log.info(

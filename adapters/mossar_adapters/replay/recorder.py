@@ -11,7 +11,7 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Inbox
 from mossar_adapters.pipeline.upkeep import SILENCE
 from mossar_adapters.sink import FrameSink
-from mossar_adapters.source import Left, Meta, Source
+from mossar_adapters.source import Came, Left, Meta, Source
 from mossar_stream import Frames
 
 _POLL = 0.1  # s
@@ -58,7 +58,7 @@ class Recorder:
                 elif isinstance(item, Frames):
                     self._feed.heard_at = arrival.at
                     yield self.frames, self._write(item)
-                elif not isinstance(item, Left):
+                elif not isinstance(item, Left | Came):
                     self.error = item if isinstance(item, Exception) else None
                     return
         finally:

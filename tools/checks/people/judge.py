@@ -5,7 +5,9 @@ from collections.abc import Iterator
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
+from checks.people.actors import FPS
 from checks.people.scenes import Scene
 from mossar_adapters.people import PeopleSource, Slots
 from mossar_adapters.source import Came, Item, Meta
@@ -39,7 +41,7 @@ class SceneSource:
                 if number not in announced:
                     announced.add(int(number))
                     yield Meta(f"p{number}", scene.skeleton)
-                where = np.argwhere(scene.ids[:, window].T == number)  # (k, 2) frame and person
+                where = np.argwhere(number == scene.ids[:, window].T)  # (k, 2) frame and person
                 at = where[:, 0] + start
                 yield Frames(
                     scene.positions[where[:, 1], at].astype(np.float32), times[at], performer=f"p{number}"
@@ -70,7 +72,7 @@ class Verdict(msgspec.Struct):
     silent: int
     returns: int
     found: int
-    slots: np.ndarray  # type: ignore[type-arg]
+    slots: NDArray[np.intp]
 
 
 def judge(scene: Scene, people: int | None = None, chunk: int = 1) -> Verdict:
@@ -92,8 +94,6 @@ def judge(scene: Scene, people: int | None = None, chunk: int = 1) -> Verdict:
     doubles = silent = 0
     at_slot: dict[str, int] = {}  # the id that was announced last
     taken: set[tuple[str, int]] = set()
-    from checks.people.actors import FPS
-
     for item in PeopleSource(SceneSource(scene, chunk), people or count).items():
         if isinstance(item, Came):
             at_slot[item.performer] = int(item.id[1:])
@@ -139,8 +139,8 @@ def cost(scene: Scene, chunk: int) -> float:
     if chunk == 1:
         singles = [(f.performer, f.positions[0], float(f.times[0])) for f in frames]
         begin = time.perf_counter()
-        for id, pose, at in singles:  # noqa: A001
-            slots.follow(id, pose, at)
+        for ident, pose, at in singles:
+            slots.follow(ident, pose, at)
     else:
         source = PeopleSource(SceneSource(scene, chunk), len(scene.ids))
         begin = time.perf_counter()

@@ -6,7 +6,7 @@ from pathlib import Path
 from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
-from mossar_tools.options import Options, add_body, add_messages, add_speed
+from mossar_tools.options import Options, add_body, add_messages, add_people, add_speed
 from mossar_tools.values import positive
 
 DESCRIPTION = """Write the frames of a source to a recording. The file only grows: what was written a second ago is
@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_body(parser)
+    add_people(parser)
     add_messages(parser)
 
 

@@ -9,6 +9,7 @@ from mossar_tools.options import (
     add_body,
     add_messages,
     add_page,
+    add_people,
     add_settings,
     add_speed,
     add_stream,
@@ -39,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_page(parser)
     add_settings(parser)
     add_body(parser)
+    add_people(parser)
     add_messages(parser)
 
 

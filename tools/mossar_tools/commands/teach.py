@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.moves_file import changing, moves_for, read_moves, take_example
-from mossar_tools.options import Options, add_body, add_messages, add_plot, add_settings, add_speed
+from mossar_tools.options import (
+    Options,
+    add_body,
+    add_messages,
+    add_people,
+    add_plot,
+    add_settings,
+    add_speed,
+)
 from mossar_tools.values import names, positive
 from mossar_tools.values import whole as whole_number
 
@@ -73,6 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_speed(parser, "max for recordings, 1 for demo:")
     add_settings(parser, body_only=True)
     add_body(parser)
+    add_people(parser)
     add_messages(parser)
 
 

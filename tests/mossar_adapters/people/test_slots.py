@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.demo.body import SKELETON
+from mossar_adapters.people import REFUSED, UNDECIDED, Slots
+from mossar_stream import SettingsError
+
+
+@pytest.mark.parametrize("people", [0, -1, 65])
+def test_there_are_1_to_64_slots(people):
+    with pytest.raises(SettingsError, match="1 to 64"):
+        Slots(people)
+
+
+def test_a_known_id_keeps_its_slot_and_a_third_is_refused(bodies):
+    slots = Slots(2)
+    for i in range(200):
+        found = [slots.follow(f"p{k}", bodies[k, i], i / 60) for k in range(3)]
+        assert found == ["p1", "p2", REFUSED]
+    assert [change.how for change in slots.changes()] == ["new", "new", "refused"]
+    assert slots.refused == 200
+
+
+def test_ids_that_are_exchanged_follow_the_bodies(bodies):
+    slots = Slots(2)
+    for i in range(400):
+        ids = ("p1", "p2") if i < 200 else ("p2", "p1")
+        assert [slots.follow(ids[k], bodies[k, i], i / 60) for k in range(2)] == ["p1", "p2"]
+    assert [change.how for change in slots.changes()][2:] == ["swap", "place"]
+
+
+def test_a_new_id_where_another_was_lost_goes_on_in_its_slot(bodies):
+    slots = Slots(3)
+    for i in range(400):
+        if not 200 <= i < 260:  # 1 s
+            assert slots.follow("p1" if i < 200 else "p9", bodies[0, i], i / 60) == "p1"
+        assert slots.follow("p2", bodies[1, i], i / 60) == "p2"
+    last = slots.changes()[-1]
+    assert (last.slot, last.id, last.how, round(last.away, 1)) == ("p1", "p9", "place", 1.0)
+
+
+def test_people_who_come_back_elsewhere_are_known_by_their_bones(bodies):
+    slots = Slots(2)
+    for name in ("p1", "p2", "p3", "p4"):
+        slots.announce(name, SKELETON)
+    for i in range(300):
+        assert [slots.follow(f"p{k + 1}", bodies[k, i], i / 60) for k in range(2)] == ["p1", "p2"]
+    elsewhere = np.float32([0.2, 0, 1.4])
+    seen: dict[str, set[str | None]] = {"p3": set(), "p4": set()}
+    for i in range(300, 500):
+        time = i / 60 + 10
+        seen["p3"].add(slots.follow("p3", bodies[1, i] + elsewhere, time))
+        seen["p4"].add(slots.follow("p4", bodies[0, i] - elsewhere, time))
+    assert seen["p3"] - {UNDECIDED} == {"p2"}
+    assert seen["p4"] - {UNDECIDED} == {"p1"}
+
+
+def test_nobody_is_remembered_for_longer_than_wanted(bodies):
+    slots = Slots(1, remember=5.0)
+    for k, time in ((0, 0.0), (0, 3.0), (0, 20.0)):
+        assert slots.follow(f"p{time}", bodies[k, 0], time) == "p1"
+    assert [change.another for change in slots.changes()] == [False, False, True]
+
+
+def test_the_nearest_has_the_only_slot(bodies):
+    slots = Slots("nearest")
+    assert slots.follow("p1", bodies[1, 0], 0.0) == "p1"
+    assert slots.follow("p2", bodies[0, 0], 0.0) == REFUSED  # another was in the slot in this frame
+    assert slots.follow("p1", bodies[1, 1], 1 / 60) == REFUSED
+    assert slots.follow("p2", bodies[0, 1], 1 / 60) == "p1"
+    assert [(c.id, c.another) for c in slots.changes()] == [("p1", False), ("p2", True)]
+
+
+def test_the_first_has_the_only_slot_until_it_has_left(bodies):
+    slots = Slots("first")
+    got = {"p1": [], "p2": []}
+    for i in range(400):
+        if i < 100:
+            got["p1"].append(slots.follow("p1", bodies[1, i], i / 60))
+        got["p2"].append(slots.follow("p2", bodies[0, i], i / 60))
+    assert set(got["p1"]) == {"p1"}
+    assert set(got["p2"][:200]) == {REFUSED}
+    assert set(got["p2"][240:]) == {"p1"}
+
+
+def test_two_people_are_exchanged_by_hand(bodies):
+    slots = Slots(2)
+    for i in range(50):
+        for k in range(2):
+            slots.follow(f"p{k + 1}", bodies[k, i], i / 60)
+    slots.exchange("p1", "p2")
+    assert slots.follow("p1", bodies[0, 50], 50 / 60) == "p2"
+    assert slots.follow("p2", bodies[1, 50], 50 / 60) == "p1"
+    with pytest.raises(SettingsError, match="no slot 'p3'; there are p1, p2"):
+        slots.exchange("p1", "p3")
+
+
+def test_a_pinned_slot_is_kept_for_its_person(bodies):
+    slots = Slots(2, remember=1.0, watch=0.0)
+    for k in range(2):
+        slots.follow(f"p{k + 1}", bodies[k, 0], 0.0)
+    slots.pin("p1")
+    assert slots.follow("p9", bodies[2, 0], 100.0) == "p2"
+    assert slots.table()[0] == {"slot": "p1", "id": "p1", "there": False, "pinned": True}
+
+
+def test_poses_are_not_kept_by_reference(bodies):
+    slots, pose = Slots(2), bodies[0, 0].copy()
+    slots.follow("p1", pose, 0.0)
+    pose += 100
+    assert slots.follow("p2", bodies[0, 1], 1 / 60) == "p1"
+
+
+def test_missing_joints_and_empty_frames_keep_the_slot(bodies):
+    slots = Slots(2)
+    for i in range(200):
+        pose = bodies[0, i].copy()
+        pose[(i % 7) :: 5] = np.nan
+        if i % 11 == 0:
+            pose[:] = np.nan
+        assert slots.follow("p1", pose, i / 60) == "p1"
+
+
+def test_memory_does_not_grow_with_ids(bodies):
+    slots = Slots(1)
+    for i in range(3000):
+        slots.follow("p1", bodies[0, i % 600], i / 60)
+        slots.follow(f"x{i}", bodies[1, 0], i / 60)
+        slots.announce(f"x{i}", SKELETON)
+    sizes = [len(slots._newcomers), len(slots._ids), len(slots._former), len(slots._skeletons)]
+    assert max(sizes) <= 256

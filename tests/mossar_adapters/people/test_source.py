@@ -1,0 +1,125 @@
+import numpy as np
+import pytest
+
+from mossar_adapters.demo.body import SKELETON
+from mossar_adapters.people import PeopleSource
+from mossar_adapters.source import Came, Left, Meta
+from mossar_stream import Frames, Skeleton
+
+
+def cut(k, i):
+    """Ids that are exchanged, and cut in the very frame, of two people who are there all the time."""
+    if i < 100:
+        return ("p1", "p2")[k]
+    if i < 200:
+        return ("p2", "p1")[k]
+    return ("p2", "p5")[k] if i < 300 else ("p8", "p5")[k]
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 64, 600])
+def test_slots_are_given_in_the_order_of_times_whatever_the_chunks(tracked, played, chunk):
+    slots, others = played(tracked(cut, chunk=chunk))
+    assert (slots[0] == 1).all()
+    assert (slots[1] == 2).all()
+    assert sorted((o.performer, o.id) for o in others) == [
+        ("p1", "p1"),
+        ("p1", "p2"),
+        ("p1", "p8"),
+        ("p2", "p1"),
+        ("p2", "p2"),
+        ("p2", "p5"),
+    ]
+
+
+def test_all_that_is_known_goes_on_at_once(tracked):
+    items = tracked(lambda k, _: f"p{k + 1}", frames=10)
+    seen = []
+
+    class Live:
+        name, live = "live", True
+
+        def items(self):
+            for item in items:
+                seen.append(item)
+                yield item
+
+        def close(self):
+            pass
+
+    for item in PeopleSource(Live(), 2).items():
+        if isinstance(item, Frames) and item.times[0] > 0:
+            assert item.times[0] == seen[-1].times[0]
+
+
+def test_a_hidden_person_goes_on_under_another_id(tracked, played):
+    def ids(k, i):
+        if k == 0 and 200 <= i < 290:
+            return None
+        return "p2" if k else ("p1" if i < 200 else "p7")
+
+    slots, others = played(tracked(ids))
+    assert set(slots[0]) == {0, 1}
+    assert (slots[0] == 0).sum() == 90
+    assert others[-1] == Came("p1", "p7")
+
+
+def test_frames_of_an_id_that_is_looked_at_are_not_lost(tracked, played, bodies):
+    moved = bodies.copy()
+    moved[:, 500:, :, 2] += 1.0
+
+    def ids(k, i):
+        return None if 200 <= i < 500 else f"p{k + 1}" if i < 200 else f"p{9 - k}"
+
+    slots, _ = played(tracked(ids, frames=1000, positions=moved), frames=1000, positions=moved)
+    assert (slots[0, 500:] == 1).all()
+    assert (slots[1, 500:] == 2).all()
+
+
+def test_a_person_who_has_left_ends_the_take_only_if_nobody_goes_on(tracked, script):
+    items = tracked(lambda _k, i: "p1" if i < 100 else "p7", frames=200, people=1)
+    place = next(i for i, item in enumerate(items) if item.performer == "p7" and isinstance(item, Frames))
+    items.insert(place, Left("p1", "lost"))
+    assert [o for o in PeopleSource(script(items), 2).items() if isinstance(o, Left)] == []
+    items = [*items[:place], Left("p1", "lost")]
+    assert list(PeopleSource(script(items), 2).items())[-1] == Left("p1", "lost")
+
+
+def test_another_skeleton_is_announced(bodies, script):
+    small = Skeleton(SKELETON.names[:5], (-1, 0, 1, 2, 3))
+    items = [
+        Meta("p4", SKELETON),
+        Frames(bodies[0, :5], np.arange(5) / 60, performer="p4"),
+        Meta("p4", small),
+        Frames(bodies[0, 5:10, :5], np.arange(5, 10) / 60, performer="p4"),
+    ]
+    found = list(PeopleSource(script(items), 1).items())
+    metas = [item for item in found if isinstance(item, Meta)]
+    assert [(meta.performer, meta.skeleton) for meta in metas] == [("p1", SKELETON), ("p1", small)]
+    assert sum(len(item) for item in found if isinstance(item, Frames)) == 10
+
+
+def test_an_id_with_a_clock_of_its_own_goes_on_with_the_others(tracked, script):
+    items = tracked(lambda _k, i: "p1" if i < 300 else "p7", frames=400, people=1)
+    late = [
+        Frames(i.positions, i.times - 300 / 60, performer="p7")
+        if isinstance(i, Frames) and i.performer == "p7"
+        else i
+        for i in items
+    ]
+    times = [float(i.times[0]) for i in PeopleSource(script(late), 1).items() if isinstance(i, Frames)]
+    assert (np.diff(times) >= 0).all()
+    assert len(times) == 400
+
+
+def test_a_run_that_goes_on_skips_what_was_used(tracked, script):
+    class File(type(script([]))):
+        def resume(self, _position):
+            raise AssertionError("the source's ids are others")
+
+    items = tracked(cut, chunk=64)
+    source = PeopleSource(File(items, live=False), 2)
+    source.resume({"p1": 350, "p2": 600})
+    found = [item for item in source.items() if isinstance(item, Frames)]
+    assert {item.performer for item in found} == {"p1"}
+    assert sum(map(len, found)) == 250
+    assert found[0].times[0] == pytest.approx(350 / 60)
