@@ -34,10 +34,10 @@ def mossar(capsys):
 
 @pytest.fixture
 def events(mossar):
-    """Run `mossar` and return the events on standard output."""
+    """Run `mossar` and return the events on standard output; the runs are called the same."""
 
     def run(*arguments):
-        status, out, err = mossar(*arguments)
+        status, out, err = mossar(*arguments, "--run-id", "test")
         assert status == 0, err
         return [json.loads(line) for line in out.splitlines()]
 

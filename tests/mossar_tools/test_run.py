@@ -10,7 +10,7 @@ from mossar_tools.cli import main
 
 def test_json_lines_come_in_a_pipe(events):
     found = events("run", "demo:?seconds=5", "--speed", "max")
-    assert {event["type"] for event in found} == {"stream", "key_frame", "segment"}
+    assert {event["type"] for event in found} == {"stream", "key_frame", "segment", "activity"}
     assert found[-1] == {
         "type": "stream",
         "v": 1,
@@ -63,14 +63,14 @@ def test_a_file_is_not_replaced_unless_asked(mossar, tmp_path, name):
 def test_standard_input_gives_the_same_events_as_the_recording(events, mossar, swing, process):
     status, frames, _ = mossar("replay", swing, "--to", "-", "--speed", "max")
     assert status == 0
-    running = process("run", "-", stdin=-1)
+    running = process("run", "-", "--run-id", "test", stdin=-1)
     out, err = running.communicate(frames.encode(), timeout=60)
     assert running.returncode == 0, err
     assert [json.loads(line) for line in out.splitlines()] == events("run", swing)
 
 
 def test_standard_input_without_frames_is_an_error(process):
-    running = process("run", "-", stdin=-1)
+    running = process("run", "-", "--run-id", "test", stdin=-1)
     out, err = running.communicate(b"hello\n", timeout=60)
     assert (running.returncode, out) == (1, b"")
     assert b"standard input: there is no frame in it (line 1: " in err

@@ -7,8 +7,18 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
+from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.source import Meta, Source
-from mossar_stream import BODY, ActivityEvent, Event, Frames, KeyFrameEvent, MoveEvent, StreamEvent
+from mossar_stream import (
+    BODY,
+    ActivityEvent,
+    Event,
+    Frames,
+    KeyFrameEvent,
+    MoveEvent,
+    RepetitionEvent,
+    StreamEvent,
+)
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
@@ -42,16 +52,26 @@ class LiveView:
         console: Where lines go.
         sources: True cuts of the built-in performers among them are shown, too.
         visible: Whether to show anything before the end.
+        emission: Which events are shown; all are counted.
     """
 
     name = "the terminal"
     dropped = 0
 
-    def __init__(self, console: Console, sources: Sequence[Source], *, visible: bool) -> None:
+    def __init__(
+        self,
+        console: Console,
+        sources: Sequence[Source],
+        *,
+        visible: bool,
+        emission: Emission | None = None,
+    ) -> None:
         self.confirmed = 0
         self.final = 0
         self.score = Score([source for source in sources if isinstance(source, DemoSource)])
         self._console = console
+        self._emission = emission or Emission()
+        self._repetitions: dict[tuple[str, str], int] = {}  # count of the take by performer and channel
         self.visible = visible
         self.prompt = not visible  # counting takes no time; a terminal may be paused
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
@@ -65,19 +85,34 @@ class LiveView:
         """Do nothing: lines name their performer."""
 
     def send(self, events: Sequence[Event]) -> None:
-        """Show events."""
+        """Count events, and show those that are wanted."""
         for event in events:
             if isinstance(event, KeyFrameEvent) and event.channel != BODY:
                 self._limbs[event.channel] = self._limbs.get(event.channel, 0) + (event.status == "confirmed")
             elif isinstance(event, KeyFrameEvent):
-                self._take(event)
-            elif isinstance(event, MoveEvent) and self.visible and event.status != "final":
+                self._count(event)
+            elif isinstance(event, RepetitionEvent):
+                self._repetitions[event.performer, event.channel] = event.total
+        if self.visible:
+            for event in self._emission.of(list(events)):
+                self._show(event)
+
+    def _show(self, event: Event) -> None:
+        """Show an event, if it is of a kind that has a line."""
+        if isinstance(event, KeyFrameEvent):
+            if event.channel == BODY and event.status in SHOWN:
+                self._show_key_frame(event)
+        elif isinstance(event, MoveEvent):
+            if event.status != "final":
                 self._console.line(self._move_line(event))
-            elif isinstance(event, ActivityEvent) and event.channel == BODY and self.visible:
+        elif isinstance(event, ActivityEvent):
+            if event.channel == BODY:
                 self._console.line(self._activity_line(event))
-            elif isinstance(event, StreamEvent) and self.visible and event.event != _STARTED:
-                text = f"{event.performer:<12}{event.event} {event.reason}".rstrip()
-                self._console.line(self._dim(self._cut(text)))
+        elif isinstance(event, RepetitionEvent):
+            self._console.line(self._repetition_line(event))
+        elif isinstance(event, StreamEvent) and event.event != _STARTED:
+            text = f"{event.performer:<12}{event.event} {event.reason}".rstrip()
+            self._console.line(self._dim(self._cut(text)))
 
     def close(self) -> None:
         """Judge the last cuts."""
@@ -118,6 +153,9 @@ class LiveView:
         if self._limbs:
             counts = ", ".join(f"{channel} {count}" for channel, count in self._limbs.items())
             lines.append(f"key frames of limbs, confirmed: {counts}")
+        for (performer, channel), total in self._repetitions.items():
+            of = performer if channel == BODY else f"{performer}, {channel}"
+            lines.append(f"repetitions of {of} in the last take: {total}")
         if self._delays:
             ordered = sorted(self._delays)
             high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
@@ -127,7 +165,7 @@ class LiveView:
             )
         return lines
 
-    def _take(self, event: KeyFrameEvent) -> None:
+    def _count(self, event: KeyFrameEvent) -> None:
         with self._lock:
             if event.status == "confirmed":
                 self.confirmed += 1
@@ -135,11 +173,12 @@ class LiveView:
                 self.score.add(event)
             elif event.status == "final":
                 self.final += 1
-        if self.visible and event.status in SHOWN:
-            if not self._headed:
-                self._headed = True
-                self._console.line(self._dim(self._row({name: name for name in _COLUMNS}).rstrip()))
-            self._console.line(self._line(event))
+
+    def _show_key_frame(self, event: KeyFrameEvent) -> None:
+        if not self._headed:
+            self._headed = True
+            self._console.line(self._dim(self._row({name: name for name in _COLUMNS}).rstrip()))
+        self._console.line(self._line(event))
 
     def _line(self, event: KeyFrameEvent) -> str:
         delay = (event.decided_time - event.time) * 1000
@@ -180,6 +219,16 @@ class LiveView:
         text = f"{event.performer:<12}{span:<22} {event.status:<10}{event.name} ({event.limb})"
         return self._console.colour(text, "1" if event.status == "confirmed" else "2")
 
+    def _repetition_line(self, event: RepetitionEvent) -> str:
+        """Return the count of the take, and how quick the bout is."""
+        tempo = "" if event.tempo is None else f", {event.tempo:.0f} a minute"
+        channel = "" if event.channel == BODY else f" of {event.channel}"
+        word = "withdrawn" if event.status == "withdrawn" else f"{event.count} in a row{tempo}"
+        text = (
+            f"{event.performer:<12}{event.decided_time:>8.2f} s  {event.total} repetitions{channel} ({word})"
+        )
+        return self._console.colour(self._cut(text), "1;34")
+
     def _activity_line(self, event: ActivityEvent) -> str:
         lasted = "" if event.previous is None else f", after {event.previous:.1f} s"
         limb = "" if event.limb is None or event.state != "moving" else f" ({event.limb})"
@@ -219,6 +268,8 @@ class LiveView:
                 moment = bar(state.value, 12, fine=self._console.unicode)
                 parts.append(f"{performer} {state.time:.1f} s {word} {moment}")
         counts = f"{self.confirmed} key frames, {self.final} final"
+        totals = [total for (_, channel), total in self._repetitions.items() if channel == BODY]
+        counts += f", {sum(totals)} repetitions" if totals else ""
         return " · ".join([*parts, counts]) if parts else "waiting for frames"
 
     def _dim(self, text: str) -> str:

@@ -9,11 +9,13 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
+from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import Moves, Settings, Skeleton
 from mossar_tools.compiling import saying_if_cold
 from mossar_tools.console import LOGGER, Console, is_terminal
+from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.live_view import LiveView
 from mossar_tools.moves_file import read_moves
@@ -38,6 +40,9 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         The exit status, and the summary; empty if nobody reads any more.
     """
     settings = options.settings(**_source_defaults(options.sources))
+    emission = Emission(options.emit)
+    check_emission(options, settings, emission, teaches=page_only)
+    tell_what_tables_leave_out(options, settings)
     snapshot = _snapshot(options)
     # The page may teach moves into a file that is not there yet.
     moves = read_moves(options.moves) if options.moves and not _is_new(options, page_only) else None
@@ -45,7 +50,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
-        view = LiveView(console, sources, visible=visible)
+        view = LiveView(console, sources, visible=visible, emission=emission)
         missing: list[str] = []
         show = _opened_dashboard(options, settings, opened) if options.view else None
         pipeline = Pipeline(

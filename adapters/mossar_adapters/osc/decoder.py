@@ -97,7 +97,7 @@ class OscDecoder:
 
     def _decode(self, datagram: Datagram) -> None:
         malformed, used = self.counters.malformed, False
-        suffix = self._senders.suffix(datagram.host, datagram.port)
+        suffix = self._senders.suffix(datagram.host, datagram.port, datagram.arrival)
         try:
             for address, arguments in messages(datagram.data):
                 used |= self._use(Message(address, arguments, suffix, datagram.arrival))

@@ -43,6 +43,7 @@ class OscSource:
         self.counters = self.decoder.counters
         self.notes: tuple[str, ...] = ()
         self._closed = self._running = self._skips = False
+        self._skipped: Skipped | None = None  # until it is logged
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
         if self._socket.buffer < SMALL_BUFFER:
@@ -78,13 +79,17 @@ class OscSource:
             datagrams = self._socket.receive(0)
             latest = max((datagram.arrival for datagram in datagrams), default=skipped.until)
             yield from skipped.without_frames(self.decoder.receive(*datagrams))
-        self.counters.kernel_drops = self._socket.kernel_drops
-        skipped.log(self.name, self.counters.kernel_drops)
+        self._skipped = skipped
 
     def _received(self) -> list[Meta | Frames | Left]:
         """Return what is complete with what the socket has, frames that nothing more comes for included."""
         datagrams = self._socket.receive(TICK if self.decoder.pending else POLL)
         self.counters.kernel_drops = self._socket.kernel_drops
+        if (
+            self._skipped is not None and datagrams
+        ):  # what the system dropped meanwhile comes with the next datagram
+            self._skipped.log(self.name, self._socket.kernel_drops)
+            self._skipped = None
         found = self.decoder.receive(*datagrams)
         if self.decoder.pending and not self._socket.waits():
             found += self.decoder.idle(self._socket.now)

@@ -50,6 +50,11 @@ class Emission:
         self.allowed = frozenset(chosen if wanted else pairs)
         self._everything = len(self.allowed) == len(pairs)
 
+    @property
+    def kinds(self) -> set[str]:
+        """The types of which any event is wanted."""
+        return {kind for kind, _ in self.allowed}
+
     def of(self, events: list[Event]) -> list[Event]:
         """Return the wanted ones among events."""
         if self._everything:

@@ -1,9 +1,9 @@
 """Who sends: names for performers, one set per sender.
 
-Protocols without performer ids have one performer per sender. The first sender's performers have plain names,
-those of others carry the sender's address. A sender that restarts, or that opens a socket for every message,
-shows up with a new port and keeps its name; two programs on one computer are told apart as soon as the first
-one is heard again after the second.
+Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are heard. With
+ids, the first sender's performers have plain names, those of others carry the sender's address. A sender that restarts, or
+that opens a socket for every message, shows up with a new port and keeps its name. Two programs on one computer are told
+apart at once where the first has kept its port and has not paused, else as soon as it is heard again after the second.
 """
 
 from collections import OrderedDict
@@ -13,6 +13,8 @@ from mossar_adapters.receiving.names import distinct_name
 MAX_SENDERS = 64
 _MAX_NAMES = 4096
 _REMEMBERED = 16  # earlier ports of a host
+_STEADY = 32  # datagrams of one port: it is not changed for each
+_PAUSE = 0.5  # s; no program ends and starts again as quickly
 
 
 class Senders:
@@ -30,20 +32,27 @@ class Senders:
         self._suffix = ""  # theirs
         self._first: str | None = None  # host whose performers have plain names
 
-    def suffix(self, host: str, port: int) -> str:
-        """Return what tells this sender's performers from those of others; empty for the first sender."""
+    def suffix(self, host: str, port: int, now: float) -> str:
+        """Return what tells this sender's performers from those of others; empty for the first sender.
+
+        Args:
+            host: Of the sender.
+            port: The same.
+            now: When its datagram came, s.
+        """
         if self._latest != (host, port):
-            self._latest, self._suffix = (host, port), self._find(host, port)
+            self._latest, self._suffix = (host, port), self._find(host, port, now)
+        self._hosts[host].heard(port, now)
         return self._suffix
 
-    def _find(self, host: str, port: int) -> str:
+    def _find(self, host: str, port: int, now: float) -> str:
         known = self._hosts.get(host)
         if known is None:
             known = self._hosts[host] = _Host(port)
             self._first = self._first or host
             if len(self._hosts) > MAX_SENDERS:
                 self._hosts.popitem(last=False)
-        separate = known.separate(port)
+        separate = known.separate(port, now)
         if host == self._first:
             return f"{host}:{port}" if separate else ""
         return f"{host}:{port}" if separate else host
@@ -69,8 +78,16 @@ class Senders:
         elif person:
             parts = [f"p{person}" if person.isdecimal() else person, suffix]
         else:
-            parts = [suffix or "p1"]
+            return self._numbered(suffix)
         return distinct_name("_".join(part for part in parts if part))
+
+    def _numbered(self, suffix: str) -> str:
+        """Return the name of the only performer of a sender: `p1` of the first one."""
+        number = 1 if not suffix else 2
+        taken = set(self._names.values())
+        while f"p{number}" in taken:
+            number += 1
+        return f"p{number}"
 
 
 class _Host:
@@ -80,22 +97,37 @@ class _Host:
         self._main = port  # the one with the plain name
         self._former: OrderedDict[int, None] = OrderedDict()
         self._others: set[int] = set()
+        self._count = 0  # datagrams of the main port
+        self._heard = float("-inf")  # s, when the latest of them came
 
-    def separate(self, port: int) -> bool:
+    def heard(self, port: int, now: float) -> None:
+        """Take note of a datagram, which came at `now`, s."""
+        if port == self._main:
+            self._count += 1
+            self._heard = now
+
+    def separate(self, port: int, now: float) -> bool:
         """Return whether the port belongs to another program than the one with the plain name."""
         if port == self._main:
             return False
         if port in self._others:
             return True
+        if self._count >= _STEADY and now - self._heard < _PAUSE:
+            self._add(port)
+            return True
         if port in self._former:  # two programs take turns: the older one keeps the name
-            if len(self._others) == MAX_SENDERS:
-                self._others.clear()
-            self._others.add(self._main)
-            self._main = port
+            self._add(self._main)
+            self._main, self._count = port, 0
             del self._former[port]
             return False
         self._former[self._main] = None
         if len(self._former) > _REMEMBERED:
             self._former.popitem(last=False)
-        self._main = port
+        self._main, self._count = port, 0
         return False
+
+    def _add(self, port: int) -> None:
+        """Take note of a port of another program."""
+        if len(self._others) == MAX_SENDERS:
+            self._others.clear()
+        self._others.add(port)

@@ -1,0 +1,49 @@
+"""Emitting: what is asked for must be able to come, and what an output leaves out is said."""
+
+from pathlib import PurePath
+
+from mossar_adapters.address import parse_url
+from mossar_adapters.pipeline.emission import Emission
+from mossar_stream import Settings
+from mossar_tools.console import LOGGER
+from mossar_tools.errors import UsageError
+from mossar_tools.options import Options
+
+
+def check_emission(options: Options, settings: Settings, emission: Emission, *, teaches: bool) -> None:
+    """Refuse `--emit` of events that this run never has.
+
+    Args:
+        options: What the user wants.
+        settings: Of the run.
+        emission: Of `options.emit`.
+        teaches: Whether moves may be shown while it runs.
+
+    Raises:
+        UsageError: If none of the events of a type that is asked for can come; it names the option that is missing.
+    """
+    if not options.emit:
+        return
+    controlled = bool(options.control)  # settings may change
+    missing = {
+        "move": "" if options.moves or teaches else "--moves FILE",
+        "repetition": "" if settings.repetitions or controlled else "--repetitions",
+        "phase": "" if settings.phase or controlled else "--set repetitions=true --set phase=true",
+        "stats": "" if options.stats else "--stats SECONDS",
+    }
+    for word in options.emit:
+        kind = word.partition(".")[0]
+        if missing.get(kind) and kind in emission.kinds:
+            raise UsageError(f"--emit {word}: there are none without {missing[kind]}")
+
+
+def tell_what_tables_leave_out(options: Options, settings: Settings) -> None:
+    """Warn of moves and repetitions that a table of segments has no place for."""
+    tables = [url for url in options.to if PurePath(parse_url(url).path).suffix.lower() == ".csv"]
+    found = ["moves"] * bool(options.moves) + ["repetitions"] * settings.repetitions
+    if tables and found:
+        LOGGER.warning(
+            "%s holds segments only; %s go to a .jsonl file, or for a recording into the table of mossar segment --csv",
+            tables[0],
+            " and ".join(found),
+        )
