@@ -45,8 +45,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     """Everything that can be set on a segmenter.
 
     Args:
-        rate_limit: Frames are taken in about so often at most, Hz; those between are counted and passed over. 0 takes
-            all in, as do the `fixed` range and a `window` of one's own.
+        rate_limit: Highest rate at which frames are processed, Hz; those between are counted and skipped. 0 processes all,
+            as a `fixed` range does by default.
         window: Trailing velocity window, s (equation 1; the paper's is 1 s).
         smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
         smoothing_window: Length of the moving average, frames (wSize).
@@ -70,9 +70,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         kernel_form: `damped` (ours), `sum` or `normalised` (the paper's).
         short_segment: Merge costs weigh less on sides shorter than this, s; 0 is off.
         location: Whether a final key frame moves to the likeliest place: `none`, anywhere near (`free`), or
-            to another candidate of Algorithm 2 (`candidates`).
+            to another candidate of Algorithm 2 (`candidates`). It needs another similarity than `evidence`.
         refine: How far it may move, s.
-        pre_roll: How long the first posture is taken to have been held before the take, s.
+        pre_roll: How long the first posture is taken to have been held before the take, s. It needs another similarity
+            than `evidence`, and so do `post_roll`, `tempo` and `features`.
         post_roll: The same for the last posture, after the take.
         tempo: Whether the level scales with the performer's tempo.
         level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
@@ -156,6 +157,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             parse_groups(self.limbs)
         if self.phase and not self.repetitions:
             raise SettingsError("setting phase needs repetitions")
+        _check_combination(self)
         if self.range == "fixed" and not (self.range_max is not None and self.range_max > self.range_min):
             raise SettingsError("setting range=fixed needs range_max above range_min (m over the window)")
 
@@ -191,37 +193,24 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @property
     def bundle(self) -> Literal["motion", "posture", "cluster"]:
-        """Which bundle the level brings: the cluster's for `cluster`, else the motion's.
-
-        Level `posture`, and whoever asks for the likelihood or for what only it can do, gets the posture's.
-        """
-        if self.level == "cluster":
-            return "cluster"
-        if self.similarity == "evidence":
-            return "motion"
-        asked = (
-            self.location not in (None, "none"),
-            self.features,
-            self.tempo,
-            self.pre_roll,
-            self.post_roll,
-        )
-        if self.similarity or self.level == "posture" or any(asked):
-            return "posture"
-        return "motion"
+        """The bundle that the level brings: its own if it has a name, that of `motion` if it is a strength."""
+        return self.level if isinstance(self.level, str) else "motion"
 
     def bundle_values(self) -> dict[str, object]:
-        """Return what the level's bundle gives to each field that is left to it."""
+        """Return what the level's bundle gives to each field that is left to it.
+
+        Three follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
+        path kernel, whose summaries have no sums from which poses could be subtracted. `rate_limit` is 0 with a `fixed`
+        range, where key frames are exactly those of Algorithm 2 on the velocity of all frames.
+        """
         values = dict(BUNDLES[self.bundle])
-        if self.similarity == "path_kernel" and values["location"] == "free":
-            values["location"] = "none"  # moving poses between summaries needs sums that can be taken out
-        window = self.window if self.window is not None else values["window"]
-        # The floor is a speed: it follows the window.
-        share = float(str(window)) / float(str(values["window"]))
-        usual = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * float(str(values["window"])))))
-        values["range_floor"] = usual * share
-        if self.range == "fixed" or self.window is not None:
-            values["rate_limit"] = 0.0  # asked for is what Algorithm 2 finds on the velocity of all frames
+        usual = float(str(values["window"]))
+        floor = float(str(values.get("range_floor", RANGE_FLOOR_SPEED * usual)))
+        values["range_floor"] = floor * (usual if self.window is None else self.window) / usual
+        if self.similarity == "path_kernel":
+            values["location"] = "none"
+        if self.range == "fixed":
+            values["rate_limit"] = 0.0
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":
@@ -295,6 +284,13 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "location": (*get_args(Location), None),
 }
 SWITCHES = ("tempo", "repetitions", "phase")
+NOT_OF_EVIDENCE = (
+    "features",
+    "location",
+    "pre_roll",
+    "post_roll",
+    "tempo",
+)  # what other similarities make use of
 WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
 
 
@@ -313,6 +309,22 @@ def _check_choices(settings: Settings) -> None:
             raise SettingsError(f"setting {name} is {value!r}; it must be true or false")
     if not isinstance(settings.limbs, bool | str):
         raise SettingsError(f"setting limbs is {settings.limbs!r}; it must be true, false or a text")
+
+
+def _check_combination(settings: Settings) -> None:
+    """Refuse what the bundle in force cannot do, with what to add."""
+    if settings.similarity == "evidence" and settings.bundle != "motion":
+        raise SettingsError(
+            f"similarity=evidence belongs to level motion, not {settings.bundle}; leave one of them out"
+        )
+    if (settings.similarity or BUNDLES[settings.bundle]["similarity"]) != "evidence":
+        return
+    usual = {**BUNDLES["motion"], "features": msgspec.convert(BUNDLES["motion"]["features"], Features)}
+    for name in NOT_OF_EVIDENCE:
+        if getattr(settings, name) not in (None, usual[name]):
+            raise SettingsError(
+                f"setting {name} needs similarity=likelihood, or level posture or cluster, whose similarity that is"
+            )
 
 
 def _check_groups(settings: Settings) -> None:

@@ -22,6 +22,8 @@ PRESETS: dict[str, dict[str, object]] = {
         "pre_roll": 0.0,
         "post_roll": 0.0,
         "tempo": False,
+        "remerge_window": 8,
+        "remerge_seconds": 2.5,
     },
     # For games: a short window and an early decision.
     "game": {"remerge_seconds": 1.0},
@@ -42,7 +44,6 @@ _MOTION: dict[str, object] = {
     "remerge_window": 20,
     "remerge_seconds": 1.4,
 }
-# Likelihood alone: level `posture`, and whoever asks for the likelihood at level `motion`.
 _POSTURE: dict[str, object] = {
     "similarity": "likelihood",
     "rate_limit": 0.0,

@@ -134,7 +134,7 @@ def likelihood_cost(positions, times, settings, pre, post):
 def test_strengths_are_those_of_plain_algorithm_3(core, seed, rolls):
     positions, times = core.moving_people(seed, frames=300, joints=5, losses=False)
     settings = Settings(
-        window=0.05, range_floor=0.01, level=0.1, location="none", tempo=False, noise_margin=0.0,
+        window=0.05, range_floor=0.01, level=0.1, location="none", tempo=False, noise_margin=0.0, similarity="likelihood", rate_limit=0.0,
         features=Features(positions=0.6, distances=0.4), max_speed=1e4,
         **{"pre_roll": 0.0, "post_roll": 0.0, "short_segment": 0.0, **rolls},
     )  # fmt: skip

@@ -325,11 +325,11 @@ def test_a_change_of_the_level_alone_goes_on_and_one_of_the_window_starts_a_new_
 
 def test_a_tempo_that_was_not_followed_from_the_start_is_not_used(core):
     positions, times = core.moving_people(7, frames=400, losses=False)
-    segmenter = Segmenter(core.skeleton(4), Settings(tempo=False))
+    segmenter = Segmenter(core.skeleton(4), Settings(level="posture", tempo=False))
     segmenter.push(positions[:200], times[:200])
     assert segmenter.change(tempo=True)[-1].event == "ended"
     segmenter.push(positions[200:], times[200:])
-    fresh = Segmenter(core.skeleton(4), Settings(tempo=True))
+    fresh = Segmenter(core.skeleton(4), Settings(level="posture", tempo=True))
     fresh.push(positions[200:], times[200:])
     assert [segmenter.row.state["tempo"][name] for name in ("spread", "squared_speed")] == [
         fresh.row.state["tempo"][name] for name in ("spread", "squared_speed")

@@ -105,6 +105,7 @@ def test_numbers_may_be_texts_and_words_turn_off_what_is_optional():
             "window": "0.3",
             "remerge_window": "4",
             "tempo": "true",
+            "similarity": "likelihood",
             "max_key_frames": "none",
             "level": "0.5",
             "pre_roll": "auto",
@@ -116,8 +117,10 @@ def test_numbers_may_be_texts_and_words_turn_off_what_is_optional():
 
 
 def test_groups_are_given_whole_or_by_part():
-    whole = Settings.build("default", {"features": "positions:0.75,log_speed:0.25"})
-    parts = Settings.build("default", {"features.positions": 0.75, "features.log_speed": "0.25"})
+    whole = Settings.build("default", {"level": "posture", "features": "positions:0.75,log_speed:0.25"})
+    parts = Settings.build(
+        "default", {"level": "posture", "features.positions": 0.75, "features.log_speed": "0.25"}
+    )
     assert whole.features == parts.features == Features(positions=0.75, log_speed=0.25)
     floors = Settings.build("default", {"variance_floor.distances": 0.5}).variance_floor
     assert floors == VarianceFloor(distances=0.5)
@@ -162,6 +165,87 @@ def test_a_named_level_brings_its_bundle_and_what_is_given_stays(name):
     assert (kept.window, kept.refine) == (0.4, 0.05)
     # The floor of the range follows the window: it is a speed.
     assert kept.range_floor == pytest.approx(resolved.range_floor * 0.4 / resolved.window)
+
+
+ALONE = {  # values that no bundle has, one for each field; some are legal with others only
+    "rate_limit": [17.0],
+    "window": [0.33],
+    "smoothing": ["moving_average", "one_euro"],
+    "smoothing_window": [5],
+    "one_euro_cutoff": [2.5],
+    "one_euro_beta": [3.5],
+    "sig_threshold": [0.07],
+    "range": ["decay", "file", "fixed"],
+    "range_min": [0.1],
+    "range_max": [7.0],
+    "range_half_life": [33.0],
+    "range_floor": [0.33],
+    "noise_margin": [0.5],
+    "center": ["centroid"],
+    "similarity": ["evidence", "likelihood", "path_kernel"],
+    "features": [Features(positions=1.0)],
+    "variance_floor": [VarianceFloor(positions=0.5)],
+    "edges": [7],
+    "layers": [2],
+    "kernel_form": ["sum", "normalised"],
+    "short_segment": [0.7],
+    "location": ["free", "candidates", "none"],
+    "refine": [0.7],
+    "pre_roll": [0.7],
+    "post_roll": [0.7],
+    "tempo": [True, False],
+    "max_key_frames": [7],
+    "remerge_window": [7],
+    "remerge_seconds": [0.7],
+    "max_gap": [0.7],
+    "max_speed": [7.0],
+    "max_pause": [0.7],
+    "repetitions": [True],
+    "phase": [True],
+    "limbs": [True],
+}
+# What follows another field, as `mossar settings` shows.
+FOLLOWS = {"range_floor": "window", "location": "similarity", "rate_limit": "range"}
+
+
+def resolved_alone(make, name, value, **others):
+    """Return the values in force with one field set; nothing where it is refused alone."""
+    try:
+        return msgspec.structs.asdict(make({name: value, **others}).resolved())
+    except SettingsError:
+        assert name in refusal(**{name: value, **others})
+        return {}
+
+
+@pytest.mark.parametrize("level", LEVEL_NAMES)
+@pytest.mark.parametrize("name", sorted(set(Settings.__struct_fields__) - {"level"}))
+def test_a_field_never_changes_another(name, level):
+    ways = [
+        lambda fields: Settings(**fields),
+        lambda fields: Settings.build("default", fields),
+        lambda fields: Settings.build("default", {k: msgspec.to_builtins(v) for k, v in fields.items()}),
+    ]
+    for make in ways:
+        usual = msgspec.structs.asdict(make({"level": level}).resolved())
+        for value in ALONE[name]:
+            found = resolved_alone(make, name, value, level=level)
+            changed = {field for field in found if found[field] != usual[field]} - {name}
+            assert {FOLLOWS.get(field) for field in changed} <= {name}
+
+
+@pytest.mark.parametrize("name", ["features", "location", "pre_roll", "post_roll", "tempo"])
+def test_what_a_bundle_cannot_do_is_refused_with_what_to_add(name):
+    said = refusal(**{name: ALONE[name][0]})
+    assert f"setting {name} needs similarity=likelihood" in said
+    assert Settings(**{name: ALONE[name][0], "similarity": "likelihood"}).bundle == "motion"
+    assert Settings(**{name: ALONE[name][0], "level": "posture"}).bundle == "posture"
+
+
+def test_evidence_belongs_to_level_motion():
+    assert "similarity=evidence belongs to level motion, not cluster" in refusal(
+        similarity="evidence", level="cluster"
+    )
+    assert Settings(similarity="evidence").resolved() == Settings().resolved()
 
 
 def test_levels_are_strengths_that_rise():
@@ -210,7 +294,9 @@ def test_replace_validates_and_leaves_the_original_alone():
 
 
 def test_settings_survive_a_wire():
-    settings = Settings.build("game", {"features.positions": 1, "level": 0.3, "max_key_frames": 7})
+    settings = Settings.build(
+        "game", {"features.positions": 1, "similarity": "likelihood", "level": 0.3, "max_key_frames": 7}
+    )
     assert msgspec.json.decode(msgspec.json.encode(settings), type=Settings) == settings
     with pytest.raises(msgspec.ValidationError):
         msgspec.json.decode(b'{"window": 99}', type=Settings)

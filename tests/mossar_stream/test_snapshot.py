@@ -29,7 +29,7 @@ from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
 
 KINDS = {
     "evidence": {},
-    "likelihood": {"similarity": "likelihood"},
+    "likelihood": {"level": "posture"},
     "path kernel": {"similarity": "path_kernel", "layers": 2, "edges": 4, "level": "cluster"},
 }
 

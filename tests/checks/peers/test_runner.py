@@ -12,7 +12,7 @@ from checks.peers.runner import run_peer, run_take
 from checks.peers.table import PEERS
 from mossar_adapters.extras import installed
 from mossar_stream import MossarError, Settings
-from mossar_tools.evaluation.mossar import stream
+from mossar_tools.evaluation.mossar import at_level_of, stream
 from mossar_tools.evaluation.performer import demo_takes
 
 
@@ -59,7 +59,7 @@ def test_the_curve_that_peers_are_fed_is_that_of_equation_1(takes):
     feed = feed_of("curve", takes[0])
     plain = [float(feed.sample(*frame)[0]) for frame in zip(takes[0].positions, takes[0].times, strict=True)]
     times, curve = velocity(takes[0], Settings(noise_margin=0.0))
-    window = Settings(level=takes[0].level, similarity="likelihood").resolved().window
+    window = at_level_of(takes[0], Settings(similarity="likelihood")).resolved().window
     assert len(times) == len(plain)
     assert plain == pytest.approx(curve / window / len(takes[0].skeleton), abs=1e-3)
 

@@ -25,7 +25,8 @@ KINECT = {"fps": 30.0, "noise": 0.01, "noise_kind": "kinect"}
 def segmented(seed, **sensor):
     """Return the times of the true cuts, and the key frame events."""
     shown = performance(seed, **sensor)
-    segmenter = Segmenter(shown.skeleton, Settings(similarity="likelihood"), fps=shown.fps)
+    segmenter = Segmenter(shown.skeleton, Settings(level="posture"), fps=shown.fps)
+    segmenter.level = Settings(similarity="likelihood").strength("motion")
     events = [*segmenter.push(shown.frames), *segmenter.end_take()]
     return [cut.time for cut in shown.cuts], [event for event in events if isinstance(event, KeyFrameEvent)]
 

@@ -76,7 +76,9 @@ def test_the_moving_average_is_the_mean_of_the_last_velocities(core, size):
 
 def test_ten_million_frames_do_not_drift(core):
     segmenter = Segmenter(
-        core.PAIR, Settings(window=0.25, range_floor=1e3, noise_margin=0.0, max_speed=1e4), fps=120.0
+        core.PAIR,
+        Settings(level="posture", window=0.25, range_floor=1e3, noise_margin=0.0, max_speed=1e4),
+        fps=120.0,
     )
     rng = np.random.default_rng(4)
     chunk = np.zeros((250_000, 2, 3), np.float32)

@@ -27,21 +27,28 @@ SEGMENT_NEXT = {
     "withdrawn": {"closed", "final"},  # final if a key frame in the last frame was merged
     "final": set(),
 }
-LIVES = st.fixed_dictionaries(
-    {
-        "level": st.sampled_from(["posture", "motion", "cluster", 0.01, 0.05, 0.2]),
-        "remerge_window": st.sampled_from([1, 2, 3, 8, 40]),
-        "remerge_seconds": st.sampled_from([0.05, 0.3, 1.0, 1e6]),
-        "location": st.sampled_from(["none", "free", "candidates"]),
-        "refine": st.sampled_from([0.0, 0.1, 1.0]),
-        "range_floor": st.just(0.01),
-        "sig_threshold": st.sampled_from([0.01, 0.05]),
-        "window": st.sampled_from([0.03, 0.1]),
-        "pre_roll": st.sampled_from([0.0, 0.5]),
-        "post_roll": st.sampled_from([0.0, 0.5]),
-        "tempo": st.booleans(),
-        "noise_margin": st.just(0.0),
-    }
+OF_EVERY_SIMILARITY = {
+    "remerge_window": st.sampled_from([1, 2, 3, 8, 40]),
+    "remerge_seconds": st.sampled_from([0.05, 0.3, 1.0, 1e6]),
+    "refine": st.sampled_from([0.0, 0.1, 1.0]),
+    "range_floor": st.just(0.01),
+    "sig_threshold": st.sampled_from([0.01, 0.05]),
+    "window": st.sampled_from([0.03, 0.1]),
+    "rate_limit": st.just(0.0),
+    "noise_margin": st.just(0.0),
+}
+OF_THE_LIKELIHOOD = {
+    "similarity": st.just("likelihood"),
+    "level": st.sampled_from(["posture", "motion", "cluster", 0.01, 0.05, 0.2]),
+    "location": st.sampled_from(["none", "free", "candidates"]),
+    "pre_roll": st.sampled_from([0.0, 0.5]),
+    "post_roll": st.sampled_from([0.0, 0.5]),
+    "tempo": st.booleans(),
+}
+OF_EVIDENCE = {"level": st.sampled_from(["motion", 0.05, 0.2])}
+LIVES = st.one_of(
+    st.fixed_dictionaries({**OF_EVERY_SIMILARITY, **OF_THE_LIKELIHOOD}),
+    st.fixed_dictionaries({**OF_EVERY_SIMILARITY, **OF_EVIDENCE}),
 )
 
 
@@ -149,7 +156,15 @@ def test_key_frames_and_segments_live_as_the_schema_says(core, seed, life, level
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_refined_final_lies_strictly_between_its_neighbours(core, seed):
-    life = {"location": "free", "refine": 0.3, "level": 0.02, "range_floor": 0.01, "window": 0.05}
+    life = {
+        "similarity": "likelihood",
+        "location": "free",
+        "refine": 0.3,
+        "level": 0.02,
+        "range_floor": 0.01,
+        "window": 0.05,
+        "rate_limit": 0.0,
+    }
     witness = witnessed(core, seed, life)
     moved = [e for e in witness.finals if e.frame != int(e.id.rsplit("/", 1)[1])]
     assert moved
@@ -208,18 +223,13 @@ def test_the_oldest_is_decided_by_frame_time_even_if_nothing_else_happens(core):
 
 
 def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(core):
-    settings = Settings(
-        similarity="likelihood",
-        level=0.05,
-        remerge_seconds=0.5,
-        location="none",
-        range_floor=0.01,
-        window=0.05,
-    )
+    level = 0.05
+    settings = Settings(level="posture", remerge_seconds=0.5, location="none", range_floor=0.01, window=0.05)
     clear, near, changed = 0, 0, 0
     for seed in range(6):
         positions, times = core.moving_people(seed, frames=900, losses=False)
         segmenter = Segmenter(core.skeleton(4), settings)
+        segmenter.level = level
         key, h = (
             region(segmenter.row.memory[0], segmenter.row.plan.shape, "keys"),
             segmenter.row.state["window"],
@@ -234,14 +244,14 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
             if not ranked or not decided or any(e.status == "confirmed" for e in told):
                 continue  # a new key frame has the window ranked in any case
             assert decided[0].id == f"p1/0/{identity}"
-            if strength >= 2 * settings.level or strength <= settings.level / 2:
+            if strength >= 2 * level or strength <= level / 2:
                 clear += 1
                 assert decided[0].strength == strength
                 assert decided[0].status == ("final" if stood else "merged")
             else:
                 near += 1
                 changed += decided[0].strength != strength
-                assert decided[0].status == ("final" if decided[0].strength >= settings.level else "merged")
+                assert decided[0].status == ("final" if decided[0].strength >= level else "merged")
     assert min(clear, near, changed) > 5
 
 
@@ -283,7 +293,7 @@ def test_nobody_is_overwhelmed_by_many_decisions_at_once(core, seed, pauses):
     rng = np.random.default_rng(seed)
     settings = Settings(
         remerge_window=40, remerge_seconds=0.9, max_pause=5.0, level=0.02, range_floor=0.001,
-        sig_threshold=0.02, window=0.02, location="candidates", refine=1.0,
+        sig_threshold=0.02, window=0.02, location="candidates", refine=1.0, similarity="likelihood", rate_limit=0.0,
     )  # fmt: skip
     segmenter = Segmenter(core.skeleton(3), settings)
     witness, time, number = Witness(delayed=True), 0.0, 0

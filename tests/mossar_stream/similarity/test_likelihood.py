@@ -55,7 +55,9 @@ class Segment:
     def __init__(self, seed, frames, joints, features, short=0.0):
         rng = np.random.default_rng(seed)
         padded_joints = pad(joints)
-        self.settings = Settings(features=Features(**features), short_segment=short).resolved()
+        self.settings = Settings(
+            level="posture", features=Features(**features), short_segment=short
+        ).resolved()
         self.params = make_params(self.settings, joints, padded_joints, 0)
         self.joints, self.poses = joints, np.zeros((frames, 4, padded_joints), np.float32)
         self.poses[:, :, :joints] = rng.normal(rng.normal(0, 1, (1, 4, joints)), 0.1, (frames, 4, joints))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mossar_stream import Settings, segment_recording
 from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_tools.evaluation.mossar import at_level_of
 from mossar_tools.evaluation.takes import Take
 
 THRESHOLDS = tuple(np.geomspace(0.02, 20.0, 41).round(3).tolist())  # m
@@ -26,8 +27,8 @@ def velocity_based(settings: Settings) -> Method:
 def velocity(take: Take, settings: Settings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return times (s) and the velocity of equation 1, smoothed as the settings say, m, frame by frame."""
     # Evidence measures the speed in another way.
-    chosen = settings.replace(
-        level=take.level, range="running", similarity=settings.similarity or "likelihood"
+    chosen = at_level_of(take, settings.replace(similarity=settings.similarity or "likelihood")).replace(
+        range="running"
     )
     result = segment_recording(take.positions, take.fps, take.skeleton, chosen, times=take.times, curves=True)
     times = np.array([state.time for state in result.curves])

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Settings
+from mossar_tools.evaluation.mossar import at_level_of
 from mossar_tools.evaluation.takes import Take
 
 MARGIN = 1e-6  # s, for the rounding of timestamps, as in the core
@@ -33,7 +34,7 @@ class CurveFeed:
     """
 
     def __init__(self, take: Take) -> None:
-        self._window = Settings(level=take.level, similarity="likelihood").resolved().window or 1.0
+        self._window = at_level_of(take, Settings(similarity="likelihood")).resolved().window or 1.0
         self._poses = PoseFeed(take)
         self._before: NDArray[np.float32] | None = None
         self._steps: deque[tuple[float, float]] = deque()

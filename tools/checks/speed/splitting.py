@@ -24,9 +24,7 @@ from mossar_tools.bench.work import Work
 VELOCITY, SPLITTING = 0, 1  # how far to go
 TARGET = 10e6  # frames/s
 SIZE = 1000  # frames of a chunk
-SETTINGS = Settings(
-    noise_margin=0.0, similarity="likelihood"
-)  # equation 1; noise is no part of Algorithms 1 and 2
+SETTINGS = Settings(noise_margin=0.0, level="posture")  # equation 1; noise is no part of Algorithms 1 and 2
 
 
 @entry_point(makes_arrays=False)

@@ -94,9 +94,18 @@ def _origin(name: str, options: Options, chosen: Settings) -> str:
     ) is not None:
         return "you"
     if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
-        return f"level {chosen.bundle}"
+        return _followed(name, chosen) or f"level {chosen.bundle}"
     preset, default = Settings.build(options.preset), Settings()
     return "default" if getattr(preset, name) == getattr(default, name) else f"preset {options.preset}"
+
+
+def _followed(name: str, chosen: Settings) -> str:
+    """Return what a value left to the bundle follows instead; empty if nothing."""
+    own = Settings(level=chosen.level).bundle_values()[name]
+    if chosen.bundle_values()[name] == own:
+        return ""
+    leader = {"range_floor": "window", "location": "similarity", "rate_limit": "range"}[name]
+    return f"{leader}={_shown(getattr(chosen, leader))}"
 
 
 def _legal(name: str) -> str:

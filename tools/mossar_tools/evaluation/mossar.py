@@ -26,15 +26,28 @@ def mossar_methods(settings: Settings) -> Iterator[Method]:
 
 def similarities(settings: Settings) -> dict[str, Settings]:
     """Return settings with each similarity, by name."""
-    forms = {
-        f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
-        for form in get_args(KernelForm)
-    }
+    forms: list[KernelForm] = list(get_args(KernelForm))
     return {
         "default": settings.replace(similarity=None),
         "likelihood": settings.replace(similarity="likelihood"),
-        **forms,
+        **{
+            f"path kernel {form}": settings.replace(similarity="path_kernel", kernel_form=form)
+            for form in forms
+        },
     }
+
+
+def at_level_of(take: Take, settings: Settings) -> Settings:
+    """Return settings with the level of a take.
+
+    Another similarity than `evidence` at level `motion` takes the windows and weights of the bundle of `posture`, which were
+    fitted for it, and the strength of `motion`.
+    """
+    if take.level != "motion" or settings.similarity in (None, "evidence"):
+        return settings.replace(level=take.level)
+    usual = settings.replace(level="posture").bundle_values()
+    own = {name: value for name, value in usual.items() if getattr(settings, name) is None}
+    return settings.replace(level=settings.strength("motion"), **own)
 
 
 def stream(take: Take, settings: Settings, status: str) -> Found:
@@ -45,7 +58,7 @@ def stream(take: Take, settings: Settings, status: str) -> Found:
         settings: Of the segmenter; the level is the take's.
         status: `confirmed` (before remerging) or `final`.
     """
-    segmenter = Segmenter(take.skeleton, settings.replace(level=take.level), fps=take.fps)
+    segmenter = Segmenter(take.skeleton, at_level_of(take, settings), fps=take.fps)
     return found_in(segmenter, take, status)
 
 
@@ -72,7 +85,7 @@ def split(take: Take, settings: Settings) -> Found:
 
 def whole(take: Take, settings: Settings) -> Result:
     """Return the offline segmentation of a take, with the range of the whole recording."""
-    chosen = settings.replace(level=take.level, range="file")
+    chosen = at_level_of(take, settings).replace(range="file")
     return segment_recording(take.positions, take.fps, take.skeleton, chosen, times=take.times)
 
 
@@ -83,7 +96,7 @@ def _streaming(name: str, settings: Settings, status: str) -> Method:
 def _offline(name: str, settings: Settings) -> Method:
     def run(take: Take) -> Variants:
         began = time.perf_counter()
-        kept = whole(take, settings).at(take.level).key_frames
+        kept = whole(take, settings).at(at_level_of(take, settings).level).key_frames
         return _only(Found([key.time for key in kept], seconds=time.perf_counter() - began))
 
     return Method(name, FIXED, run)

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from mossar_stream import Settings, segment_recording
 from mossar_tools.evaluation.matching import match
+from mossar_tools.evaluation.mossar import at_level_of
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.evaluation.trial import Outcome, Row
 from mossar_tools.figures import FONT, save, style
@@ -91,7 +92,7 @@ def _draw_strip(
 
 
 def _curve(take: Take, settings: Settings) -> tuple[Any, Any]:
-    chosen = settings.replace(level=take.level, range="file", similarity="likelihood")
+    chosen = at_level_of(take, settings.replace(similarity="likelihood")).replace(range="file")
     curves = segment_recording(
         take.positions, take.fps, take.skeleton, chosen, times=take.times, curves=True
     ).curves
