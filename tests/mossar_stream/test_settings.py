@@ -200,6 +200,7 @@ ALONE = {  # values that no bundle has, one for each field; some are legal with 
     "max_gap": [0.7],
     "max_speed": [7.0],
     "max_pause": [0.7],
+    "rest_seconds": [0.7],
     "repetitions": [True],
     "phase": [True],
     "limbs": [True],

@@ -59,10 +59,22 @@ def test_what_options_of_their_own_set_comes_from_you(mossar):
     assert [rows[name]["from"] for name in ("limbs", "repetitions", "phase")] == ["you", "you", "default"]
 
 
-def test_a_value_of_another_bundle_than_the_name_of_the_level_is_said_to_be_of_that(mossar):
-    out = mossar("settings", "--set", "similarity=likelihood", "--csv")[1]
+@pytest.mark.parametrize(
+    ("given", "name", "value", "origin"),
+    [
+        (["similarity=likelihood"], "refine", "0", "level motion"),
+        (["window=0.2"], "range_floor", "0.02", "window=0.2"),
+        (["window=0.2"], "rate_limit", "30", "level motion"),
+        (["range=fixed", "range_max=2"], "rate_limit", "0", "range=fixed"),
+        (["level=cluster", "similarity=path_kernel"], "location", "none", "similarity=path_kernel"),
+        (["level=cluster"], "location", "free", "level cluster"),
+    ],
+)
+def test_a_value_says_what_it_follows(mossar, given, name, value, origin):
+    chosen = [part for one in given for part in ("--set", one)]
+    out = mossar("settings", *chosen, "--csv")[1]
     rows = {row["name"]: row for row in csv.DictReader(out.splitlines())}
-    assert (rows["refine"]["value"], rows["refine"]["from"]) == ("0.3", "level posture")
+    assert (rows[name]["value"], rows[name]["from"]) == (value, origin)
 
 
 def test_a_table_comes_without_an_option(mossar):

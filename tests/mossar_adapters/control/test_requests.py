@@ -68,7 +68,7 @@ def test_the_level_of_one_performer_can_be_set(running):
 def test_other_settings_can_be_changed_and_begin_a_new_take_where_they_must(running):
     pipeline, sink = running
     assert ask(pipeline, {"set": {"sig_threshold": "0.07"}})["ok"]
-    assert ask(pipeline, {"set": {"window": 0.4, "features.positions": 1}, "performer": "p1"})["ok"]
+    assert ask(pipeline, {"set": {"window": 0.4, "refine": 0.2}, "performer": "p1"})["ok"]
     assert pipeline.pool["p1"].settings.window == 0.4
     assert (pipeline.pool["p1"].settings.sig_threshold, pipeline.pool["p2"].settings.sig_threshold) == (
         0.07,
