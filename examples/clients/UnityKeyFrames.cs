@@ -1,5 +1,5 @@
-// Unity: a component that raises an event for every key frame. Not run here: there was no Unity.
-// Start: mossar run SOURCE --to osc://127.0.0.1:9000   Add it to a GameObject, and listen to Confirmed.
+// Unity: a component that raises events for key frames, moves and activity. Not run here: there was no Unity.
+// Start: mossar run SOURCE --to osc://127.0.0.1:9000   Add it to a GameObject, and listen to its events.
 using System;
 using System.Collections.Generic;
 using System.Net;
@@ -11,6 +11,8 @@ public class UnityKeyFrames : MonoBehaviour
 {
     public int port = 9000;
     public event Action<string, string, float> Confirmed; // performer; onset, offset or minimum; time in s
+    public event Action<string, string, string> Moved; // performer; name of the move; limb (with --moves)
+    public event Action<string, bool> Active; // performer; whether the body moves now
     UdpClient socket;
 
     void OnEnable() => socket = new UdpClient(new IPEndPoint(IPAddress.Loopback, port));
@@ -26,7 +28,7 @@ public class UnityKeyFrames : MonoBehaviour
     void Receive(byte[] packet)
     {
         int at = 0;
-        if (Text(packet, ref at) != "/mossar/key_frame") return;
+        string address = Text(packet, ref at);
         var arguments = new List<object>();
         foreach (char type in Text(packet, ref at).Substring(1))
         {
@@ -38,8 +40,14 @@ public class UnityKeyFrames : MonoBehaviour
             else arguments.Add(BitConverter.ToSingle(four, 0));
         }
         // performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
-        if ((string)arguments[1] == "confirmed")
+        if (address == "/mossar/key_frame" && (string)arguments[1] == "confirmed")
             Confirmed?.Invoke((string)arguments[0], (string)arguments[2], (float)arguments[5]);
+        // performer, status, name, limb, take, start, end, decided_time, score, rev
+        if (address == "/mossar/move" && (string)arguments[1] == "confirmed")
+            Moved?.Invoke((string)arguments[0], (string)arguments[2], (string)arguments[3]);
+        // performer, channel, state, take, start, decided_time, previous
+        if (address == "/mossar/activity" && (string)arguments[1] == "body")
+            Active?.Invoke((string)arguments[0], (string)arguments[2] == "moving");
     }
 
     static string Text(byte[] packet, ref int at)

@@ -1,8 +1,10 @@
-# Godot 4: a node that emits a signal for every key frame. Not run here: there was no Godot 4.
-# Start: mossar run SOURCE --to osc://127.0.0.1:9000   Attach to a Node, connect `key_frame` to what reacts.
+# Godot 4: a node that emits signals for key frames, moves and activity. Not run here: there was no Godot 4.
+# Start: mossar run SOURCE --to osc://127.0.0.1:9000   Attach to a Node, connect the signals to what reacts.
 extends Node
 
 signal key_frame(performer: String, status: String, kind: String, take: int, frame: int, time: float)
+signal move(performer: String, status: String, name: String, limb: String)  # with --moves
+signal activity(performer: String, channel: String, state: String)  # moving or resting
 
 @export var port := 9000
 var _socket := PacketPeerUDP.new()
@@ -22,16 +24,20 @@ func _receive(packet: PackedByteArray) -> void:
 	var stream := StreamPeerBuffer.new()
 	stream.big_endian = true
 	stream.data_array = packet
-	if _text(stream) != "/mossar/key_frame":
-		return
+	var address := _text(stream)
 	var arguments := []
 	for type in _text(stream).substr(1):
 		match type:
 			"s": arguments.append(_text(stream))
 			"i": arguments.append(stream.get_32())
 			"f": arguments.append(stream.get_float())
-	# performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
-	key_frame.emit(arguments[0], arguments[1], arguments[2], arguments[3], arguments[4], arguments[5])
+	match address:
+		"/mossar/key_frame":  # then decided_time, velocity, strength, rev
+			key_frame.emit(arguments[0], arguments[1], arguments[2], arguments[3], arguments[4], arguments[5])
+		"/mossar/move":  # then take, start, end, decided_time, score, rev
+			move.emit(arguments[0], arguments[1], arguments[2], arguments[3])
+		"/mossar/activity":  # then take, start, decided_time, previous
+			activity.emit(arguments[0], arguments[1], arguments[2])
 
 
 func _text(stream: StreamPeerBuffer) -> String:

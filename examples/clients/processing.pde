@@ -1,8 +1,10 @@
-// Processing: a circle that jumps at every onset. Not run here: there was no Processing.
+// Processing: a circle that jumps at every onset, turns red at moves, and pales at rest. Not run here: there was no Processing.
 // Start: mossar run SOURCE --to osc://127.0.0.1:9000   Needs the library oscP5 (Sketch, Import Library).
 import oscP5.*;
 
 float size = 60;
+color filling = color(230, 159, 0);
+boolean moving = true;
 String said = "waiting for /mossar/key_frame at port 9000";
 
 void setup() {
@@ -13,19 +15,33 @@ void setup() {
 void draw() {
   background(20, 32, 43);
   size = lerp(size, 60, 0.08);
-  fill(230, 159, 0);
+  fill(filling, moving ? 255 : 120);
   noStroke();
   circle(width / 2, height / 2, size);
   fill(232);
   text(said, 20, 30);
 }
 
-// performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
 void oscEvent(OscMessage message) {
-  if (!message.checkAddrPattern("/mossar/key_frame")) return;
+  if (message.checkAddrPattern("/mossar/key_frame")) keyFrame(message);
+  if (message.checkAddrPattern("/mossar/move")) move(message);
+  if (message.checkAddrPattern("/mossar/activity") && message.get(1).stringValue().equals("body"))
+    moving = message.get(2).stringValue().equals("moving"); // performer, channel, state, take, start, decided_time, previous
+}
+
+// performer, status, name, limb, take, start, end, decided_time, score, rev
+void move(OscMessage message) {
+  if (!message.get(1).stringValue().equals("confirmed")) return;
+  said = message.get(0).stringValue() + "  " + message.get(2).stringValue();
+  filling = color(213, 94, 0);
+}
+
+// performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
+void keyFrame(OscMessage message) {
   String status = message.get(1).stringValue();
   String kind = message.get(2).stringValue();
   if (!status.equals("confirmed")) return;
   said = message.get(0).stringValue() + "  " + kind + "  " + nf(message.get(5).floatValue(), 0, 2) + " s";
+  filling = color(230, 159, 0);
   size = kind.equals("offset") ? 120 : 240;
 }

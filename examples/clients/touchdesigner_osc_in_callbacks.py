@@ -1,17 +1,22 @@
 """TouchDesigner: the callbacks of an OSC In DAT on port 9000. Not run in TouchDesigner, which was not at hand.
 
 Start: mossar run SOURCE --to osc://127.0.0.1:9000. Make an OSC In DAT, paste this into its callbacks DAT, and a Table DAT
-called `key_frames`, a Constant CHOP called `moving`: rows are appended to the one, the other is 1 from onset to offset.
+called `key_frames`, a Table DAT called `moves` and a Constant CHOP called `moving`: rows are appended to the tables, the CHOP is 1
+while the body moves.
 """
 
-# Of the arguments performer, status, kind, take, frame, time, decided_time, velocity, strength, rev:
+# Of the arguments performer, status, kind, take, frame, time, decided_time, velocity, strength, rev; of a move performer, status,
+# name, limb, take, start, end, decided_time, score, rev; of activity performer, channel, state, take, start, decided_time, previous:
 STATUS, KIND, TIME = 1, 2, 5
+NAME, LIMB = 2, 3
+CHANNEL, STATE = 1, 2
 
 
 def onReceiveOSC(dat, rowIndex, message, bytes, timeStamp, address, args, peer):  # noqa: N802, A002, ANN001, ANN201, ARG001
     """React to one message; the name and the arguments are TouchDesigner's."""
-    if address != "/mossar/key_frame" or args[STATUS] != "confirmed":
-        return
-    op("key_frames").appendRow([args[0], args[KIND], args[TIME]])  # noqa: F821 - TouchDesigner's
-    if args[KIND] != "minimum":
-        op("moving").par.value0 = int(args[KIND] == "onset")  # noqa: F821
+    if address == "/mossar/key_frame" and args[STATUS] == "confirmed":
+        op("key_frames").appendRow([args[0], args[KIND], args[TIME]])  # noqa: F821 - TouchDesigner's
+    elif address == "/mossar/move" and args[STATUS] == "confirmed":
+        op("moves").appendRow([args[0], args[NAME], args[LIMB]])  # noqa: F821
+    elif address == "/mossar/activity" and args[CHANNEL] == "body":
+        op("moving").par.value0 = int(args[STATE] == "moving")  # noqa: F821

@@ -1,17 +1,29 @@
 """The clients in `examples/clients` that can run here react to a real `mossar run`; the others say that they were not run."""
 
+import contextlib
+import itertools
+import re
 import shutil
 import socket
 import subprocess
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from checks.run_process import free_port
 
 CLIENTS = Path(__file__).parents[2] / "examples" / "clients"
 RUN_HERE = {"browser_game.html", "pure_data.pd"}
+
+
+def _browser():
+    """Return playwright and the browser, or skip."""
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        pytest.skip("needs a browser: apt-get install chromium")
+    return pytest.importorskip("playwright.sync_api", reason="needs pip install playwright"), chromium
 
 
 def test_clients_that_were_not_run_say_so():
@@ -21,11 +33,42 @@ def test_clients_that_were_not_run_say_so():
             assert f"`{path.name}`" in (CLIENTS / "README.md").read_text()
 
 
+def test_every_client_reacts_to_moves_and_activity():
+    for path in CLIENTS.iterdir():
+        if path.is_file() and path.suffix != ".md":
+            words = set(re.findall(r"\w+", path.read_text()))
+            assert {"move", "activity", "key_frame"} <= words, path
+
+
+@pytest.fixture
+def punches(tmp_path, mossar):
+    """A file of moves, and a recording in which the move is made twice; 20 s are repeated."""
+    reach = np.zeros((150, 2, 3), np.float32)
+    reach[60:90, 1, 0] = np.sin(np.pi * (0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 30))))
+    noise = np.random.default_rng(1).normal(0, 0.0005, (600, 2, 3))
+    take, moves = tmp_path / "take.npz", tmp_path / "moves.json"
+    positions = (np.tile(reach, (4, 1, 1)) + noise).astype(np.float32)
+    np.savez(take, positions=positions, fps=30.0, joint_names=["hip", "hand"], parents=[-1, 0])
+    assert mossar("teach", moves, take, "--name", "punch", "--unit", "m")[0] == 0
+    return ("run", str(take), "--moves", str(moves), "--unit", "m", "--speed", "2")
+
+
+def test_the_browser_game_reacts_to_a_move(process, punches):
+    api, browser_path = _browser()
+    port = free_port()
+    running = process(*punches, "--to", f"ws://127.0.0.1:{port}")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=browser_path, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(f"file://{CLIENTS / 'browser_game.html'}?ws://127.0.0.1:{port}")
+        told = "document.getElementById('says').textContent.includes('punch with the hand')"
+        page.wait_for_function(told, timeout=60_000, polling=5)
+        browser.close()
+    running.kill()
+
+
 def test_the_browser_game_scores(process):
-    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if chromium is None:
-        pytest.skip("needs a browser: apt-get install chromium")
-    api = pytest.importorskip("playwright.sync_api", reason="needs pip install playwright")
+    api, chromium = _browser()
     port = free_port()
     running = process("run", "demo:?seconds=60", "--speed", "4", "--to", f"ws://127.0.0.1:{port}")
     with api.sync_playwright() as playwright:
@@ -38,32 +81,52 @@ def test_the_browser_game_scores(process):
     running.kill()
 
 
-def test_the_pure_data_patch_hears_key_frames(process, tmp_path):
+@pytest.fixture
+def patch_on(tmp_path):
+    """Run the patch on a port; return what it prints, as it comes."""
     pd = shutil.which("pd")
     if pd is None:
         pytest.skip("needs Pure Data: apt-get install puredata-core")
-    port = free_port(socket.SOCK_DGRAM)
     patch = tmp_path / "patch.pd"
-    patch.write_text(
-        (CLIENTS / "pure_data.pd").read_text().replace("netreceive -u -b 9000", f"netreceive -u -b {port}")
-    )
-    hearing = subprocess.Popen(
-        [pd, "-nogui", "-noaudio", "-stderr", "-open", str(patch)],
-        stdin=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    running = process("run", "demo:?seconds=60", "--speed", "4", "--to", f"osc://127.0.0.1:{port}")
-    watchdog = threading.Timer(100, hearing.kill)
-    watchdog.start()
-    heard = []
-    for line in hearing.stderr:
-        heard += [line.strip()] if line.startswith("moved: ") else []
-        if len(heard) == 4:
-            break
-    watchdog.cancel()
-    running.kill()
-    hearing.kill()
-    hearing.communicate()
+
+    @contextlib.contextmanager
+    def run(port):
+        text = (CLIENTS / "pure_data.pd").read_text()
+        patch.write_text(text.replace("netreceive -u -b 9000", f"netreceive -u -b {port}"))
+        hearing = subprocess.Popen(
+            [pd, "-nogui", "-noaudio", "-stderr", "-open", str(patch)],
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        watchdog = threading.Timer(100, hearing.kill)
+        watchdog.start()
+        try:
+            yield (line.strip() for line in hearing.stderr)
+        finally:
+            watchdog.cancel()
+            hearing.kill()
+            hearing.communicate()
+
+    return run
+
+
+def test_the_pure_data_patch_hears_key_frames_and_activity(process, patch_on):
+    port = free_port(socket.SOCK_DGRAM)
+    with patch_on(port) as lines:
+        running = process("run", "demo:?seconds=60", "--speed", "4", "--to", f"osc://127.0.0.1:{port}")
+        heard = list(itertools.islice((line for line in lines if line.startswith("moved: ")), 4))
+        active = next(line for line in lines if line.startswith("activity: "))
+        running.kill()
     assert len(heard) == 4
     assert set(heard) <= {f"moved: symbol {kind}" for kind in ("onset", "offset", "minimum")}
+    assert active in {"activity: symbol moving", "activity: symbol resting"}
+
+
+def test_the_pure_data_patch_hears_moves(process, patch_on, punches):
+    port = free_port(socket.SOCK_DGRAM)
+    with patch_on(port) as lines:
+        running = process(*punches, "--to", f"osc://127.0.0.1:{port}")
+        heard = next(line for line in lines if line.startswith("move: "))
+        running.kill()
+    assert heard == "move: symbol punch"

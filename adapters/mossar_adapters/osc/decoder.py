@@ -95,6 +95,17 @@ class OscDecoder:
             return "no profile"
         return fitting.name if self._profile in {"auto", fitting.name} else f"fits {fitting.name}"
 
+    def better_profile(self) -> str | None:
+        """Return the profile that messages fit which the chosen one does not want, None if none does."""
+        if self._profile == "auto":
+            return None
+        for address in self.counters.seen:
+            message = Message(address, (), "", 0.0)
+            fitting = None if self._routes.find(message) else self._others.find(message)
+            if fitting is not None:
+                return fitting.name
+        return None
+
     def _decode(self, datagram: Datagram) -> None:
         malformed, used = self.counters.malformed, False
         suffix = self._senders.suffix(datagram.host, datagram.port, datagram.arrival)

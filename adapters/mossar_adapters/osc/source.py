@@ -110,7 +110,9 @@ class OscSource:
         if counters.malformed:
             text += f"; {counters.malformed} malformed, the last: {counters.last_error}"
         if counters.ignored:
-            text += f"; {counters.ignored} ignored: try profile=generic&pattern=/pose/{{performer}}/{{joint}}"
+            better = self.decoder.better_profile()
+            hint = f"profile={better}, or leave profile= out" if better else _OF_YOUR_OWN
+            text += f"; {counters.ignored} ignored: try {hint}"
         return text
 
     def close(self) -> None:
@@ -120,6 +122,7 @@ class OscSource:
             self._socket.close()
 
 
+_OF_YOUR_OWN = "profile=generic&pattern=/pose/{performer}/{joint}, see docs/osc.md"
 _SMALL = (
     "{}: the system grants a receive buffer of {} KiB only; datagrams may get lost under load"
     " (Linux: sysctl net.core.rmem_max=4194304)"

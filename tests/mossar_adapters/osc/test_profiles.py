@@ -306,6 +306,12 @@ def test_only_welcome_senders_are_heard(open_wire, hear):
     assert source.counters.ignored == 1
 
 
+def test_a_profile_that_does_not_fit_is_explained_by_the_one_that_does(open_wire, hear):
+    source, wire = open_wire("?profile=osceleton")
+    hear(source, lambda: wire("/VMC/Ext/Bone/Pos", "sfffffff", "Hips", *[0.0] * 7))
+    assert source.explain().endswith("1 ignored: try profile=vmc, or leave profile= out")
+
+
 def test_silence_is_explained(open_wire, hear):
     source, wire = open_wire()
     assert f"127.0.0.1:{source.port}; no datagram came yet" in source.explain()
