@@ -84,7 +84,7 @@ STOPS = 6
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
-UNFILTERED = np.float32(0.0), np.float32(0.0)  # weights of `_localise` for poses as they are
+UNFILTERED = np.float32(0.0), np.float32(0.0)  # weights for poses as they are
 
 
 class Arrays(NamedTuple):

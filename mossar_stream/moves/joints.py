@@ -57,7 +57,7 @@ class Pair(NamedTuple):
 
 
 def known_joints(skeleton: Skeleton) -> dict[str, int]:
-    """Return which joints of a skeleton are known by name: slots such as `left_wrist` to indices."""
+    """Return which joints of a skeleton are known by name: slots such as "left_wrist" to indices."""
     place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
     taken: set[int] = set()
     found: dict[str, int] = {}
@@ -76,7 +76,7 @@ def joint_places(skeleton: Skeleton) -> dict[str, tuple[int, int]]:
         skeleton: With names of any of the usual conventions.
 
     Returns:
-        Two joints for each of `hips`, `spine`, `chest`, `neck`, `head` and `left_` and `right_` `shoulder`, `elbow`,
+        Two joints for each of `hips`, `spine`, `chest`, `neck`, `head` and "left_" and "right_" `shoulder`, `elbow`,
         `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot` that is found: it lies in the middle of the two, which are mostly
         the same.
 

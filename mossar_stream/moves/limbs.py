@@ -15,7 +15,7 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     """Return the joints of each limb of a skeleton.
 
     Trunk with head, left and right arm, left and right leg where the joints are known by name; otherwise what hangs on
-    the root, one limb for each of its children, called like it (`body_limb` for `body`, the
+    the root, one limb for each of its children, called like it ("body_limb" for `body`, the
     channel of the body).
 
     Args:
@@ -40,7 +40,7 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
 
 
 def limb_of_slot(slot: str) -> str:
-    """Return the limb of a known joint, such as `left_arm` for `left_wrist`."""
+    """Return the limb of a known joint, such as `left_arm` for "left_wrist"."""
     side, _, part = slot.partition("_")
     return f"{side}_{_PARTS[part]}" if part in _PARTS else TRUNK
 

@@ -195,7 +195,7 @@ def recognise(
         end: Frame to stop before.
 
     Returns:
-        Number of the frame that brought news, which stand in `state.happened`; `end` if none did.
+        Number of the frame that brought news, which stand in `happened` of its record; `end` if none did.
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]

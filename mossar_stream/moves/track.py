@@ -29,7 +29,7 @@ JOINT = np.dtype(
     [
         ("one", "i8"),  # joint of the stream, -1 for the mean of all joints
         ("other", "i8"),  # another, if the template's joint lies in their middle, else the same
-        ("limb", "i8"),  # index into `limbs.LIMBS`
+        ("limb", "i8"),  # index into the keys of `limbs.limbs_of`
     ],
 )
 

@@ -5,7 +5,7 @@ Gaussian per segment. Merging segments a and b costs
 
     g = Σ_d w_d [ T_ab log(σ²_ab,d + r) - T_a log(σ²_a,d + r) - T_b log(σ²_b,d + r) ]
 
-with T the durations in seconds and r a floor on the variance (`algorithm.md` 3b). The cost weighs evidence by
+with T the durations in seconds and r a floor on the variance. The cost weighs evidence by
 duration and needs nothing but sums: it is mergeable, and no frame is kept.
 """
 

@@ -2,7 +2,7 @@
 
 A summary is a slot: a vector of float64 numbers that begins with the fields below; what follows belongs to the
 similarity measure in use. Summaries are mergeable: the summary of two neighbouring segments together follows
-from theirs, so that no frame need be kept (`algorithm.md` 2; Chan, Golub and LeVeque 1979).
+from theirs, so that no frame need be kept (Chan, Golub and LeVeque 1979).
 """
 
 from typing import NamedTuple

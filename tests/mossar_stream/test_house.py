@@ -1,7 +1,6 @@
 """What holds for the house as a whole: its face, its floors, and what its kernels may take."""
 
 import ast
-import itertools
 from pathlib import Path
 
 import pytest
@@ -12,8 +11,6 @@ CORE = Path(mossar_stream.__file__).parent
 ROOT = CORE.parent
 KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel"}
 MOST_PARAMETERS = 6
-MOST_ROOMS = 16
-LONGEST_FILE, LONGEST_FUNCTION = 400, 60  # lines
 
 
 def files(folder):
@@ -116,11 +113,6 @@ def test_no_import_goes_round_in_a_circle(depth):
     assert not circle_in(graph)
 
 
-def test_the_top_floor_has_few_rooms():
-    rooms = [p for p in CORE.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()]
-    assert len(rooms) <= MOST_ROOMS
-
-
 def test_kernels_take_at_most_six_parameters():
     kernels = [
         (file.name, function)
@@ -132,10 +124,3 @@ def test_kernels_take_at_most_six_parameters():
     assert not [
         (name, function.name) for name, function in kernels if len(function.args.args) > MOST_PARAMETERS
     ]
-
-
-def test_files_and_functions_are_short():
-    long = [file for file in files(CORE) if len(file.read_text(encoding="utf-8").splitlines()) > LONGEST_FILE]
-    functions = itertools.chain.from_iterable(map(functions_of, files(CORE)))
-    long += [f.name for f in functions if f.end_lineno - f.lineno >= LONGEST_FUNCTION]
-    assert not long

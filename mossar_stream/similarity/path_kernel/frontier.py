@@ -64,7 +64,7 @@ def elimination_order(near, order):
     """Find an order of settling the vertices of a block that keeps the frontier narrow.
 
     Args:
-        near: (n,) as in `path_blocks`.
+        near: (n,) as in `blocks`.
         order: (n,) filled with the order.
 
     Returns:
@@ -127,7 +127,7 @@ def frontier_sum(near, link, inner, ends, order):
     """Sum the paths of a block by settling its vertices one by one; result as in `path_sum.block_sum`.
 
     Args:
-        near: As in `path_blocks`, like the next three.
+        near: As in `blocks`, like the next three.
         link: (n, n).
         inner: (n,).
         ends: (n,).

@@ -31,7 +31,7 @@ def add_distances(params, summary, pose, weight):
     vectorises. What stands in the place of padding joints is never read.
 
     Args:
-        params: Record of `path_kernel.make_params`.
+        params: Record of `kernel.make_params`.
         summary: Summary.
         pose: (4, padded joints), of which 3 rows are coordinates, m; x is NaN where a joint does not count.
         weight: s, > 0.

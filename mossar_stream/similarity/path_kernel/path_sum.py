@@ -204,7 +204,7 @@ def _graph_block_sum(graph, parent, others, place):
 
 @kernel
 def block_sum(near, link, inner, ends):
-    """Sum the paths of one block, as described in `path_blocks`, by the method that should cost least.
+    """Sum the paths of one block, as described in `blocks`, by the method that should cost least.
 
     Returns:
         The sum over its paths of length >= 1, and the part of it that ends at vertex 0, over ends[0].

@@ -12,7 +12,7 @@ A bin holds the weight (s), for each joint the mean of its coordinates and, as i
 the weighted sum of products of their deviations from the mean. Raw sums of squares would leave rounding noise on
 joints that hardly move, which the cosine of two covariances blows up.
 
-Every function takes the parameters of `path_kernel.make_params` and summaries as described there.
+Every function takes the parameters of `kernel.make_params` and summaries as described there.
 """
 
 import numpy as np
