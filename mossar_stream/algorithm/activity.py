@@ -25,8 +25,10 @@ from mossar_stream.memory.joint_pages import LINES, LIVE, LOG_SPEED, place
 
 # m/s, rms over the joints. Labelled recordings rest at 0.02 to 0.03, and turn at less than 0.06 for a frame or two.
 UPPER_LINE, LOWER_LINE = 0.06, 0.04
-# Times the noise: in ten minutes of standing with 5 mm of white noise the speed stays below 2.3 times.
-UPPER_NOISE, LOWER_NOISE = 2.5, 1.8
+# Times what the noise adds to the speed, and, to begin to move, times what it adds as it is now, which follows joints that
+# jump. In ten minutes of standing with 5 mm of noise two frames in a row reach 2.7 and 2.1 times at most, those of limbs
+# included.
+UPPER_NOISE, UPPER_NOISE_NOW, LOWER_NOISE = 2.5, 2.2, 2.0
 CONFIRMED = 0.03  # s above the upper line: a second frame at 30 Hz
 SETTLING = 0.15  # s at the start of a take, in which the speed spans too little time and noise is not known
 BRIEF = 0.15  # s; a bout that reaches into a segment for so long at most does not count in it
@@ -70,25 +72,25 @@ def start_activity(state, time):
 
 
 @inline_kernel
-def follow_activity(activity, body, speed, noise, time, rest_seconds):
-    """Take the speed of a frame in.
+def follow_activity(activity, body, speed, noises, time, rest_seconds):
+    """Process the speed of a frame.
 
     Args:
         activity: Activity; `state.changed` is set where the state changes.
         body: See joint_pages.py; the log speeds are those of the frame.
         speed: m/s, rms over the joints.
-        noise: m/s, what the sensor's noise adds to it.
+        noises: m/s, what the sensor's noise adds to it: at its quietest of late, and as it is now.
         time: s.
         rest_seconds: s.
     """
     state = activity.state
+    noise, noise_now = noises
     if state.moving == 1:
         if speed > max(LOWER_LINE, LOWER_NOISE * noise):
             state.above = time
         elif time - state.above >= rest_seconds - MARGIN:
-            _keep_bout(activity)
-            _change(state, RESTING)
-    elif not speed > max(UPPER_LINE, UPPER_NOISE * noise):
+            _rest(activity)
+    elif not speed > max(UPPER_LINE, UPPER_NOISE * noise, UPPER_NOISE_NOW * noise_now):
         state.above = np.inf
     elif state.above == np.inf:
         state.above = time
@@ -100,10 +102,27 @@ def follow_activity(activity, body, speed, noise, time, rest_seconds):
         state.above = time
 
 
+@kernel
+def rests_at_end(activity, time):
+    """Let a performer rest who was below the line in the last frame of a take, and tell whether that is so."""
+    state = activity.state
+    if state.moving == 0 or not state.above < time:
+        return False
+    _rest(activity)
+    return True
+
+
 @inline_kernel
 def noise_of_activity(noise, joints):
     """Return what the sensor's noise adds to the speed where poses are not filtered, m/s."""
     return noise_level(noise) / joints * noise.step / SPEED_WINDOW
+
+
+@kernel
+def _rest(activity):
+    """Let a performer rest who has moved."""
+    _keep_bout(activity)
+    _change(activity.state, RESTING)
 
 
 @kernel

@@ -42,7 +42,7 @@ from mossar_stream.algorithm.facts import (
 )
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.localising import localise, speed_to_come
-from mossar_stream.algorithm.noise import calm_noise, hear_noise, noise_floor, start_noise
+from mossar_stream.algorithm.noise import calm_noise, hear_noise, noise_floor, noise_level, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
@@ -369,8 +369,10 @@ def _follow_activity(state, a, squares):
         level = noise_of_speed(noise, plan.moving_joints)
     else:
         level = noise_of_activity(noise, plan.moving_joints)
+    heard = noise_level(noise)
+    now = level * (noise.estimate / heard if heard > 0.0 else 1.0)
     speed = np.sqrt(squares / state.joints.moving)
-    follow_activity(a.activity, a.joints.body, speed, level, state.clock.time, plan.rest_seconds)
+    follow_activity(a.activity, a.joints.body, speed, (level, now), state.clock.time, plan.rest_seconds)
 
 
 @inline_kernel

@@ -86,6 +86,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("one_euro_beta", "f8"),
         ("theta", "f8"),  # sigThre, share of the range
         ("rest_seconds", "f8"),  # s
+        ("rests", "i8"),  # whether they are segments of their own
         ("range_policy", "i8"),
         ("range_min", "f8"),
         ("range_max", "f8"),

@@ -28,6 +28,7 @@ from mossar_stream.algorithm.remerging import (
     remember,
     remerge,
 )
+from mossar_stream.algorithm.rests import judge_rests
 from mossar_stream.algorithm.tempo import pace
 from mossar_stream.algorithm.verdicts import FREE, Verdicts
 from mossar_stream.jit.decorators import inline_kernel, kernel
@@ -223,6 +224,8 @@ def rank(w, open_slot):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot
         scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN
         scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else FREE
+    if w.plan.rests == 1:
+        judge_rests(w, count)
     nodes, both = scratch.summaries[NODES:], scratch.summaries[BOTH]
     remerge(prepared(w.params, w.summaries, w.memo, scratch, nodes, both), count, state.pace)
     for i in range(count):

@@ -7,7 +7,7 @@ date and decides what is due. Few frames come here, and it is compiled apart fro
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.activity import BOUT, Activity, put_activity
+from mossar_stream.algorithm.activity import BOUT, Activity, put_activity, rests_at_end
 from mossar_stream.algorithm.clock import end_take
 from mossar_stream.algorithm.decision import ONE, decide_oldest
 from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
@@ -125,6 +125,8 @@ def update_window(
             _decide_what_is_due(w, segment, state.curve, begin)
     else:
         if reason != DECIDE:
+            if rests_at_end(w.activity, w.clock.taken_time):
+                put_activity(w.clock, w.events, state.activity)
             _close_take(w, segment, state.curve)
         if reason != RANK:
             _decide_all(w, segment)
@@ -297,7 +299,7 @@ def _decide_what_is_due(w, segment, curve, begin):
 @inline_kernel
 def _is_clear(w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
-    if w.plan.evidence == 1:  # which changes with what follows
+    if w.plan.evidence == 1 or w.plan.rests == 1:  # which changes with what follows
         return False
     strength, beta = w.keys[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)

@@ -165,6 +165,7 @@ class Plan:
             "one_euro_beta": chosen.one_euro_beta,
             "theta": chosen.sig_threshold,
             "rest_seconds": chosen.rest_seconds,
+            "rests": chosen.rests == "keep",
             "range_policy": POLICIES.index(chosen.range),
             "range_min": chosen.range_min,
             "range_max": chosen.range_max or 0.0,

@@ -21,6 +21,7 @@ Center = Literal["root", "centroid"]
 SimilarityName = Literal["evidence", "likelihood", "path_kernel"]
 KernelForm = Literal["damped", "sum", "normalised"]
 Location = Literal["none", "free", "candidates"]
+Rests = Literal["merge", "keep"]
 LevelName = Literal["posture", "motion", "cluster"]
 LEVEL_NAMES: tuple[str, ...] = get_args(LevelName)
 
@@ -86,6 +87,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_pause: A gap or a step back in time longer than this starts a new take, s.
         repetitions: Whether to count how often movements are repeated.
         rest_seconds: How long the speed must have been below the line until an activity event reports `resting`, s.
+        rests: Whether holds and rests of 0.6 s and more are segments of their own (`keep`), or the level decides (`merge`).
         phase: Whether to tell of each frame where in the cycle of a repeated movement it is; needs `repetitions`.
         limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
             else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
@@ -132,6 +134,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_speed: float = 15.0
     max_pause: float = 1.0
     rest_seconds: float = 0.25
+    rests: Rests = "merge"
     repetitions: bool = False
     phase: bool = False
     limbs: bool | str = False
@@ -282,6 +285,7 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "similarity": (*get_args(SimilarityName), None),
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
+    "rests": get_args(Rests),
 }
 SWITCHES = ("tempo", "repetitions", "phase")
 NOT_OF_EVIDENCE = (

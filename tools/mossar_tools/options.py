@@ -14,7 +14,7 @@ import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.people import REMEMBERED
-from mossar_stream import Settings, SettingsError
+from mossar_stream import SETTING_CHOICES, Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
 from mossar_tools.errors import UsageError
@@ -87,6 +87,7 @@ class Options(msgspec.Struct, frozen=True):
     cut: str | None = None
     repetitions: bool = False
     limbs: str | None = None
+    rests: str | None = None
     plot: str | None = None
     plot_from: float | None = None
     plot_to: float | None = None
@@ -125,6 +126,8 @@ class Options(msgspec.Struct, frozen=True):
             chosen["level"] = self.level
         if self.repetitions:
             chosen["repetitions"] = True
+        if self.rests is not None:
+            chosen["rests"] = self.rests
         if self.limbs is not None:
             chosen["limbs"] = self.limbs or True
         return Settings.build(self.preset, chosen)
@@ -205,6 +208,11 @@ def add_settings(
         action="append",
         type=setting,
         help="any setting, as in --set window=0.3; may be given several times",
+    )
+    group.add_argument(
+        "--rests",
+        choices=SETTING_CHOICES["rests"],
+        help="keep: holds and rests of 0.6 s and more are segments of their own; merge: the level decides",
     )
     if not body_only:
         _add_channels(group)

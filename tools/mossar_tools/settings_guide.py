@@ -81,6 +81,10 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "rest_seconds": Guide(
         "s", "longer: `resting` is reported later, and shorter rests are part of the movement"
     ),
+    "rests": Guide(
+        "",
+        "merge: the level decides whether a hold is a segment; keep: holds and rests of 0.6 s and more are",
+    ),
     "repetitions": Guide("", "true: counts how often movements are repeated, and how fast"),
     "phase": Guide("", "true: with repetitions, tells of each frame where in the cycle it is"),
     "limbs": Guide(

@@ -52,6 +52,8 @@ SCHEMAS: dict[str, pa.Schema] = {
             ("state", pa.string()),
             ("active_joints", pa.list_(pa.string())),
             ("similarity", pa.float64()),
+            ("active_start", pa.float64()),
+            ("active_end", pa.float64()),
             ("limb", pa.string()),
         ]
     ),
