@@ -4,9 +4,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from mossar_adapters.regular import check_regular
 from mossar_stream import MossarError
 
 MAX_BYTES = 1 << 20
+_LARGEST = 1 << 63  # what TOML asks every reader for; beyond, numbers cannot even be shown
 
 
 def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]:
@@ -18,12 +20,33 @@ def read_toml(path: Path, kind: str, error: type[MossarError]) -> dict[str, Any]
         error: What to raise; one line says what is wrong.
     """
     try:
+        check_regular(path)
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
             raise error(f"{path}: larger than 1 MB; this is no {kind}")
-        return tomllib.loads(data.decode())
+        content = tomllib.loads(data.decode())
+        _check(content)
     except OSError as failure:
         raise error(f"{path}: cannot be read: {failure.strerror or failure}") from None
-    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as failure:
+    except (
+        ValueError,
+        RecursionError,
+    ) as failure:  # of ValueError: TOMLDecodeError, UnicodeError, thousands of digits
         raise error(f"{path}: not valid TOML: {failure}") from None
+    return content
+
+
+def _check(value: Any) -> None:
+    """Refuse what TOML can write, but no option can mean: it would surface as an error of something else."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            _check(key)
+            _check(part)
+    elif isinstance(value, list):
+        for part in value:
+            _check(part)
+    elif isinstance(value, str) and "\0" in value:
+        raise ValueError(f"there is a NUL character in {value[:40]!r}")
+    elif isinstance(value, int) and not -_LARGEST <= value < _LARGEST:
+        raise ValueError("there is an integer of more than 64 bits")

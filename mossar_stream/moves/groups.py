@@ -45,14 +45,19 @@ def groups_of(skeleton: Skeleton, wanted: bool | str) -> list[Limb]:
         return []
     if wanted is True:
         found = [_limb(skeleton, name, joints) for name, joints in limbs_of(skeleton).items()]
-        return [limb for limb in found if len(limb.joints) > 1]
+        return [limb for limb in found if _can_move(limb, skeleton)]
     limbs = []
     for name, members in parse_groups(str(wanted)).items():
         limb = _limb(skeleton, name, tuple(sorted({_index(skeleton, name, joint) for joint in members})))
-        if len(limb.joints) == 1:
+        if not _can_move(limb, skeleton):
             raise FrameError(f"limb {name}: {members[0]!r} hangs on nothing that it could move against")
         limbs.append(limb)
     return limbs
+
+
+def _can_move(limb: Limb, skeleton: Skeleton) -> bool:
+    """Tell whether a joint of a limb can move against where the limb hangs: a single joint is its own mean."""
+    return len(limb.joints) > 1 and len(skeleton) > 1
 
 
 def _index(skeleton: Skeleton, limb: str, joint: str) -> int:

@@ -190,7 +190,12 @@ class Moves:
         """
         from mossar_stream.moves.moves_file import MAX_BYTES  # noqa: PLC0415
 
-        with Path(path).open("rb") as file:
+        source = Path(path)
+        if source.exists() and not (
+            source.is_file() or source.is_dir()
+        ):  # a pipe may never end, nor even begin
+            raise MovesError("this is a pipe or a device, not a file of moves")
+        with source.open("rb") as file:
             return cls.from_json(file.read(MAX_BYTES + 1))
 
 

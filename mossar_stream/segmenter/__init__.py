@@ -180,7 +180,10 @@ class Segmenter:
 
     @property
     def limbs(self) -> tuple[str, ...]:
-        """The limbs that have key frames of their own (setting `limbs`), as the `channel` of events names them."""
+        """The limbs that have key frames of their own (setting `limbs`), as the `channel` of events names them.
+
+        Empty, too, if no joint of the skeleton can move against another: such a skeleton is segmented as without limbs.
+        """
         return () if self._followers.limbs is None else self._followers.limbs.names
 
     @property
@@ -390,8 +393,10 @@ class Segmenter:
         return segmenter
 
 
-def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs:
-    """Return limbs of the performer of a row, as settings call for them."""
+def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs | None:
+    """Return limbs of the performer of a row, as settings call for them; None if its skeleton leaves none."""
+    if not groups_of(row.plan.skeleton, settings.limbs):
+        return None
 
     def new_segmenter(skeleton: Skeleton, own: Settings, channel: str) -> Segmenter:
         plan = Plan(skeleton, own, row.plan.fps, channel=channel)

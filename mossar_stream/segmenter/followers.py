@@ -22,7 +22,7 @@ class Followers:
     Args:
         row: The performer's.
         recognition: Of moves, or None.
-        new_limbs: Returns the limbs of a row's performer that settings call for.
+        new_limbs: Returns the limbs of a row's performer that settings call for, None if there are none.
 
     Attributes:
         limbs: Key frames of limbs, or None.
@@ -31,7 +31,7 @@ class Followers:
     """
 
     def __init__(
-        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs]
+        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs | None]
     ) -> None:
         self._recognition = recognition
         self.limbs: Limbs | None = None
@@ -55,7 +55,7 @@ class Followers:
 
     def _renew_limbs(self, row: Row) -> None:
         given, clock = row.plan.given, row.clock
-        self.limbs = self._new_limbs(row, given) if given.limbs else None
+        self.limbs = self._new_limbs(row, given)
         if self.limbs is not None:
             self.limbs.join(int(clock["take"]), int(clock["next_frame"]))
 

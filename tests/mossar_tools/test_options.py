@@ -93,6 +93,13 @@ def test_tables_in_the_settings_are_parts(options):
         ("[settings]\nwindow = 99", "setting window is 99.0; it must lie between"),
         ('level = "strong"', "it must be posture, motion, cluster or a number"),
         ("to = [1, [2]]", "to cannot be"),
+        ("fps = " + "9" * 5000, "value has 5000 digits"),
+        ("fps = 0x" + "f" * 5000, "not valid TOML: there is an integer of more than 64 bits"),
+        ('moves = "a\\u0000b"', "not valid TOML: there is a NUL character in"),
+        ('sources = ["demo:\\u0000"]', "NUL character"),
+        ('[settings]\nlimbs = "a\\u0000=b"', "NUL character"),
+        ('"a\\u0000" = 1', "NUL character"),
+        ("a=" + "[" * 5000 + "]" * 5000, "not valid TOML"),
     ],
 )
 def test_a_wrong_configuration_is_named_with_its_file(options, config, message):

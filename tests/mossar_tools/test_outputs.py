@@ -1,14 +1,19 @@
 """Outputs that fail: full disks, folders that cannot be written, recordings that must not be lost."""
 
+import contextlib
 import json
 import os
 import signal
+import threading
 import time
 
 import numpy as np
 import pytest
 
-from mossar_adapters.files import open_recording
+from mossar_adapters.files import FileError, open_recording
+from mossar_adapters.files.output import OutputFile
+from mossar_adapters.pipeline.snapshot import Snapshot, read_snapshot, write_snapshot
+from mossar_stream import SnapshotError
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, disk_of_128k, tmp_path):
@@ -55,6 +60,77 @@ def test_a_read_only_folder_is_wrong_usage_where_nothing_else_is_written(mossar,
     status, _, err = mossar("run", "demo:", "--to", read_only_disk / "e.jsonl")
     assert status == 2
     assert "Read-only file system" in err
+
+
+def test_a_full_disk_keeps_the_snapshot_that_was_and_nothing_beside_it(disk_of_128k):
+    path = disk_of_128k / "state"
+    small = Snapshot(b"{}", complete=False, performers={"p1": bytes(1000)})
+    write_snapshot(path, small)
+    (disk_of_128k / "filling").write_bytes(bytes(80 << 10))
+    with pytest.raises(SnapshotError, match="cannot be written: No space left on device"):
+        write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": os.urandom(60 << 10)}))
+    assert sorted(found.name for found in disk_of_128k.iterdir()) == ["filling", "state"]
+    assert read_snapshot(path) == small
+
+
+@pytest.mark.parametrize("name", ["events.jsonl", "segments.csv", "take.msk", "notes.txt"])
+def test_two_runs_do_not_write_one_file(process, mossar, tmp_path, name):
+    path, other = tmp_path / name, tmp_path / "other.jsonl"
+    running = process("run", "demo:", "--to", path, "--to", other)
+    wait_for(lambda: other.exists() and other.stat().st_size)
+    status, out, err = mossar("run", "demo:?seconds=1", "--to", path, "--force")
+    assert (status, out) == (2, "")
+    assert f"{path}: another run is writing it; end that run, or name another file" in err
+    running.send_signal(signal.SIGTERM)
+    assert running.wait(20) == 143
+    assert mossar("run", "demo:?seconds=1", "--to", path, "--force", "--speed", "max")[0] == 0
+    assert sorted(found.name for found in tmp_path.iterdir()) == sorted([name, "other.jsonl"])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kill -9 is of POSIX systems")
+def test_two_runs_do_not_share_a_snapshot_and_a_killed_one_holds_nothing(process, mossar, tmp_path):
+    state = tmp_path / "state"
+    running = process("run", "demo:?seconds=60", "--to", tmp_path / "a.jsonl", "--snapshot", state)
+    wait_for(state.exists)
+    again = ("run", "demo:?seconds=60", "--to", tmp_path / "b.jsonl", "--snapshot", state, "--speed", "max")
+    status, _, err = mossar(*again)
+    assert status == 2
+    assert f"{state}: another run is writing it" in err
+    assert not (tmp_path / "b.jsonl").exists()
+    running.kill()
+    running.wait(20)
+    assert mossar(*again)[0] == 0
+    assert not list(tmp_path.glob(".state.lock"))
+
+
+def test_a_claim_is_released_by_whichever_thread_closes_the_file(tmp_path):
+    file = OutputFile(tmp_path / "a.jsonl", replace=False)
+    with pytest.raises(FileError, match="another run is writing it"):
+        OutputFile(tmp_path / "a.jsonl", replace=True)
+    thread = threading.Thread(target=file.close)
+    thread.start()
+    thread.join()
+    OutputFile(tmp_path / "a.jsonl", replace=True).close()
+    assert [found.name for found in tmp_path.iterdir()] == ["a.jsonl"]
+
+
+def test_a_link_to_a_file_that_is_written_is_the_same_file(tmp_path):
+    with contextlib.closing(OutputFile(tmp_path / "a.jsonl", replace=False)):
+        (tmp_path / "b.jsonl").symlink_to(tmp_path / "a.jsonl")
+        with pytest.raises(FileError, match="another run is writing it"):
+            OutputFile(tmp_path / "b.jsonl", replace=True)
+
+
+def test_devices_are_written_by_as_many_as_like():
+    with contextlib.closing(OutputFile(os.devnull, replace=True)):
+        OutputFile(os.devnull, replace=True).close()
+
+
+def wait_for(condition):
+    until = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
 
 
 def test_a_recording_that_is_there_is_never_replaced_without_force(mossar, tmp_path):

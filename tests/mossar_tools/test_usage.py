@@ -1,6 +1,7 @@
 """Wrong usage: one clear line and status 2; odd recordings: a sensible result."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -100,6 +101,62 @@ def test_an_unreadable_recording_is_status_2(mossar, tmp_path, command):
     status, _, err = mossar(*command, none)
     assert status == 2
     assert "none.npz: 'positions' has 0 frames" in err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "demo:?seconds=1", "--moves", "PIPE"),
+        ("run", "demo:?seconds=1", "--config", "PIPE"),
+        ("run", "demo:?seconds=1", "--snapshot", "PIPE"),
+        ("segment", "demo:?seconds=1", "--moves", "PIPE"),
+        ("teach", "PIPE", "--list"),
+        ("teach", "moves.json", "demo:?seconds=1", "--labels", "PIPE.csv"),
+        ("teach", "moves.json", "demo:?seconds=1", "--labels", "PIPE.txt"),
+        ("tune", "demo:?seconds=1", "--labels", "PIPE.json"),
+        ("tune", "demo:?seconds=1", "--labels", "PIPE.txt"),
+        ("flink", "PIPE"),
+        ("run", "demo:?seconds=1", "--to", "zmq+bind://127.0.0.1:0?key=PIPE"),
+    ],
+)
+def test_a_pipe_in_place_of_a_file_is_refused_instead_of_waited_for(mossar, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    for name in ("PIPE", "PIPE.csv", "PIPE.txt", "PIPE.json"):
+        os.mkfifo(name)
+    status, _, err = mossar(*arguments)
+    assert status == 2
+    assert "PIPE" in err
+    assert len(err.splitlines()) == 1
+
+
+def test_times_of_labels_are_finite(mossar, tmp_path):
+    for name, content in (
+        ("labels.txt", "-inf\tinf\tx\n"),
+        ("late.txt", "1\tinf\tx\n"),
+        ("none.txt", "nan\t1\tx\n"),
+        ("moves.csv", "start,end,name\n-inf,inf,x\n"),
+        ("none.csv", "start,end,name\n1,nan,x\n"),
+    ):
+        labels = tmp_path / name
+        labels.write_text(content)
+        commands = [("teach", tmp_path / "moves.json", "demo:?seconds=3", "--labels", labels)]
+        if labels.suffix == ".txt":
+            commands.append(("tune", "demo:?seconds=3", "--labels", labels))
+        for command in commands:
+            status, _, err = mossar(*command)
+            assert status == 2, command
+            assert name in err.splitlines()[-1]
+    assert not (tmp_path / "moves.json").exists()
+
+
+def test_limbs_wanted_of_a_single_joint_are_logged_once(mossar, tmp_path):
+    one = save(tmp_path / "one.npz", 120, 1)
+    for command in (("run", one), ("segment", one, "--json")):
+        status, out, err = mossar(*command, "--limbs", "--repetitions")
+        assert status == 0, err
+        assert err.count("no joint of its skeleton can move against another") == 1
+        assert '"channel"' not in out
 
 
 def test_unknown_joints_are_named(mossar, swing):

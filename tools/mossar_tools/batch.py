@@ -17,6 +17,7 @@ import msgspec.structs
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, Tell
+from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS
 from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
 from mossar_stream import (
     BODY,
@@ -84,6 +85,8 @@ def segment_whole(
         curves=curves,
         moves=moves,
     )
+    if settings.limbs and not result.limbs:
+        LOGGER.warning("%s: there are no limbs, as %s", loaded.name, WITHOUT_LIMBS)
     return loaded, result, chosen_of(result, options.keep)
 
 

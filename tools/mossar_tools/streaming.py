@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
+from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_snapshot
 from mossar_adapters.pipeline.emission import Emission
@@ -43,10 +44,10 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     emission = Emission(options.emit)
     check_emission(options, settings, emission, teaches=page_only)
     tell_what_tables_leave_out(options, settings)
-    snapshot = _snapshot(options)
     # The page may teach moves into a file that is not there yet.
     moves = read_moves(options.moves) if options.moves and not _is_new(options, page_only) else None
     with contextlib.ExitStack() as opened:
+        snapshot = _snapshot(options, opened)
         listeners = [ControlListener() for _ in options.sources]
         sources = _opened_sources(options, listeners, opened)
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
@@ -143,9 +144,11 @@ def warm_up(settings: Settings, moves: Moves | None = None, *, teaches: bool = F
     return said.is_cold
 
 
-def _snapshot(options: Options) -> Snapshot | None:
+def _snapshot(options: Options, opened: contextlib.ExitStack) -> Snapshot | None:
+    """Return what to go on with, if a run was cut short; the file is this run's until `opened` closes."""
     if options.snapshot is None:
         return None
+    opened.callback(Claim(options.snapshot).release)
     found = read_snapshot(Path(options.snapshot))
     if found is None or found.complete:
         return None

@@ -15,6 +15,7 @@ from mossar_adapters.annotations.tables import read_bids, read_table
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.annotations.writing import EXTRA
 from mossar_adapters.extras import needed
+from mossar_adapters.regular import check_regular
 
 MAX_BYTES = 64 << 20
 _CLOCK = r"(?:(\d{1,6}):)?(\d\d):(\d\d\.\d{3})"
@@ -63,6 +64,7 @@ def read_annotations(path: str | Path) -> list[Tier]:
     if reader in (_read_eaf, _read_textgrid):
         needed("pympi", EXTRA, str(path))
     try:
+        check_regular(path)
         if reader is not read_c3d_events and path.stat().st_size > MAX_BYTES:
             raise AnnotationError(f"{path}: larger than {MAX_BYTES >> 20} MiB; this is no annotation file")
         return [_checked(path, tier) for tier in reader(path)]
@@ -186,6 +188,8 @@ def _read_label_studio(path: Path) -> list[Tier]:
                     tiers[name] += _marks(path, result["value"], task.get("data") or {})
     except (msgspec.MsgspecError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise AnnotationError(f"{path}: no export of Label Studio: {error!r}") from None
+    except RecursionError:
+        raise AnnotationError(f"{path}: no export of Label Studio: it is nested too deeply") from None
     return [_tier(name, marks) for name, marks in tiers.items()]
 
 

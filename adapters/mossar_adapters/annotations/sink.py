@@ -15,6 +15,7 @@ from mossar_adapters.annotations.tiers import (
     segment_tier,
 )
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
+from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.source import Meta
 from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent
@@ -33,7 +34,8 @@ class AnnotationSink:
         force: Whether to replace a file that is there.
 
     Raises:
-        MossarError: If there is such a file already, it cannot be written, or the extra `annotate` is missing.
+        MossarError: If there is such a file already, another run is writing it, it cannot be written, or the extra
+            `annotate` is missing.
     """
 
     def __init__(self, address: Address, *, force: bool = False) -> None:
@@ -45,6 +47,7 @@ class AnnotationSink:
             raise UnwritableError(self._path, f"there is no folder {self._path.parent}")
         if self._path.exists() and not force:
             raise FileError(self._path, "there is a file already; --force replaces it")
+        self._claim = Claim(self._path)
         self._level: str | float | None = None  # of the segmentation, as it was announced first
         self._origin: float | None = None  # s, of the first frame
         self._latest = -math.inf  # s
@@ -87,6 +90,12 @@ class AnnotationSink:
         if self._closed:
             return
         self._closed = True
+        try:
+            self._write()
+        finally:
+            self._claim.release()
+
+    def _write(self) -> None:
         tiers = [tier for name, kept in sorted(self._events.items()) for tier in self._tiers(name, kept)]
         ends = [mark.end for tier in tiers for mark in tier.marks]
         write_annotations(self._path, tiers, max([0.0, self._latest - (self._origin or 0.0), *ends]))

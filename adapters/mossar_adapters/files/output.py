@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_stream import MossarError
 
@@ -49,7 +50,7 @@ class OutputFile:
         whole: Returns where the last whole record ends in so many bytes of a file.
 
     Raises:
-        FileError: If it is there and may not be replaced, or cannot be written.
+        FileError: If it is there and may not be replaced, another run is writing it, or it cannot be written.
     """
 
     def __init__(
@@ -63,14 +64,17 @@ class OutputFile:
         self._path = path
         self._broken = False
         self._file: BinaryIO
+        self._claim = Claim(path)
         try:
             if position is None:
                 self._file = _opened(Path(path), replace=replace)
             else:
                 self._file = _opened_again(Path(path), position, whole)
         except FileExistsError:
+            self._claim.release()
             raise FileError(path, "there is a file already; --force replaces it") from None
         except (OSError, ValueError) as error:
+            self._claim.release()
             reason = error.strerror if isinstance(error, OSError) and error.strerror else error
             raise UnwritableError(path, f"cannot be written: {reason}") from None
 
@@ -116,8 +120,11 @@ class OutputFile:
         Raises:
             OutputError: If that is impossible, and was not told before.
         """
-        with self._file_errors():
-            self._file.close()
+        try:
+            with self._file_errors():
+                self._file.close()
+        finally:
+            self._claim.release()
 
     @contextlib.contextmanager
     def _file_errors(self) -> Iterator[None]:

@@ -4,6 +4,8 @@ import msgspec
 
 from mossar_stream import MossarError
 
+WITHOUT_LIMBS = "no joint of its skeleton can move against another; it is segmented as without limbs"
+
 
 class Outcome(msgspec.Struct):
     """How a run went.

@@ -21,7 +21,7 @@ from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
 from mossar_adapters.pipeline.odd_times import OddTimes
-from mossar_adapters.pipeline.outcome import Outcome, in_words
+from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.reasons import Reasons
@@ -106,6 +106,7 @@ class Pipeline:
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self._unfollowed: set[str] = set()  # performers who cannot be followed
         self._odd_times = OddTimes()
+        self._limbs_lack = False  # whether it was logged that a performer has no limbs
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -266,6 +267,7 @@ class Pipeline:
         self._refused.discard(name)
         self._unfollowed.discard(name)
         self.latency.setdefault(name, Latency())
+        self._look_for_limbs(name, source)
         self.send(events)
         for outlet in self.outlets:
             outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(meta, name)))
@@ -282,6 +284,13 @@ class Pipeline:
         settings = msgspec.to_builtins(self.pool[name].settings)
         meta = _called(self._metas[name], name)
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
+
+    def _look_for_limbs(self, name: str, source: int) -> None:
+        """Log, once in a run, that limbs are wanted of a performer whose skeleton leaves none."""
+        segmenter = self.pool[name]
+        if not self._limbs_lack and segmenter.settings.limbs and not segmenter.limbs:
+            self._limbs_lack = True
+            _log.warning("%s: %s has no limbs, as %s", self._source_name(source), name, WITHOUT_LIMBS)
 
     def _tell_unfollowed(self, name: str, source: int, error: Exception) -> None:
         """Say once of a performer why it cannot be followed; of many, of the first ones."""

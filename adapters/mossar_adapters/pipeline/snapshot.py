@@ -5,12 +5,14 @@ Written to a file beside and put in place in one step, so that there is always a
 anew each time: a link in its place, which somebody else may have put into a shared folder, is not followed.
 """
 
+import contextlib
 import hashlib
 import os
 from pathlib import Path
 
 import msgspec
 
+from mossar_adapters.regular import check_regular
 from mossar_stream import SnapshotError
 
 VERSION = 2
@@ -74,6 +76,10 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
         beside.replace(path)
         _sync_folder(path.parent)
     except OSError as error:
+        with contextlib.suppress(
+            OSError
+        ):  # on a full disk, what was written of it takes room that others need
+            beside.unlink(missing_ok=True)
         raise SnapshotError(f"{path}: the snapshot cannot be written: {error.strerror or error}") from None
 
 
@@ -94,6 +100,7 @@ def read_snapshot(path: Path) -> Snapshot | None:
         SnapshotError: If the file cannot be read or holds something else.
     """
     try:
+        check_regular(path)
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mossar_adapters.address import Address
+from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.sink import FrameSink
 from mossar_adapters.source import Meta
@@ -86,3 +87,4 @@ def _check(path: Path, *, force: bool) -> None:
             raise UnwritableError(path, "cannot be written: permission denied")
     except OSError as error:
         raise UnwritableError(path, f"cannot be written: {error.strerror or error}") from None
+    Claim(path).release()

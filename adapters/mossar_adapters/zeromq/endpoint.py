@@ -12,6 +12,7 @@ import zmq
 import zmq.auth
 
 from mossar_adapters.address import Address
+from mossar_adapters.regular import check_regular
 from mossar_adapters.zeromq.guarded import GuardedContext
 from mossar_stream import MossarError
 
@@ -149,6 +150,7 @@ def _admit(context: GuardedContext, address: Address) -> None:
 
 def _key(address: Address, path: str, *, secret: bool) -> tuple[bytes, bytes]:
     try:
+        check_regular(Path(path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             public, private = zmq.auth.load_certificate(path)

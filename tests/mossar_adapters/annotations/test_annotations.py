@@ -201,6 +201,9 @@ def test_tables_of_labels_are_on_the_clock_of_the_recording(tmp_path: Path) -> N
         ("a.csv", "start,end,name\n1,,x\n"),
         ("a.csv", "start,end,name\n3,2,x\n"),
         ("a.csv", "start,end,name\ninf,inf,x\n"),
+        ("a.json", '[{"annotations":' + "[" * 100_000),
+        ("a.txt", "-inf\tinf\tx\n"),
+        ("a.txt", "0\tnan\tx\n"),
     ],
 )
 def test_damaged_files_are_refused_in_one_line(tmp_path: Path, name: str, content: str) -> None:

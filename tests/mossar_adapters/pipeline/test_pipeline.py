@@ -358,3 +358,20 @@ def test_sinks_that_take_long_to_close_are_closed_together(stage):
     pipeline.run()
     assert time.monotonic() - began < 1.0
     assert all(sink.closed for sink in sinks)
+
+
+def test_limbs_wanted_of_skeletons_without_any_are_logged_once(stage, caplog):
+    one = Skeleton(("hand",), (-1,))
+    items = []
+    for name in ("ann", "bob"):
+        frames = stage.wave(performer=name)
+        alone = Frames(frames.positions[:, -1:], frames.times, performer=name)
+        items += [Meta(name, one, 30.0), alone]
+    sink = stage.Collected()
+    outcome = Pipeline([stage.Script(items)], [sink], Settings(limbs=True)).run()
+    assert outcome.frames == 120
+    assert not outcome.errors
+    assert [record.getMessage() for record in caplog.records].count(
+        "script: ann has no limbs, as no joint of its skeleton can move against another; it is segmented as without limbs"
+    ) == 1
+    assert "bob" not in caplog.text

@@ -409,3 +409,45 @@ def test_a_limb_knows_what_its_body_repeats_live_and_in_recordings():
     result = segment_recording(frames, FPS, KINECT_20, settings, times=times)
     recorded = {key.time for key in result.limbs["left_arm"].at("motion").key_frames}
     assert len(recorded & told) >= 0.8 * max(len(recorded), len(told))
+
+
+@pytest.mark.parametrize(
+    "parents", [(-1,), (-1, 0), (-1, -1), (-1, -1, -1), (-1, 0, 0), (-1, 0, 1), (-1, 0, -1)]
+)
+@pytest.mark.parametrize("root", [-1, 0, "last"])
+def test_whatever_the_skeleton_limbs_leave_the_body_as_it_is(parents, root):
+    skeleton = Skeleton(
+        tuple(f"j{i}" for i in range(len(parents))), parents, len(parents) - 1 if root == "last" else root
+    )
+    frames, times = waving()
+    frames = frames[:, 10 : 10 + len(parents)]
+    of_body = [
+        e for e in events_of(Settings(limbs=True), frames, times, 1, skeleton) if e_channel(e) == "body"
+    ]
+    plain = events_of(Settings(), frames, times, 1, skeleton)
+    assert [
+        to_json(msgspec.structs.replace(e, limb=None) if isinstance(e, SegmentEvent) else e) for e in of_body
+    ] == [to_json(e) for e in plain]
+
+
+def e_channel(event):
+    return getattr(event, "channel", "body")
+
+
+def test_a_skeleton_without_limbs_is_segmented_as_without_limbs():
+    one, (frames, times) = Skeleton(("hand",), (-1,)), waving()
+    frames = frames[:, KINECT_20.index("HandLeft")][:, None]
+    segmenter = Segmenter(one, Settings(limbs=True, repetitions=True))
+    assert segmenter.limbs == ()
+    assert segmenter.limb_states == {}
+    events = segmenter.push(frames[:99], times[:99])
+    segmenter = Segmenter.restore(segmenter.snapshot())
+    assert segmenter.limbs == ()
+    segmenter.change(limbs=False)
+    segmenter.change(limbs=True)
+    segmenter.level = 0.3
+    events += segmenter.push(frames[99:], times[99:]) + segmenter.reset()
+    assert sum(isinstance(event, KeyFrameEvent) for event in events) > 1
+    pool = Performers(Settings(limbs=True))
+    pool.announce("ann", one)
+    assert pool.push(Frames(frames, times, performer="ann"))

@@ -13,6 +13,7 @@ from mossar_adapters.annotations.tiers import KEY_FRAMES, SEGMENTS
 from mossar_adapters.files.c3d_events import read_events
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.registry import FORMATS
+from mossar_adapters.regular import check_regular
 from mossar_tools.evaluation.matching import Cut
 
 _NAMED = {".csv", ".tsv"}  # may be recordings: taken for labels only where they are named
@@ -100,6 +101,7 @@ def _has_events(path: Path) -> bool:
 def _is_no_list(path: Path) -> bool:
     """Return whether a JSON file is something else than an export of Label Studio, which is a list."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             return not file.read(64).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"[")
     except OSError:

@@ -17,6 +17,7 @@ from typing import Literal
 
 import msgspec
 
+from mossar_adapters.regular import check_regular
 from mossar_stream import LevelName, MossarError
 from mossar_tools.console import LOGGER
 from mossar_tools.evaluation.annotated import annotated_recordings
@@ -100,6 +101,7 @@ def read_labels(path: Path) -> Labels | None:
         LabelError: If it cannot be read, or nobody can mean what it says.
     """
     try:
+        check_regular(path)
         if path.stat().st_size > MAX_BYTES:
             return None
         data = path.read_bytes()

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.regular import check_regular
 from mossar_stream import Moves, Skeleton
 from mossar_tools.evaluation.labels import MAX_BYTES, LabelError
 from mossar_tools.evaluation.takes import all_frames
@@ -190,6 +191,7 @@ def _examples_for(path: Path, label: _Label, skeleton: Skeleton, fps: float) -> 
 
 def _has_commands(path: Path) -> bool:
     try:
+        check_regular(path)
         if path.stat().st_size > MAX_BYTES:
             return False
         content = msgspec.json.decode(path.read_bytes())
