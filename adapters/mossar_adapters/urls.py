@@ -313,6 +313,12 @@ def _oak(address: Address, wanted: OpenOptions) -> Source:
     return OakSource.from_url(address.url, wanted.options)
 
 
+def _webcam(address: Address, wanted: OpenOptions) -> Source:
+    from mossar_adapters.pose.source import WebcamSource
+
+    return WebcamSource.from_address(address, wanted.options)
+
+
 SCHEMES: tuple[Scheme, ...] = (
     Scheme(("demo",), "demo:?seed=3", "the built-in performer", _demo),
     Scheme(("file",), "PATH", "recordings; events, segments", _file, _file_sink, _file_frame_sink),
@@ -352,6 +358,14 @@ SCHEMES: tuple[Scheme, ...] = (
         sink=_midi_sink,
         extra="midi",
         library="mido",
+    ),
+    Scheme(
+        ("webcam",),
+        "webcam:, webcam:1, webcam:?name=NAME",
+        "webcams, estimated on this computer",
+        _webcam,
+        extra="webcam",
+        library="ai_edge_litert",
     ),
     Scheme(("oak",), "oak:?device=ID", "Luxonis OAK cameras", _oak, extra="oak", library="depthai"),
 )

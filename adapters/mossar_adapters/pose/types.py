@@ -33,3 +33,23 @@ class Body(msgspec.Struct, frozen=True):
     positions: NDArray[np.float32]
     confidence: NDArray[np.float32]
     pixels: NDArray[np.float32]
+
+
+class CameraLost(PoseError):  # noqa: N818 - it is what happened
+    """A camera that worked gives no more pictures."""
+
+
+class CameraOptions(msgspec.Struct, frozen=True):
+    """Which camera, and what is wanted of it.
+
+    Args:
+        device: Number, or path of a device; a file or a pipe with video stands in for one.
+        name: Part of the camera's name; empty takes `device`.
+        size: Width and height, pixels; None for the camera's own.
+        fps: Pictures per second; None for the camera's own.
+    """
+
+    device: str = "0"
+    name: str = ""
+    size: tuple[int, int] | None = None
+    fps: float | None = None

@@ -20,6 +20,7 @@ EXAMPLES = """  mossar adapters
   mossar adapters --check walk.bvh                    what a reader makes of a file
   mossar adapters --check osc://0.0.0.0:39539         what arrives within 3 seconds
   mossar adapters --check oak:                        the SDK, the cameras, and what their owner can try
+  mossar adapters --check webcam:                     cameras, weights, and what one picture gives
 """
 
 LISTEN = 3.0  # s to listen to a source that is checked
@@ -79,20 +80,26 @@ def _extra(row: "Scheme | Format | AnnotationFormat") -> str:
 
 def _devices(scheme: "Scheme") -> list[str]:
     """Return what is there of a scheme's hardware."""
-    if "oak" not in scheme.names or not scheme.available():
-        return []
-    from mossar_adapters.oak.check import summary
+    if scheme.available() and "oak" in scheme.names:
+        from mossar_adapters.oak.check import summary
 
-    return summary()
+        return summary()
+    if scheme.available() and "webcam" in scheme.names:
+        from mossar_adapters.pose import check
+
+        return check.summary()
+    return []
 
 
 def _check(url: str, options: Options, console: Console) -> int:
     """Open a source, listen, and say what came."""
     from mossar_tools.opening import recording_of, source_of
 
-    if parse_url(url).scheme == "oak":
-        from mossar_adapters.oak.check import check
-
+    if parse_url(url).scheme in {"oak", "webcam"}:
+        if parse_url(url).scheme == "oak":
+            from mossar_adapters.oak.check import check
+        else:
+            from mossar_adapters.pose.check import check
         text, usable = check(url)
         console.line(text)
         return DONE if usable else FAILED
