@@ -289,6 +289,12 @@ def _websocket_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG
     return WebSocketSink(address)
 
 
+def _websocket(address: Address, wanted: OpenOptions) -> Source:
+    from mossar_adapters.websocket_source import WebSocketSource
+
+    return WebSocketSource(address, wanted.options)
+
+
 def _lsl(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.lsl import LslSource
 
@@ -339,6 +345,14 @@ SCHEMES: tuple[Scheme, ...] = (
         "ws://HOST:PORT",
         "WebSocket server for browsers",
         sink=_websocket_sink,
+        extra="web",
+        library="websockets",
+    ),
+    Scheme(
+        ("ws+bind",),
+        "ws+bind://HOST:PORT",
+        "frames from pages and programs that connect",
+        _websocket,
         extra="web",
         library="websockets",
     ),

@@ -12,6 +12,7 @@ CLOCK = np.dtype(
         ("next_frame", "i8"),  # number of the next one
         ("time", "f8"),  # s, of the last frame that came in time
         ("used_frame", "i8"),  # its number
+        ("seen_time", "f8"),  # s, of the last one that was taken in with a joint
         ("taken_time", "f8"),  # s, of the last one that was taken in; see `comes_too_soon`
     ],
 )
@@ -49,6 +50,12 @@ def place_in_time(clock, time, max_pause):
     if dt > max_pause or dt < -max_pause:
         return BEYOND
     return IN_VAIN if dt <= 0.0 else IN_TIME
+
+
+@inline_kernel
+def is_left_alone(clock, time, max_pause):
+    """Tell whether no joint was seen for longer than `max_pause`, s, before a frame without a joint: the take ends."""
+    return clock.open == 1 and time - clock.seen_time > max_pause
 
 
 @inline_kernel

@@ -25,9 +25,11 @@ from mossar_stream.algorithm.activity import (
 from mossar_stream.algorithm.arrival import welcome
 from mossar_stream.algorithm.clock import (
     BEYOND,
+    IN_TIME,
     IN_VAIN,
     comes_too_soon,
     count_frame,
+    is_left_alone,
     note_time,
     place_in_time,
 )
@@ -40,7 +42,7 @@ from mossar_stream.algorithm.facts import (
     smoothing_weights,
     start_facts,
 )
-from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
+from mossar_stream.algorithm.joints import Joints, is_empty, start_joints, step_joints
 from mossar_stream.algorithm.localising import localise, speed_to_come
 from mossar_stream.algorithm.noise import calm_noise, hear_noise, noise_floor, noise_level, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -138,6 +140,14 @@ def advance(
         place = place_in_time(clock, time, plan.max_pause)
         if place == BEYOND:
             return STOPS * i + TAKE_ENDS
+        if plan.ends_alone == 1 and place == IN_TIME and (clock.open == 0 or state.joints.present == 0):
+            empty = is_empty(points[i * plan.joints : (i + 1) * plan.joints])
+            if empty and is_left_alone(clock, time, plan.max_pause):
+                return STOPS * i + TAKE_ENDS
+            if empty and clock.open == 0:  # a take begins with somebody
+                count_frame(clock, state.counters)
+                state.counters.unseen += 1
+                continue
         if place != IN_VAIN and _is_look_due(state, a.counted, time):
             return STOPS * i + LOOK_DUE
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
@@ -223,6 +233,8 @@ def _take_in(state, a, frame, time):
     value, scale = normalise(state.range, plan, state.noise.floor, velocity, dt)
     note_time(clock, time)
     clock.taken_time = time
+    if state.joints.present > 0:
+        clock.seen_time = time
     count_frame(clock, state.counters)
     if first:
         start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
@@ -243,6 +255,7 @@ def _open_take(state, a, time):
     """Empty everything that belongs to a take; the range and what is known of the noise outlast it."""
     plan, clock, segment = state.plan, state.clock, a.segment
     clock.open = 1
+    clock.seen_time = time
     start_velocity(state.velocity, state.average)
     start_noise(state.noise.recent)
     start_history(state.history)

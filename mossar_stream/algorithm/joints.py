@@ -216,6 +216,19 @@ def _is_far(joint):
 
 
 @kernel
+def is_empty(frame):
+    """Tell whether a frame is without a single joint.
+
+    Args:
+        frame: (J,) POINT, m.
+    """
+    found = 0
+    for j in range(len(frame)):
+        found += 1 if _is_position(frame[j]) else 0
+    return found == 0
+
+
+@kernel
 def _keep(body, k, joint):
     """Note where a joint is."""
     body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z

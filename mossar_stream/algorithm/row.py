@@ -110,6 +110,10 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("tempo", "i8"),
         ("evidence", "i8"),  # whether evidence decides, see evidence.py
         ("repetitions", "i8"),  # whether they are counted here
+        (
+            "ends_alone",
+            "i8",
+        ),  # whether its takes end where nobody is seen; those of a limb end with the body's
         ("adopts", "i8"),  # whether what is counted of the body is copied here
         ("facts", "i8"),  # where its facts begin in a summary
         ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included

@@ -71,8 +71,7 @@ def _push(
         stop = _run(row.pool, [row], batch, (positions, times), events)
         used = int(cursor[1])
         if stop == TAKE_ENDS:
-            later = times[used] > row.clock["time"]
-            events += _end_take(row, "gap" if later else "clock stepped back")
+            events += _end_take(row, _why_it_ends(row, times[used]))
             if first_frame is not None:
                 row.clock["next_frame"] = first_frame + used
         elif stop == LOOK_DUE:
@@ -82,6 +81,14 @@ def _push(
         elif stop == WINDOW_FULL:
             row.grow(row.plan.larger(window=2))
     return events
+
+
+def _why_it_ends(row: Row, time: np.float64) -> str:
+    """Return the reason for which a take ends before a frame at this time, s."""
+    step = time - row.clock["time"]
+    if 0.0 <= step <= row.plan.given.max_pause:
+        return NOBODY
+    return "gap" if step > 0.0 else "clock stepped back"
 
 
 def push_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> list[Event] | None:

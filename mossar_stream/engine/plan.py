@@ -187,6 +187,7 @@ class Plan:
             "tempo": chosen.tempo,
             "evidence": shape.evidence,
             "repetitions": shape.repetitions,
+            "ends_alone": self.channel == BODY and not self.offline,
             "adopts": shape.adopts,
             "facts": similarity.facts_at(chosen, self.params),
             "shared": chosen.similarity == "likelihood",

@@ -179,6 +179,12 @@ class Limbs:
         """Take a frame of each limb in, from `begin` on, one after the other."""
         events: list[Event] = []
         rows = [segmenter.row for segmenter in self._segmenters]
+        if not self._body.clock["open"]:  # nobody is there: the body's take has ended, or not begun
+            for row in rows:
+                events += _told(engine.end_take(row))
+            self.join(int(self._body.clock["take"]), int(self._body.clock["next_frame"]))
+            self._goes_on = False
+            return events
         # Their takes begin with a frame that the body takes in, or they would take in others than the body from then on.
         if not rows[0].is_live and self._body.taken_time[0] != time[0]:
             self.join(int(self._body.clock["take"]), int(self._body.clock["next_frame"]))

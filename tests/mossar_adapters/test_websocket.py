@@ -13,7 +13,8 @@ from websockets.sync.client import connect
 from mossar_adapters.address import parse_url
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_adapters.websocket import MAX_WAITING, QUEUE, WebSocketSink
+from mossar_adapters.websocket import QUEUE, WebSocketSink
+from mossar_adapters.websocket_server import MAX_WAITING
 from mossar_stream import ActivityEvent, MossarError, RepetitionEvent, Skeleton, StreamEvent
 
 META = Meta("p1", Skeleton(("hips", "head"), (-1, 0)), 60.0)

@@ -209,3 +209,90 @@ def test_a_source_of_three_frames_a_second_has_no_gaps():
     events = segmenter.push(positions) + segmenter.end_take()
     assert any(isinstance(event, KeyFrameEvent) for event in events)
     assert segmenter.stats["gaps"] == 0
+
+
+def alone(seed=3, before=200, empty=120, after=200):
+    """Return (n, JOINTS, 3) m of a person who goes away and comes back, and (n,) s."""
+    positions = person(seed, before + empty + after)
+    positions[before : before + empty] = np.nan
+    return positions, np.arange(len(positions)) / FPS
+
+
+def streams(events):
+    return [
+        (e.event, e.take, e.reason)
+        for e in events
+        if getattr(e, "type", "") == "stream" or hasattr(e, "reason")
+    ]
+
+
+@pytest.mark.parametrize("limbs", [False, True])
+def test_an_empty_room_gives_not_a_single_event(limbs):
+    names = Skeleton(("hip", "left_hand", "right_hand"), (-1, 0, 0))
+    segmenter = Segmenter(names, Settings(limbs="left=hip,left_hand" if limbs else False), fps=FPS)
+    nobody = np.full((400, 3, 3), np.nan)
+    events = [event for k in range(400) for event in segmenter.push(nobody[k], k / FPS)]
+    assert events + segmenter.end_take() == []
+    assert segmenter.stats["unseen"] == 400
+
+
+@pytest.mark.parametrize("sizes", [1, 7, 64, 1000])
+def test_a_take_ends_where_nobody_was_seen_for_a_pause_and_the_next_begins_with_a_joint(sizes):
+    positions, times = alone()
+    segmenter = Segmenter(skeleton(JOINTS), fps=FPS)
+    events = []
+    for k in range(0, len(times), sizes):
+        events += segmenter.push(positions[k : k + sizes], times[k : k + sizes])
+    events += segmenter.end_take("done")
+    assert streams(events) == [
+        ("started", 0, ""),
+        ("ended", 0, "nobody seen"),
+        ("started", 1, ""),
+        ("ended", 1, "done"),
+    ]
+    whole = Segmenter(skeleton(JOINTS), fps=FPS)
+    once = whole.push(positions, times) + whole.end_take("done")
+    assert [to_json(e) for e in events] == [to_json(e) for e in once]
+    cut = next(k for k, e in enumerate(events) if getattr(e, "reason", "") == "nobody seen")
+    ends = [e.end_time for e in events[:cut] if hasattr(e, "end_time") and e.status == "final"]
+    pause = segmenter.settings.max_pause
+    assert max(ends) <= times[199] + pause + 2 / FPS
+
+
+@pytest.mark.parametrize("empty", [30, 59])
+def test_a_pause_of_at_most_max_pause_goes_on(empty):
+    positions, times = alone(empty=empty)
+    segmenter = Segmenter(skeleton(JOINTS), fps=FPS)
+    events = segmenter.push(positions, times) + segmenter.end_take("done")
+    assert streams(events) == [("started", 0, ""), ("ended", 0, "done")]
+
+
+def test_snapshots_of_an_empty_room_go_on_there():
+    positions, times = alone()
+    one = Segmenter(skeleton(JOINTS), fps=FPS)
+    events = one.push(positions, times) + one.end_take()
+    for cut in (230, 275, 300):
+        first = Segmenter(skeleton(JOINTS), fps=FPS)
+        told = first.push(positions[:cut], times[:cut])
+        second = Segmenter.restore(first.snapshot())
+        told += second.push(positions[cut:], times[cut:]) + second.end_take()
+        assert [to_json(e) for e in told] == [to_json(e) for e in events], cut
+
+
+def test_limbs_end_with_a_body_that_nobody_sees():
+    names = Skeleton(("hip", "left_hand", "right_hand"), (-1, 0, 0))
+    positions, times = alone(5)
+    limbs = "left=hip,left_hand;right=hip,right_hand"
+    found = []
+    for sizes in (1, 50, 1000):
+        segmenter = Segmenter(names, Settings(limbs=limbs), fps=FPS)
+        events = []
+        for k in range(0, len(times), sizes):
+            events += segmenter.push(positions[k : k + sizes, :3], times[k : k + sizes])
+        events += segmenter.end_take()
+        found.append([to_json(e) for e in events])
+        ended = next(k for k, e in enumerate(events) if getattr(e, "reason", "") == "nobody seen")
+        assert all(e.take == 0 for e in events[:ended])
+        assert all(e.take == 1 for e in events[ended + 1 :])
+        assert {e.channel for e in events[ended:] if hasattr(e, "channel")} >= {"body"}
+    assert found[0] == found[1] == found[2]

@@ -33,6 +33,7 @@ COMMANDS: Final[dict[str, str]] = {
     "replay": "send a recording out as a live stream of frames",
     "record": "write what arrives to a file that replay reproduces with its timing",
     "view": "the dashboard in a browser: a stream live, or a recording with its hierarchy",
+    "webcam": "a page on which the browser's camera is the sensor; --get-model fetches the weights",
     "tune": "too many or too few key frames: how many stand at which strength, and settings that suit",
     "evaluate": "accuracy against labelled recordings, or demo:; --plot, --json",
     "agree": "how well two people, or a person and the program, agree on labels; --plot, --json",
@@ -47,7 +48,7 @@ COMMANDS: Final[dict[str, str]] = {
 }
 
 # Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench", "compile")
+_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench", "compile", "webcam")
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer

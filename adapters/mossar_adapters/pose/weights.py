@@ -96,6 +96,30 @@ NPM: Final = Package(
     ("npm", "pack", "--ignore-scripts", "@mediapipe/pose@0.5.1675469404"),
     "--pack-destination",
 )
+# The last tasks-vision that asks nothing of the outside.
+TASKS: Final = Package(
+    "npm",
+    "mediapipe-tasks-vision-0.10.33.tgz",
+    11,
+    ("npm", "pack", "--ignore-scripts", "@mediapipe/tasks-vision@0.10.33"),
+    "--pack-destination",
+)
+LIBRARY: Final = tuple(  # what a page needs of it
+    Weight(file, sha256, TASKS, f"package/{member}{file}")
+    for member, file, sha256 in (
+        ("", "vision_bundle.mjs", "8752b2d5cae22bb369ecf9f0a1a6737d4c5fddc8d1cf8b4b16178ae698494077"),
+        (
+            "wasm/",
+            "vision_wasm_internal.js",
+            "eaa94828f21fb492677a1656a1f9b2e2d5eafd1eb3e1b86d301b85d828b97e25",
+        ),
+        (
+            "wasm/",
+            "vision_wasm_internal.wasm",
+            "e8cabbe0d685d2854ee2c82f300019af99519bf7c55aaa84ad1217e822968902",
+        ),
+    )
+)
 DETECTOR: Final = Weight(
     "pose_detection.tflite",
     "9ba9dd3d42efaaba86b4ff0122b06f29c4122e756b329d89dca1e297fd8f866c",
@@ -157,15 +181,33 @@ def weights(model: str = USUAL, say: Say = lambda _: None) -> Weights:
     found = kept(model)
     if found is not None:
         return found
+    place = _provide((DETECTOR, MODELS[model]), say)
+    return Weights(place / DETECTOR.file, place / MODELS[model].file)
+
+
+def library(say: Say = lambda _: None) -> Path:
+    """Return the folder with the maker's library for browsers (`LIBRARY`), fetched if it is not there.
+
+    Args:
+        say: See `weights`.
+
+    Raises:
+        PoseError: See `weights`.
+    """
+    return _provide(LIBRARY, say)
+
+
+def _provide(wanted: Sequence[Weight], say: Say) -> Path:
+    """Return the folder in which files are, fetched if they are not."""
     place = folder()
     try:
         place.mkdir(parents=True, exist_ok=True)
         with FileLock(place / ".lock"):  # another process may be fetching them
-            for package, wanted in _by_package((DETECTOR, MODELS[model]), place):
-                _fetch(package, wanted, place, say)
+            for package, files in _by_package(wanted, place):
+                _fetch(package, files, place, say)
     except OSError as error:
         raise PoseError(f"{place}: weights cannot be kept there: {error.strerror or error}") from None
-    return Weights(place / DETECTOR.file, place / MODELS[model].file)
+    return place
 
 
 def _is_whole(path: Path, weight: Weight) -> bool:
@@ -179,7 +221,7 @@ def _is_whole(path: Path, weight: Weight) -> bool:
 def _by_package(wanted: Sequence[Weight], place: Path) -> Iterator[tuple[Package, list[Weight]]]:
     """Yield the packages that are needed with the weights that are missing."""
     missing = [weight for weight in wanted if not _is_whole(place / weight.file, weight)]
-    for package in (PIP, NPM):
+    for package in (PIP, NPM, TASKS):
         own = [weight for weight in missing if weight.package is package]
         if own:
             yield package, own
@@ -192,7 +234,7 @@ def _fetch(package: Package, wanted: Sequence[Weight], place: Path, say: Say) ->
         _unpack(lying[-1], wanted, place)
         return
     say(
-        f"fetching weights of BlazePose once, with {package.client}: {package.command[-1]}, {package.size} MB,"
+        f"fetching what estimates poses once, with {package.client}: {package.command[-1]}, {package.size} MB,"
         f" {LICENCE}; {', '.join(weight.file for weight in wanted)} will be kept in {place}"
     )
     with tempfile.TemporaryDirectory(dir=place) as temporary:

@@ -1,0 +1,162 @@
+"""Frames over a WebSocket that listens: pages and programs connect and send JSON, `ws+bind://127.0.0.1:8766`.
+
+A message is a frame or meta map, as over ZeroMQ (`maps.frame_maps`). What a page sent before it went away ends with it:
+its performers leave.
+"""
+
+import queue
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from mossar_adapters.address import Address
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Counters
+from mossar_adapters.maps.codec import from_json
+from mossar_adapters.maps.decoder import MapDecoder
+from mossar_adapters.maps.frame_maps import FrameMap
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.source import Left, Meta
+from mossar_adapters.websocket_server import OPTIONS as SERVER_OPTIONS
+from mossar_adapters.websocket_server import WebSocketServer
+from mossar_stream import FrameError, Frames
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
+OPTIONS: Final = {
+    "fps": "rate in Hz for frames without a time of their own",
+    "unit": "m, cm, mm or inch",
+    "performer": "name of the performer",
+    **SERVER_OPTIONS,
+}
+MAX_MESSAGE: Final = 128 << 10  # bytes, as over ZeroMQ
+QUEUE: Final = 4096  # messages that wait to be read; then the oldest go
+DRAIN: Final = 512  # messages read before their frames are handed on
+_IDLE: Final = 0.1  # s without anything after which the reader is told so
+GONE: Final = "disconnected"  # reason of takes that end because the sender went away
+
+
+class Message(NamedTuple):
+    """What a client sent: its number, the text, None when it went away, and when that was, s."""
+
+    client: int
+    text: bytes | None
+    arrival: float
+
+
+class WebSocketCounters(Counters):
+    """What came in; see `Counters`.
+
+    Args:
+        late: Messages dropped because they were not read in time.
+    """
+
+    late: int = 0
+
+
+class WebSocketSource:
+    """Receives frame and meta maps over WebSockets; implements `LiveSource`.
+
+    Args:
+        address: `ws+bind://HOST:PORT`; port 0 takes a free one.
+        options: The user's fps and unit.
+
+    Raises:
+        MossarError: If the port cannot be had, an option is wrong or the extra `web` is not installed.
+    """
+
+    live = True
+
+    def __init__(self, address: Address, options: ReadOptions | None = None) -> None:
+        address.check(OPTIONS)
+        options = options or ReadOptions()
+        self.name = address.url
+        self.counters = WebSocketCounters()
+        self._maps = MapDecoder(self.counters, options, address.options.get("performer"))
+        self._batch = Batch(options.fps)
+        self._inbox: queue.Queue[Message] = queue.Queue(QUEUE)
+        self._performers: dict[int, set[str]] = {}  # of each client
+        self._connected = 0
+        self._opened = time.monotonic()
+        self._closed = False
+        self._server = WebSocketServer(address, self._serve, max_in=MAX_MESSAGE)
+        self.port = self._server.port
+
+    def items(self) -> Iterator[Meta | Frames | Left | None]:
+        """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
+        while not self._closed:
+            try:
+                message = self._inbox.get(timeout=_IDLE)
+            except queue.Empty:
+                yield None
+                continue
+            self._receive(message)
+            for _ in range(DRAIN):
+                try:
+                    self._receive(self._inbox.get_nowait())
+                except queue.Empty:
+                    break
+            yield from self._batch.take()
+
+    def explain(self) -> str:
+        """Return one line that says where it listens and what came."""
+        counters = self.counters
+        text = f"{self.name}: listening at port {self.port}; {self._server.clients} connected"
+        if not self._connected:
+            return f"{text}; nobody has connected yet"
+        text += f", {counters.received} messages came"
+        if counters.malformed:
+            return f"{text}; {counters.malformed} malformed, the last: {counters.last_error}"
+        return (
+            f"{text}; none was a frame map (type: frame)" if counters.received == counters.ignored else text
+        )
+
+    def close(self) -> None:
+        """Release the port; `items` ends soon. May be called twice, and from any thread."""
+        self._closed = True
+        self._server.close()
+
+    async def _serve(self, connection: "ServerConnection") -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        self._connected += 1
+        client = self._connected
+        try:
+            async for message in connection:
+                self._put(client, message.encode() if isinstance(message, str) else message)
+        except ConnectionClosed:
+            pass
+        finally:
+            self._put(client, None)
+
+    def _put(self, client: int, text: bytes | None) -> None:
+        message = Message(client, text, time.monotonic() - self._opened)
+        while True:
+            try:
+                self._inbox.put_nowait(message)
+            except queue.Full:
+                with suppress(queue.Empty):
+                    self._inbox.get_nowait()
+                    self.counters.late += 1
+            else:
+                return
+
+    def _receive(self, message: Message) -> None:
+        if message.text is None:
+            for performer in self._performers.pop(message.client, ()):
+                self._batch.put(Left(performer, GONE))
+            return
+        self.counters.received += 1
+        try:
+            found = from_json(message.text)
+            if found is None:
+                self.counters.ignored += 1
+                return
+            self.counters.see("frame" if isinstance(found, FrameMap) else "meta")
+            said = self._maps.receive(found, message.arrival)
+            self._batch.put(said)
+            self._performers.setdefault(message.client, set()).add(said.performer)
+        except FrameError as error:
+            self.counters.reject(str(error))

@@ -1,0 +1,139 @@
+"""Frames over a WebSocket that listens: from programs and pages, within limits."""
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from mossar_adapters.source import Left
+from mossar_adapters.urls import open_sink, open_source
+from mossar_adapters.websocket_source import MAX_MESSAGE
+from mossar_stream import MossarError
+
+META = {"type": "meta", "performer": "ann", "names": ["hips", "hand"], "parents": [-1, 0], "root": 0}
+
+
+def frame(k, performer="ann", **more):
+    return json.dumps(
+        {
+            "type": "frame",
+            "performer": performer,
+            "seq": k,
+            "t": k / 30,
+            "xyz": [[0, 1, 0], [k / 10, 1, 0]],
+            **more,
+        }
+    )
+
+
+@pytest.fixture
+def source():
+    opened = open_source("ws+bind://127.0.0.1:0")
+    yield opened
+    opened.close()
+
+
+def test_frames_of_a_program_arrive(source, hear):
+    def send():
+        with connect(f"ws://127.0.0.1:{source.port}") as client:
+            client.send(json.dumps(META))
+            for k in range(20):
+                client.send(frame(k, conf=[1.0, 0.5]))
+            time.sleep(0.3)
+
+    heard = hear(source, send)
+    assert heard.metas[0].skeleton.names == ("hips", "hand")
+    assert np.allclose(heard.times("ann"), np.arange(20) / 30)
+    assert heard.positions("ann").shape == (20, 2, 3)
+    assert [item.reason for item in heard.items if isinstance(item, Left)] == ["disconnected"]
+
+
+def test_a_frame_of_33_joints_fits_and_one_of_a_thousand(source, hear):
+    def send():
+        with connect(f"ws://127.0.0.1:{source.port}") as client:
+            for joints in (33, 1000):
+                xyz = np.random.default_rng(1).normal(size=(joints, 3)).round(6).tolist()
+                client.send(json.dumps({"type": "frame", "performer": f"of{joints}", "t": 0.0, "xyz": xyz}))
+            time.sleep(0.3)
+
+    heard = hear(source, send)
+    assert heard.positions("of33").shape == (1, 33, 3)
+    assert heard.positions("of1000").shape == (1, 1000, 3)
+
+
+def test_what_is_malformed_is_counted_and_the_next_frame_counts(source, hear):
+    def send():
+        with connect(f"ws://127.0.0.1:{source.port}") as client:
+            for bad in ("no json", '{"type": "frame", "xyz": 3}', "[]", '{"type": "stats"}', b"\xff\x00"):
+                client.send(bad)
+            client.send(frame(0))
+            time.sleep(0.3)
+
+    heard = hear(source, send)
+    assert heard.count("ann") == 1
+    assert source.counters.malformed >= 3
+    assert source.counters.received == 6
+
+
+def test_a_message_that_is_too_long_ends_its_connection_alone(source, hear):
+    def send():
+        with (
+            connect(f"ws://127.0.0.1:{source.port}") as flood,
+            connect(f"ws://127.0.0.1:{source.port}") as client,
+        ):
+            flood.send("x" * (MAX_MESSAGE + 1))
+            with pytest.raises(ConnectionClosed):
+                flood.recv(5)
+            client.send(frame(0))
+            time.sleep(0.3)
+
+    assert hear(source, send).count("ann") == 1
+
+
+def test_pages_of_other_sites_are_refused(source):
+    with pytest.raises(InvalidStatus):
+        connect(f"ws://127.0.0.1:{source.port}", origin="https://evil.example")
+    with connect(f"ws://127.0.0.1:{source.port}", origin="http://127.0.0.1:8000"):
+        pass
+
+
+def test_a_page_that_is_named_may_connect():
+    source = open_source("ws+bind://127.0.0.1:0?origin=https://game.example")
+    try:
+        with connect(f"ws://127.0.0.1:{source.port}", origin="https://game.example"):
+            pass
+        with pytest.raises(InvalidStatus):
+            connect(f"ws://127.0.0.1:{source.port}", origin="http://127.0.0.1:8000")
+    finally:
+        source.close()
+
+
+def test_a_port_in_use_is_said_in_one_line(source):
+    with pytest.raises(MossarError, match=f"port {source.port} is in use"):
+        open_source(f"ws+bind://127.0.0.1:{source.port}")
+
+
+def test_it_says_that_nobody_has_connected(source):
+    assert "nobody has connected yet" in source.explain()
+
+
+def test_it_ends_soon_when_it_is_closed(source):
+    reader = threading.Thread(target=lambda: list(source.items()))
+    reader.start()
+    source.close()
+    reader.join(2)
+    assert not reader.is_alive()
+
+
+def test_a_plain_ws_url_is_no_source():
+    with pytest.raises(MossarError, match="cannot be read from"):
+        open_source("ws://127.0.0.1:8765")
+
+
+def test_ws_bind_takes_no_events():
+    with pytest.raises(MossarError, match="takes no events"):
+        open_sink("ws+bind://127.0.0.1:0")

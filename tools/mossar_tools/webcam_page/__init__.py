@@ -1,0 +1,1 @@
+"""The page of `mossar webcam`: the browser's camera as a sensor, estimated in the browser."""
