@@ -77,6 +77,7 @@ class Row:
         clock: CLOCK, one of them.
         last_time: (1,) s, `clock["time"]`: a number of an array takes a fifth of the time of a record's.
         taken_time: (1,) s, `clock["taken_time"]`.
+        present: (1,) joints in the last frame, `joints["present"]`.
         counted: (1,) HEADER of repetitions; empty unless they are counted here.
         samples: float32, the poses in which they are counted; empty likewise.
         adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
@@ -104,8 +105,9 @@ class Row:
         self.params, self.guard = pool.plan.params, pool.buffers.guard
         self.state = records(self.memory[0])
         self.clock = self.state["clock"]
-        clock = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]["clock"]
-        self.last_time, self.taken_time = clock["time"], clock["taken_time"]
+        whole = self.memory[:, :ROW_BYTES].view(ROW)[:, 0]
+        self.last_time, self.taken_time = whole["clock"]["time"], whole["clock"]["taken_time"]
+        self.present = whole["joints"]["present"]
         self.counted = region(self.memory[0], self.plan.shape, "counted")
         self.samples = region(self.memory[0], self.plan.shape, "samples")
         self.adopted = region(self.memory[0], self.plan.shape, "adopted")

@@ -111,8 +111,13 @@ class Limbs:
         return dict(zip(self.names, self._segmenters, strict=True))
 
     def hold(self, _position: NDArray[np.float32], time: float) -> bool:
-        """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon."""
-        return self._goes_on and -self._spacing < time - self._taken < self._spacing
+        """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon.
+
+        While nobody is seen, the take may end with any frame.
+        """
+        if not self._goes_on or not -self._spacing < time - self._taken < self._spacing:
+            return False
+        return bool(self._body.present[0])
 
     def stop(self) -> None:
         """Ask all limbs about the next frame, and let them know of those before it: a take may begin with it."""

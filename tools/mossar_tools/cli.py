@@ -48,7 +48,18 @@ COMMANDS: Final[dict[str, str]] = {
 }
 
 # Commands that load the compiler, which takes a while, and seconds on the first run.
-_WITH_KERNELS: Final = ("demo", "run", "teach", "segment", "view", "tune", "evaluate", "bench", "compile", "webcam")
+_WITH_KERNELS: Final = (
+    "demo",
+    "run",
+    "teach",
+    "segment",
+    "view",
+    "tune",
+    "evaluate",
+    "bench",
+    "compile",
+    "webcam",
+)
 
 _EPILOG = """examples:
   mossar demo                                  watch key frames of the built-in performer
