@@ -27,6 +27,8 @@ SegmentStatus = Literal["closed", "withdrawn", "final"]
 SegmentState = Literal["moving", "resting"]
 MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
+StepStatus = Literal["strike", "off"]
+Side = Literal["left", "right"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
 KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
@@ -38,6 +40,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
     "final",
 )
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
+STEP_STATUSES: tuple[StepStatus, ...] = ("strike", "off")
 REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
@@ -228,6 +231,33 @@ class RepetitionEvent(
     decided_time: float
 
 
+class StepEvent(msgspec.Struct, frozen=True, tag_field="type", tag="step", kw_only=True, gc=False):
+    """A foot came down or left the ground (setting `steps`); each is reported once.
+
+    Args:
+        id: `performer/step/take/NUMBER`, which counts the events of the take from 1.
+        rev: 1.
+        status: `strike` when the foot comes down, `off` when it leaves the ground.
+        side: Of the foot.
+        time: When it happened, s on the source's clock.
+        position: Where the foot stands or stood, m: the middle of the joints that are known of it.
+        confidence: 0 to 1: how far the movement was beyond a wiggle, and beyond the sensor's noise.
+        decided_time: Time of the frame that caused this message, s.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    status: StepStatus
+    take: int
+    side: Side
+    time: float
+    position: tuple[float, float, float]
+    confidence: float
+    decided_time: float
+
+
 class PhaseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="phase", kw_only=True, gc=False):
     """Where in the cycle of a repeated movement a frame is (setting `phase`); every frame of a bout has one.
 
@@ -328,6 +358,7 @@ Event = (
     | MoveEvent
     | RepetitionEvent
     | PhaseEvent
+    | StepEvent
     | StreamEvent
     | StatsEvent
 )

@@ -13,8 +13,10 @@ from mossar_stream.moves.moves import Moves
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
+from mossar_stream.steps.stepping import Stepping
 
 DECISIONS, FRAMES, LOOKS, LIMBS, MOVES = "decisions", "frames", "repetitions", "limbs", "moves"
+STEPS = "steps"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
 _FRAMES = 60  # of 30 Hz: two looks at repetitions
@@ -52,6 +54,7 @@ def precompile(
     wanted = {DECISIONS: True, FRAMES: True, LOOKS: _any_plan(similarity).shape.repetitions}
     wanted |= {LIMBS: bool(resolved.limbs), MOVES: moves}
     wanted[LOOKS] |= resolved.repetitions
+    wanted[STEPS] = resolved.steps
     parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
     if not parts:
         return
@@ -93,6 +96,8 @@ def _compile(part: str, similarity: SimilarityName) -> None:
         segmenter.push(
             np.zeros((_FRAMES, len(_WITH_LIMBS), 3)), np.arange(_FRAMES) / 30
         )  # repetitions are looked for
+    elif part == STEPS:
+        Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
     else:
         Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves())
 

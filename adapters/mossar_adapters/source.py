@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from mossar_stream import Frames, Skeleton
+from mossar_stream import Frames, Skeleton, Up
 
 
 class Meta(msgspec.Struct, frozen=True):
@@ -87,6 +87,7 @@ class Recording(msgspec.Struct, frozen=True):
         notes: What the user should know, one line each (the unit that was guessed, rows skipped).
         frame_count: Number of frames if known without reading them all.
         performers: Names of the performers if there are several; they share the skeleton.
+        up: The axis that the file says points upwards.
     """
 
     path: str
@@ -96,6 +97,7 @@ class Recording(msgspec.Struct, frozen=True):
     notes: tuple[str, ...] = ()
     frame_count: int | None = None
     performers: tuple[str, ...] = ("p1",)
+    up: Up = "auto"
 
 
 class Chunks(Protocol):

@@ -38,6 +38,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         recognition: What is remembered of the performer to recognise them; None if none are.
         repetitions: What was told of them, if they are told of.
         limbs: A snapshot of each limb, in their order.
+        steps: What is known of the feet; None if steps are not reported.
     """
 
     moves: bytes | None = None
@@ -45,6 +46,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     recognition: bytes | None = None
     repetitions: Told | None = None
     limbs: tuple[bytes, ...] = ()
+    steps: bytes | None = None
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -33,6 +33,7 @@ from mossar_stream.events import (
     RepetitionEvent,
     SegmentEvent,
     SegmentState,
+    StepEvent,
 )
 from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
@@ -43,6 +44,8 @@ from mossar_stream.repetitions.telling import as_said_last
 from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
+from mossar_stream.steps.gait import Step, step_table
+from mossar_stream.steps.stepping import Stepping
 
 Looks = Sequence[tuple[float, NDArray[np.void]]]  # see `Row.looks`
 CAPACITY = 64  # key frames there is room for at first
@@ -115,6 +118,7 @@ class Result:
         moves: The moves that were recognised, if there were any to recognise.
         repetitions: Repetitions of movements, with the setting `repetitions`.
         limbs: What was found in each limb, with the setting `limbs`.
+        steps: When feet left the ground and came down, with the setting `steps`.
     """
 
     def __init__(
@@ -124,6 +128,7 @@ class Result:
         self.curves = curves
         self.moves = moves
         self.repetitions: list[RepetitionEvent] = []
+        self.steps: list[StepEvent] = []
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
@@ -149,6 +154,14 @@ class Result:
             ImportError: If pandas is not installed.
         """
         return notebook.dataframe(self.key_frames, KeyFrame.__struct_fields__)
+
+    def steps_dataframe(self) -> Any:
+        """Return the steps as a pandas DataFrame: each from a strike to the next of the same foot (setting `steps`).
+
+        Raises:
+            ImportError: If pandas is not installed.
+        """
+        return notebook.dataframe(step_table(self.steps), Step.__struct_fields__)
 
     def plot(self, level: LevelName | float | None = None, *, axes: Any = None) -> Any:
         """Draw the segments and key frames, with the velocity curve if `curves=True` kept it.
@@ -265,7 +278,7 @@ def _segmented(
     looks: Looks = (),
 ) -> Result:
     """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
-    chosen = settings
+    chosen, positions = settings, frames
     frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
@@ -284,6 +297,8 @@ def _segmented(
     row.looks = None
     result = Result(row, states, found, limbs)
     result.repetitions = as_said_last(told)
+    if settings.steps and channel == BODY:
+        result.steps = _steps(positions, moments, skeleton, settings)
     return result
 
 
@@ -349,6 +364,21 @@ def _recognised(
         events += recognition.news(0) if stop < len(times) else recognition.end()
         begin = stop + 1
     return [event for event in events if event.status == "final"]
+
+
+def _steps(
+    positions: NDArray[Any], times: NDArray[np.float64], skeleton: Skeleton, settings: Settings
+) -> list[StepEvent]:
+    """Return the steps of a recording."""
+    stepping = Stepping(skeleton, settings, "p1")
+    origin, _ = place_of(positions, -1)
+    frames = less(positions, origin, np.empty(positions.shape, np.float32))
+    events: list[StepEvent] = []
+    begin = 0
+    while begin < len(times):
+        begin = stepping.follow(frames, times, begin) + 1
+        events += stepping.news(0, origin) if begin <= len(times) else []
+    return events
 
 
 def _new_row(

@@ -1,4 +1,4 @@
-"""What else follows a performer's frames: moves, limbs, the phase. All are off by default, and cost nothing then."""
+"""What else follows a performer's frames: moves, limbs, steps, the phase. All are off by default, and cost nothing then."""
 
 from collections.abc import Callable
 
@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
 from mossar_stream.settings import Settings
+from mossar_stream.steps.stepping import Stepping
 
 Hold = Callable[[NDArray[np.float32], float], bool]
 
@@ -26,6 +27,7 @@ class Followers:
 
     Attributes:
         limbs: Key frames of limbs, or None.
+        stepping: Steps, or None.
         hold: Takes one frame of a take in, (1, J, 3) m and s, and tells whether nothing comes of it but what the body has
             to say; if not, `push` must be called.
     """
@@ -35,6 +37,7 @@ class Followers:
     ) -> None:
         self._recognition = recognition
         self.limbs: Limbs | None = None
+        self.stepping = _stepping_of(row)
         self._new_limbs = new_limbs
         self._tells_phase = row.plan.given.phase
         self._renew_limbs(row)
@@ -51,7 +54,9 @@ class Followers:
         self._choose()
 
     def __bool__(self) -> bool:
-        return self._tells_phase or not (self.recognition is None and self.limbs is None)
+        return self._tells_phase or not (
+            self.recognition is None and self.limbs is None and self.stepping is None
+        )
 
     def _renew_limbs(self, row: Row) -> None:
         given, clock = row.plan.given, row.clock
@@ -76,19 +81,24 @@ class Followers:
             self._renew_limbs(row)
         elif self.limbs is not None:
             self.limbs.change(given)
+        if _steps_differ(given, before):
+            self.stepping = _stepping_of(row)
         self._choose()
         return events
 
     def _choose(self) -> None:
         """Choose what `hold` does; asking at each frame would take longer than most frames do."""
-        limbs, recognition = self.limbs, self.recognition
+        limbs, recognition, stepping = self.limbs, self.recognition, self.stepping
         self.hold: Hold = _hold_nothing
         if self._tells_phase:
             return
         if limbs is not None:
-            self.hold = limbs.hold if recognition is None else _hold_both(limbs, recognition)
+            self.hold = limbs.hold if recognition is None else _hold_both(limbs, recognition.hold)
         elif recognition is not None:
             self.hold = recognition.hold
+        if stepping is not None:
+            others = None if limbs is None and recognition is None else self.hold
+            self.hold = stepping.hold if others is None else _hold_both(stepping, others)
 
     def push_one(
         self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64], seconds: float
@@ -102,7 +112,7 @@ class Followers:
             seconds: The same as a number.
         """
         recognition, limbs = self._recognition, self.limbs
-        if self._tells_phase or limbs is None:
+        if self._tells_phase or limbs is None or self.stepping is not None:
             return self.push(row, position, time)
         if recognition is not None and (
             limbs.hold(position, seconds) or not recognition.hold(position, seconds)
@@ -137,6 +147,25 @@ class Followers:
         return events
 
     def _push_all(
+        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
+    ) -> list[Event]:
+        stepping = self.stepping
+        if stepping is None:
+            return self._push_and_follow(row, positions, times, first_frame)
+        events: list[Event] = []
+        count, begin = len(times), 0
+        while begin < count or not begin:
+            stop = stepping.follow(positions, times, begin)
+            end = min(stop + 1, count)
+            events += self._push_and_follow(row, positions[begin:end], times[begin:end], first_frame)
+            if stop < count:
+                events += stepping.news(int(row.clock["take"]), row.origin)
+            if first_frame is not None:
+                first_frame += end - begin
+            begin = max(end, 1)
+        return events
+
+    def _push_and_follow(
         self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
     ) -> list[Event]:
         if self.recognition is not None:
@@ -212,6 +241,8 @@ class Followers:
 
     def end_take(self) -> list[Event]:
         """End the take of moves, and return the events; the body's come after them, then those of limbs."""
+        if self.stepping is not None:
+            self.stepping.forget()
         return [] if self.recognition is None else [*self.recognition.end()]
 
     def reset(self) -> None:
@@ -228,6 +259,7 @@ class Followers:
     def bytes_taken(self) -> int:
         """Bytes of what is known here, besides what is shared with others."""
         more = 0 if self._recognition is None else self._recognition.bytes_taken
+        more += 0 if self.stepping is None else self.stepping.bytes_taken
         limbs = {} if self.limbs is None else self.limbs.segmenters
         return more + sum(own.state_bytes for own in limbs.values())
 
@@ -240,6 +272,7 @@ class Followers:
             recognition=None if recognition is None else recognition.to_bytes(),
             repetitions=None if row.telling is None else row.telling.told(),
             limbs=() if self.limbs is None else self.limbs.snapshot(),
+            steps=None if self.stepping is None else self.stepping.to_bytes(),
         )
 
     def restore(self, row: Row, known: Following, restored: Callable[[bytes, str], LimbSegmenter]) -> None:
@@ -257,10 +290,22 @@ class Followers:
             row.telling.go_on(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs, restored)
+        if self.stepping is not None:
+            self.stepping.go_on_from(known.steps)
 
 
-def _hold_both(limbs: Limbs, recognition: Recognition) -> Hold:
-    return lambda position, time: limbs.hold(position, time) and recognition.hold(position, time)
+def _stepping_of(row: Row) -> Stepping | None:
+    given = row.plan.given
+    return Stepping(row.plan.skeleton, given, row.name) if given.steps and row.plan.channel == BODY else None
+
+
+def _steps_differ(given: Settings, before: Settings) -> bool:
+    fields = ("steps", "feet", "step_sensitivity", "up")
+    return any(getattr(given, name) != getattr(before, name) for name in fields)
+
+
+def _hold_both(first: Limbs | Stepping, second: Hold) -> Hold:
+    return lambda position, time: first.hold(position, time) and second(position, time)
 
 
 def _hold_nothing(_position: NDArray[np.float32], _time: float) -> bool:

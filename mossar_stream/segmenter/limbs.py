@@ -55,7 +55,7 @@ NewSegmenter = Callable[[Skeleton, Settings, str], LimbSegmenter]
 
 def settings_of_limbs(settings: Settings) -> Settings:
     """Return the settings by which limbs are segmented, given those of the body."""
-    return settings.replace(limbs=False, phase=False, center="root")
+    return settings.replace(limbs=False, phase=False, steps=False, center="root")
 
 
 class Limbs:

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from mossar_stream.errors import SettingsError
+from mossar_stream.settings.feet import parse_feet
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.settings.limits import SETTING_LIMITS
 from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
@@ -22,6 +23,7 @@ SimilarityName = Literal["evidence", "likelihood", "path_kernel"]
 KernelForm = Literal["damped", "sum", "normalised"]
 Location = Literal["none", "free", "candidates"]
 Rests = Literal["merge", "keep"]
+Up = Literal["auto", "x", "y", "z", "-x", "-y", "-z"]
 LevelName = Literal["posture", "motion", "cluster"]
 LEVEL_NAMES: tuple[str, ...] = get_args(LevelName)
 
@@ -92,6 +94,11 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
             else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
 
+        steps: Whether to report when feet leave the ground and come down.
+        feet: Which joints or markers are the feet, as `left=LANK,LTOE right=RANK,RTOE`; empty: those known by name.
+        step_sensitivity: Larger: smaller and slower movements of a foot are steps; a step goes 6 cm / sensitivity.
+        up: Which axis points upwards, for steps: `y`, `-z` and so on; `auto`: from the feet to the head.
+
     Raises:
         SettingsError: If a value is outside its legal range; the message names field, value and range.
 
@@ -138,6 +145,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     repetitions: bool = False
     phase: bool = False
     limbs: bool | str = False
+    steps: bool = False
+    feet: str = ""
+    step_sensitivity: float = 1.0
+    up: Up = "auto"
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -158,6 +169,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         _check_groups(self)
         if isinstance(self.limbs, str):
             parse_groups(self.limbs)
+        if not isinstance(self.feet, str):
+            raise SettingsError(f"setting feet is {self.feet!r}; it must be a text")
+        if self.feet:
+            parse_feet(self.feet)
         if self.phase and not self.repetitions:
             raise SettingsError("setting phase needs repetitions")
         _check_combination(self)
@@ -286,8 +301,9 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
     "rests": get_args(Rests),
+    "up": get_args(Up),
 }
-SWITCHES = ("tempo", "repetitions", "phase")
+SWITCHES = ("tempo", "repetitions", "phase", "steps")
 NOT_OF_EVIDENCE = (
     "features",
     "location",

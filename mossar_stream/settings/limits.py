@@ -23,6 +23,7 @@ SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "remerge_seconds": (0.05, 1e9),
     "max_gap": (0.0, 60.0),
     "max_speed": (0.1, 1e4),
+    "step_sensitivity": (0.1, 10.0),
     "max_pause": (0.05, 3600.0),
     "rest_seconds": (0.05, 60.0),
 }

@@ -8,9 +8,9 @@ def parse_group(field: str, value: str) -> object:
         return {name.strip(): number(text) for name, _, text in parts}
     if field == "limbs" and value.lower() in ("true", "false"):
         return value.lower() == "true"
-    if value in ("none", "null", "auto") and field not in ("smoothing", "location"):
+    if value in ("none", "null", "auto") and field not in ("smoothing", "location", "up"):
         return None
-    return number(value)
+    return value if field == "feet" else number(value)
 
 
 def number(text: str) -> object:

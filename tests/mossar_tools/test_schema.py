@@ -98,6 +98,7 @@ def test_the_events_in_the_documentation_fit(valid):
     assert {event["type"] for event in found} == {
         "meta",
         "state",
+        "step",
         "key_frame",
         "segment",
         "activity",

@@ -27,7 +27,10 @@ from mossar_stream import (
     Result,
     Segment,
     Segmentation,
+    Step,
+    gait_of,
     segment_recording,
+    step_table,
 )
 from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
@@ -37,6 +40,7 @@ from mossar_tools.options import Options
 
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
 NAMED = ("name", "score")  # and with moves
+STEPPED = ("step_time", "stance", "swing", "cadence", "step_length")  # and with steps
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start
 
@@ -76,6 +80,8 @@ def segment_whole(
     moves = None if options.moves is None else read_moves(options.moves)
     loaded = load_recording(options, tell)
     _say_what_is_left_out(loaded)
+    if settings.steps and settings.up == "auto":
+        settings = settings.replace(up=loaded.up)
     result = segment_recording(
         loaded.positions,
         loaded.fps,
@@ -118,6 +124,9 @@ def report_of(
         report["moves"] = result.moves
     if result.settings.repetitions:
         report["repetitions"] = result.repetitions
+    if result.settings.steps:
+        report["steps"] = result.steps
+        report["gait"] = gait_of(result.steps)
     if result.settings.limbs:
         report["limbs"] = {
             name: {
@@ -138,6 +147,7 @@ def rows_of(
     counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
     rows += [_row_of_repetition(loaded, event) for event in counted]
     rows += [_row_of_move(loaded, event) for event in result.moves]
+    rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
     blank = dict.fromkeys(columns_of(options), "")
     return [blank | row for row in rows]
 
@@ -145,7 +155,8 @@ def rows_of(
 def columns_of(options: Options) -> tuple[str, ...]:
     """Return the heading of what `--csv` has."""
     counted = COUNTED if options.settings().repetitions else ()
-    return COLUMNS + counted + (() if options.moves is None else NAMED)
+    named = () if options.moves is None else NAMED
+    return COLUMNS + counted + named + (STEPPED if options.settings().steps else ())
 
 
 def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:
@@ -158,6 +169,14 @@ def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[
 def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
     row = _row_of(loaded, event.take, (event.start, event.end), (), BODY)
     return row | {"state": "move", "limb": event.limb, "name": event.name, "score": _shown(event.score)}
+
+
+def _row_of_step(loaded: LoadedRecording, step: Step) -> dict[str, Any]:
+    """Return the row of a step, from its strike to the next one of the same foot."""
+    end = step.start if step.end is None else step.end
+    row = _row_of(loaded, 0, (step.start, end), (), f"{step.side}_foot")
+    values = {name: _shown(getattr(step, name)) for name in STEPPED}
+    return row | {"state": "step", "end": "" if step.end is None else row["end"]} | values
 
 
 def _row_of(

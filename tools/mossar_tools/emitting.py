@@ -29,6 +29,7 @@ def check_emission(options: Options, settings: Settings, emission: Emission, *, 
         "move": "" if options.moves or teaches else "--moves FILE",
         "repetition": "" if settings.repetitions or controlled else "--repetitions",
         "phase": "" if settings.phase or controlled else "--set repetitions=true --set phase=true",
+        "step": "" if settings.steps or controlled else "--steps",
         "stats": "" if options.stats else "--stats SECONDS",
     }
     for word in options.emit:
@@ -38,9 +39,10 @@ def check_emission(options: Options, settings: Settings, emission: Emission, *, 
 
 
 def tell_what_tables_leave_out(options: Options, settings: Settings) -> None:
-    """Warn of moves and repetitions that a table of segments has no place for."""
+    """Warn of moves, repetitions and steps that a table of segments has no place for."""
     tables = [url for url in options.to if PurePath(parse_url(url).path).suffix.lower() == ".csv"]
     found = ["moves"] * bool(options.moves) + ["repetitions"] * settings.repetitions
+    found += ["steps"] * settings.steps
     if tables and found:
         LOGGER.warning(
             "%s holds segments only; %s go to a .jsonl file, or for a recording into the table of mossar segment --csv",

@@ -16,6 +16,7 @@ from mossar_stream import (
     RepetitionEvent,
     SegmentEvent,
     StatsEvent,
+    StepEvent,
     StreamEvent,
 )
 
@@ -25,6 +26,7 @@ _EVENTS = (
     ActivityEvent,
     RepetitionEvent,
     PhaseEvent,
+    StepEvent,
     MoveEvent,
     StreamEvent,
     StatsEvent,

@@ -88,6 +88,8 @@ class Options(msgspec.Struct, frozen=True):
     repetitions: bool = False
     limbs: str | None = None
     rests: str | None = None
+    steps: bool = False
+    feet: tuple[str, ...] = ()
     plot: str | None = None
     plot_from: float | None = None
     plot_to: float | None = None
@@ -132,6 +134,10 @@ class Options(msgspec.Struct, frozen=True):
             chosen["rests"] = self.rests
         if self.limbs is not None:
             chosen["limbs"] = self.limbs or True
+        if self.steps:
+            chosen["steps"] = True
+        if self.feet:
+            chosen["feet"] = " ".join(self.feet)
         return Settings.build(self.preset, chosen)
 
     def reading(self) -> ReadOptions:
@@ -227,6 +233,13 @@ def add_settings(
 
 def _add_channels(group: Any) -> None:
     group.add_argument("--repetitions", action="store_true", help="count how often movements are repeated")
+    group.add_argument("--steps", action="store_true", help="report when feet leave the ground and come down")
+    group.add_argument(
+        "--feet",
+        metavar="SIDE=JOINT,...",
+        nargs=2,
+        help="for --steps: left=A,B right=C,D, where the joints of the feet are not known by name",
+    )
     group.add_argument(
         "--limbs",
         metavar="NAME=JOINT,...;...",
@@ -320,7 +333,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move repetition phase stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move repetition phase step stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")

@@ -91,4 +91,8 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
         "",
         "true: arms, legs and trunk have key frames of their own; or NAME=JOINT,...;...",
     ),
+    "steps": Guide("", "true: reports when feet leave the ground and come down"),
+    "feet": Guide("", "for steps: left=JOINT,... right=JOINT,...; empty: those known by name"),
+    "step_sensitivity": Guide("", "larger: smaller and slower movements of a foot are steps"),
+    "up": Guide("", "for steps: the axis that points upwards, as y or -z; auto: from the feet to the head"),
 }

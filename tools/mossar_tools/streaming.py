@@ -140,7 +140,7 @@ def warm_up(settings: Settings, moves: Moves | None = None, *, teaches: bool = F
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
     with saying_if_cold(settings, moves=teaches or moves is not None) as said:
-        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False), moves=moves))
+        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False, steps=False), moves=moves))
     return said.is_cold
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import Result, Segmentation
+from mossar_stream import Result, Segmentation, gait_of
 from mossar_tools.console import Console
 
 
@@ -29,6 +29,8 @@ def segmentation_table(
         tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
         pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
         yield f"{len(result.repetitions)} repetitions{pace}"
+    if result.settings.steps:
+        yield from _gait_lines(result)
     for move in result.moves:
         yield f"{move.name}, {move.limb.replace('_', ' ')}, from {move.start:.2f} s to {move.end:.2f} s"
     yield ""
@@ -41,3 +43,16 @@ def segmentation_table(
         seconds = part.end_time - part.start_time
         row = f"{part.start_time:>8.2f} s{part.end_time:>8.2f} s{seconds:>8.2f} s  {part.state:<9}{ended}"
         yield f"{row}  {', '.join(part.active_joints[:3])}"
+
+
+def _gait_lines(result: Result) -> Iterator[str]:
+    """Yield what the steps of a recording have in common."""
+    gait = gait_of(result.steps)
+    pace = f", {gait.cadence:.1f} a minute" if gait.cadence else ""
+    yield f"{gait.steps} steps{pace}"
+    for name in ("step_time", "stance", "swing"):
+        left, right = (getattr(gait, name)[side] for side in ("left", "right"))
+        if left is not None and right is not None:
+            uneven = gait.asymmetry[name]
+            text = "" if uneven is None else f", asymmetry {uneven:.0f} %"
+            yield f"{name.replace('_', ' ')}: left {left:.2f} s, right {right:.2f} s{text}"

@@ -13,12 +13,13 @@ from mossar_adapters.annotations.tiers import (
     of_limb,
     repetition_tier,
     segment_tier,
+    step_tier,
 )
 from mossar_adapters.annotations.writing import check_annotations, write_annotations
 from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent
+from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent, StepEvent
 
 KEPT = 500_000  # events; of a stream that never ends the first are written
 
@@ -74,6 +75,9 @@ class AnnotationSink:
                 case KeyFrameEvent(status="final"):
                     self._keep(event.performer, event.id, event)
                     self._latest = max(self._latest, event.decided_time)
+                case StepEvent():
+                    self._keep(event.performer, event.id, event)
+                    self._latest = max(self._latest, event.decided_time)
                 case RepetitionEvent(status="counted"):
                     self._keep(event.performer, event.id, event)
                 case RepetitionEvent():
@@ -123,6 +127,8 @@ class AnnotationSink:
         )
         tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
         tiers += [move_tier(moves, origin)] if moves else []
+        steps = [event for event in events if isinstance(event, StepEvent)]
+        tiers += [step_tier(steps, origin)] if steps else []
         for channel in sorted({event.channel for event in counted}, key=lambda name: (name != BODY, name)):
             own = [event for event in counted if event.channel == channel]
             tiers.append(of_limb(channel, repetition_tier(own, origin)))

@@ -13,6 +13,7 @@ from mossar_stream import (
     RepetitionEvent,
     Segment,
     SegmentEvent,
+    StepEvent,
 )
 
 SEGMENTS, KEY_FRAMES, REPETITIONS, MOVES = "segments", "key frames", "repetitions", "moves"
@@ -92,6 +93,12 @@ def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
         MOVES,
         without_overlaps([Mark(event.start - origin, event.end - origin, event.name) for event in events]),
     )
+
+
+def step_tier(events: Iterable[StepEvent], origin: float) -> Tier:
+    """Return the tier of steps, labelled as `left strike`; as `segment_tier`."""
+    marks = sorted(Mark(e.time - origin, e.time - origin, f"{e.side} {e.status}") for e in events)
+    return Tier(STEPS, tuple(mark for mark in marks if mark.start >= 0), moments=True)
 
 
 def without_overlaps(marks: Iterable[Mark]) -> tuple[Mark, ...]:

@@ -30,10 +30,11 @@ from mossar_adapters.files.subjects import Subject, subjects_of
 from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
-from mossar_stream import Frames, constant_times
+from mossar_stream import Frames, Up, constant_times
 
 _READ_SIZE = 16 << 20  # bytes at a time
 _UNKNOWN = 65535  # frames: the most that 16 bits can say, and what is written for more
+_UPWARDS: dict[str, Up] = {"+X": "x", "+Y": "y", "+Z": "z", "-X": "-x", "-Y": "-y", "-Z": "-z"}
 _MOST = 2**32  # what numbers of frames stay below
 _NO_POSITIONS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS_ANGLES")
 
@@ -67,8 +68,8 @@ class Layout(msgspec.Struct, frozen=True):
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
     header, machine, parameters = read_parameters(path)
-    layout = _layout(path, header, machine, parameters)
-    fps = options.fps or _rate(path, header, parameters)
+    layout = layout_of(path, header, machine, parameters)
+    fps = options.fps or rate_of(path, header, parameters)
     labels, columns = _markers(path, parameters, layout.points)
     subjects, notes = subjects_of(path, labels, options.performer)
     if layout.count < layout.announced:
@@ -84,7 +85,16 @@ def read(path: Path, options: ReadOptions) -> Recording:
     parents, root = with_known_parents(subjects[0].labels)
     skeleton = skeleton_of(path, subjects[0].labels, parents, root)
     performers = tuple(subject.name for subject in subjects)
-    recording = Recording(str(path), skeleton, fps, chunks, notes, layout.count * len(subjects), performers)
+    recording = Recording(
+        str(path),
+        skeleton,
+        fps,
+        chunks,
+        notes,
+        layout.count * len(subjects),
+        performers,
+        up=_UPWARDS.get(_text(parameters.get("POINT:Y_SCREEN")).upper(), "auto"),
+    )
     metres = metres_of(_text(parameters.get("POINT:UNITS")))
     if metres is not None:
         return in_metres(recording, given(options, metres))
@@ -98,7 +108,7 @@ def first_time(path: Path) -> float:
         FileError: If the file is damaged.
     """
     header, machine, parameters = read_parameters(path)
-    return _layout(path, header, machine, parameters).first_frame / _rate(path, header, parameters)
+    return layout_of(path, header, machine, parameters).first_frame / rate_of(path, header, parameters)
 
 
 def _frames(
@@ -110,7 +120,12 @@ def _frames(
     return sane_frames(positions, times, performer=subject.name, first_frame=number)
 
 
-def _layout(path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value]) -> Layout:
+def layout_of(path: Path, header: C3dHeader, machine: int, parameters: dict[str, Value]) -> Layout:
+    """Return where the frames of a file lie.
+
+    Raises:
+        FileError: If the file does not say it, or has no frames.
+    """
     points = header.points or _integer(parameters.get("POINT:USED"))
     integer = header.scale > 0
     frame_size = (points * 4 + header.analog) * (2 if integer else 4)
@@ -168,7 +183,12 @@ def _filled(path: Path, start: int, frame_size: int) -> int:
     return -((start - end) // frame_size)
 
 
-def _rate(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> float:
+def rate_of(path: Path, header: C3dHeader, parameters: dict[str, Value]) -> float:
+    """Return the frames per second.
+
+    Raises:
+        FileError: If the file says nothing that can be.
+    """
     stated = parameters.get("POINT:RATE")
     rates = [float(stated[0])] if isinstance(stated, np.ndarray) and len(stated) else []
     for fps in (*rates, header.rate):

@@ -13,7 +13,7 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_recording
 from mossar_adapters.source import Recording
-from mossar_stream import Frames, Result, Settings, Skeleton, segment_recording
+from mossar_stream import Frames, Result, Settings, Skeleton, Up, segment_recording
 
 MAX_BYTES = 2 << 30  # of positions
 Tell = Callable[[float | None], None]  # gets the share that is read, None where that is not known
@@ -30,6 +30,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         times: (n,) float64, s.
         cuts: True cuts of the built-in performer.
         performer: Its name.
+        up: The axis that the file says points upwards.
     """
 
     name: str
@@ -39,6 +40,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
     times: NDArray[np.float64]
     cuts: tuple[Cut, ...] = ()
     performer: str = "p1"
+    up: Up = "auto"
 
     def __repr__(self) -> str:
         rate = f" at {self.fps:g} Hz" if self.fps else ""
@@ -54,7 +56,7 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         Raises:
             SettingsError: If a setting is unknown or its value illegal.
         """
-        chosen = Settings.build("default", {"range": "file", **settings})
+        chosen = Settings.build("default", {"range": "file", "up": self.up, **settings})
         return segment_recording(
             self.positions, self.fps, self.skeleton, chosen, times=self.times, curves=curves
         )
@@ -108,6 +110,7 @@ def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
         np.concatenate(positions),
         np.concatenate(times),
         performer=performer,
+        up=recording.up,
     )
 
 

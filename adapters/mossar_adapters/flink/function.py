@@ -48,7 +48,9 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         self._following = Following(self._settings, moves=self._moves)
         # Compiled before the first record instead of with it; limbs by name are of other skeletons.
         skeleton = Skeleton(("a", "b"), (-1, 0)) if self._moves is None else self._moves.skeleton
-        Segmenter(skeleton, self._settings.replace(limbs=bool(self._settings.limbs)), moves=self._moves)
+        Segmenter(
+            skeleton, self._settings.replace(limbs=bool(self._settings.limbs), steps=False), moves=self._moves
+        )
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
         """Take a record in."""

@@ -25,6 +25,7 @@ from mossar_stream import (
     PhaseEvent,
     RepetitionEvent,
     SegmentEvent,
+    StepEvent,
     StreamEvent,
 )
 
@@ -104,6 +105,8 @@ class OscSink:
             case PhaseEvent():
                 where = (event.take, -1.0 if event.phase is None else event.phase)
                 return encode("/mossar/phase", "ssif", event.performer, event.channel, *where)
+            case StepEvent():
+                return self._step(event)
             case StreamEvent():
                 words = (event.performer, event.event, event.reason)
                 return encode("/mossar/stream", "sssi", *words, event.take)
@@ -149,7 +152,17 @@ class OscSink:
         times = (event.start - start, event.decided_time - start, previous)
         return encode("/mossar/activity", "sssifff", *words, event.take, *times)
 
-    def _start(self, event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent) -> float:
+    def _step(self, event: StepEvent) -> bytes:
+        start = self._start(event)
+        times = event.time - start, event.decided_time - start
+        return encode(
+            "/mossar/step",
+            "sssiffffffs",
+            *(event.performer, event.status, event.side, event.take, *times, event.confidence),
+            *(*event.position, event.id),
+        )
+
+    def _start(self, event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | StepEvent) -> float:
         known = self._starts.get(event.performer)
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
@@ -163,10 +176,12 @@ def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, lis
     return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
-def _reckoned(event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent) -> float:
+def _reckoned(event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | StepEvent) -> float:
     """Return when frame 0 was, going back from two frames at their mean rate; a move or activity knows no frames."""
     if isinstance(event, MoveEvent | ActivityEvent):
         return event.start
+    if isinstance(event, StepEvent):
+        return event.time
     if isinstance(event, SegmentEvent):
         first, last = (event.start_frame, event.start_time), (event.end_frame, event.end_time)
     else:

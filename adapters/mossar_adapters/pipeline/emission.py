@@ -7,6 +7,7 @@ from mossar_stream import (
     MOVE_STATUSES,
     REPETITION_STATUSES,
     SEGMENT_STATUSES,
+    STEP_STATUSES,
     ActivityEvent,
     Event,
     KeyFrameEvent,
@@ -15,6 +16,7 @@ from mossar_stream import (
     RepetitionEvent,
     SegmentEvent,
     SettingsError,
+    StepEvent,
     StreamEvent,
 )
 
@@ -24,6 +26,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "move": MOVE_STATUSES,
     "repetition": REPETITION_STATUSES,
     "phase": ("",),
+    "step": STEP_STATUSES,
     "stream": ("",),
     "stats": ("",),
     "activity": ("",),
@@ -87,4 +90,6 @@ def _pair(event: Event) -> tuple[str, str]:
         return "activity", ""
     if isinstance(event, PhaseEvent):
         return "phase", ""
+    if isinstance(event, StepEvent):
+        return "step", event.status
     return ("stream" if isinstance(event, StreamEvent) else "stats"), ""

@@ -3,9 +3,11 @@
 import math
 from pathlib import Path
 
+import numpy as np
 from pympi import Eaf
 
 from checks.fuzz import recordings
+from checks.gaits import GAITS, performed
 from mossar_adapters.demo import performance
 from mossar_adapters.files import read
 from mossar_stream import Moves
@@ -48,6 +50,7 @@ def furnish(folder: Path) -> None:
         "86_01.amc": recordings.amc(300),
         "86.asf": recordings.ASF,
         "take.c3d": recordings.c3d(),
+        "walk.c3d": walking(),
         "take.msk": recordings.msk(300),
         "poses.py": POSES.encode(),
         "stage.toml": STAGE.encode(),
@@ -74,6 +77,13 @@ def furnish(folder: Path) -> None:
     shown = Moves(played.skeleton)
     shown.add("move", played.frames.positions[:240], played.fps)
     shown.save(folder / "shown.json")
+
+
+def walking() -> bytes:
+    """Return a C3D recording of a walk, with the markers of Plug-in Gait."""
+    positions, _, _ = performed(GAITS["walking"], 12.0, 60.0, 0.001)
+    labels = ("LFHD", "SACR", "LANK", "LHEE", "LTOE", "RANK", "RHEE", "RTOE")
+    return recordings.c3d(labels=labels, positions=positions.astype(np.float64))
 
 
 def _annotate(path: Path, start: int) -> None:

@@ -39,6 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment walk.c3d --steps --csv steps.csv      foot strikes and offs, cadence, stance and swing
   mossar segment take.c3d --export take.events.c3d     a copy with key frames as events
   mossar segment take.bvh --moves moves.json --limbs --plot take.png
   mossar segment walk.bvh --level cluster --cut clips/
@@ -186,6 +187,7 @@ def _tiers(
         of_limb,
         repetition_tier,
         segment_tier,
+        step_tier,
     )
     from mossar_stream import LEVEL_NAMES, segment_recording
     from mossar_tools.excerpt import chosen_of
@@ -196,12 +198,13 @@ def _tiers(
     for other in LEVEL_NAMES if isinstance(level, str) else ():
         if other != level:
             settings = msgspec.structs.replace(options, level=other).settings(range="file")
-            settings = settings.replace(limbs=False, phase=False, repetitions=False)
+            settings = settings.replace(limbs=False, phase=False, repetitions=False, steps=False)
             again = segment_recording(
                 loaded.positions, loaded.fps, loaded.skeleton, settings, times=loaded.times
             )
             tiers.append(segment_tier(again.segments, other, origin))
     tiers += [move_tier(result.moves, origin)] if result.moves else []
+    tiers += [step_tier(result.steps, origin)] if result.settings.steps else []
     if result.settings.repetitions:
         tiers.append(repetition_tier(result.repetitions, origin))
         tiers += [

@@ -1,0 +1,1 @@
+"""Steps: when a foot leaves the ground, and when it comes down again."""
