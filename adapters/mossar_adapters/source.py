@@ -19,6 +19,7 @@ class Meta(msgspec.Struct, frozen=True):
         recording: Path or URL of the recording; empty for live sources.
         settings: Of the segmentation, as plain values; the pipeline adds them for sinks of events.
         run: The run of the program; the pipeline adds it for sinks of events.
+        assumed: Whether the sender has not described the skeleton, so that it follows from the number of joints.
     """
 
     performer: str
@@ -28,6 +29,7 @@ class Meta(msgspec.Struct, frozen=True):
     recording: str = ""
     settings: dict[str, Any] | None = None
     run: str | None = None
+    assumed: bool = False
 
 
 class Left(msgspec.Struct, frozen=True):

@@ -1,5 +1,6 @@
 """Groups: which joints make a limb, and where it hangs."""
 
+import functools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import FrameError
-from mossar_stream.moves.joints import known_joints
+from mossar_stream.moves.joints import REMEMBERED, known_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.skeleton import Skeleton
@@ -41,18 +42,21 @@ def groups_of(skeleton: Skeleton, wanted: bool | str) -> list[Limb]:
     Raises:
         FrameError: If the skeleton lacks a joint that the text names, or nothing of a limb can move.
     """
-    if not wanted:
-        return []
+    return list(_groups(skeleton, wanted)) if wanted else []
+
+
+@functools.lru_cache(REMEMBERED)  # a performer's are needed several times before its first frame
+def _groups(skeleton: Skeleton, wanted: bool | str) -> tuple[Limb, ...]:
     if wanted is True:
-        found = [_limb(skeleton, name, joints) for name, joints in limbs_of(skeleton).items()]
-        return [limb for limb in found if _can_move(limb, skeleton)]
+        found = (_limb(skeleton, name, joints) for name, joints in limbs_of(skeleton).items())
+        return tuple(limb for limb in found if _can_move(limb, skeleton))
     limbs = []
     for name, members in parse_groups(str(wanted)).items():
         limb = _limb(skeleton, name, tuple(sorted({_index(skeleton, name, joint) for joint in members})))
         if not _can_move(limb, skeleton):
             raise FrameError(f"limb {name}: {members[0]!r} hangs on nothing that it could move against")
         limbs.append(limb)
-    return limbs
+    return tuple(limbs)
 
 
 def _can_move(limb: Limb, skeleton: Skeleton) -> bool:

@@ -4,6 +4,7 @@ A joint that a set lacks may lie in the middle of two that it has, as the centre
 Joints that say little of a move (spine, neck, hands beside wrists, feet beside ankles) may be missing; others may not.
 """
 
+import functools
 import re
 from typing import NamedTuple
 
@@ -36,6 +37,7 @@ _OPTIONAL = frozenset(
 ENOUGH = 8  # joints known by name: then the others are details, too
 CENTRE = "hips"
 MEAN = -1  # in place of a joint: the mean of all
+REMEMBERED = 64  # skeletons of which is remembered what was found
 
 
 def _table() -> dict[str, tuple[str, ...]]:
@@ -58,6 +60,11 @@ class Pair(NamedTuple):
 
 def known_joints(skeleton: Skeleton) -> dict[str, int]:
     """Return which joints of a skeleton are known by name: slots such as "left_wrist" to indices."""
+    return dict(_known_joints(skeleton))
+
+
+@functools.lru_cache(REMEMBERED)  # asked many times of each; a thousand names take 5 ms
+def _known_joints(skeleton: Skeleton) -> dict[str, int]:
     place = {_plain(name): joint for joint, name in reversed(list(enumerate(skeleton.names)))}
     taken: set[int] = set()
     found: dict[str, int] = {}

@@ -33,9 +33,8 @@ def limbs_of(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
         return _named(skeleton, known)
     children = [joint for joint, parent in enumerate(skeleton.parents) if parent == max(skeleton.root, 0)]
     names = {child: skeleton.names[child] for child in children[:MOST_LIMBS]}
-    found = {
-        f"{name}_limb" if name == BODY else name: _below(skeleton, child) for child, name in names.items()
-    }
+    below = _below(skeleton, list(names))
+    found = {f"{name}_limb" if name == BODY else name: below[child] for child, name in names.items()}
     return found or {TRUNK: tuple(range(len(skeleton)))}
 
 
@@ -57,8 +56,15 @@ def _named(skeleton: Skeleton, known: dict[str, int]) -> dict[str, tuple[int, ..
     return {name: joints for name, joints in members.items() if joints}
 
 
-def _below(skeleton: Skeleton, top: int) -> tuple[int, ...]:
-    inside = [top]
-    for joint in inside:
-        inside.extend(child for child, parent in enumerate(skeleton.parents) if parent == joint)
-    return tuple(sorted(inside))
+def _below(skeleton: Skeleton, tops: list[int]) -> dict[int, tuple[int, ...]]:
+    """Return each of some joints, none of which hangs on another, with all that hangs on it."""
+    top_of = {-1: -1} | {top: top for top in tops}  # -1: it hangs on none of them
+    found: dict[int, list[int]] = {top: [] for top in [*tops, -1]}
+    for joint in range(len(skeleton)):
+        way, ancestor = [], joint
+        while ancestor not in top_of:
+            way.append(ancestor)
+            ancestor = skeleton.parents[ancestor]
+        top_of |= dict.fromkeys(way, top_of[ancestor])
+        found[top_of[joint]].append(joint)
+    return {top: tuple(found[top]) for top in tops}

@@ -1,11 +1,12 @@
 """Signals at random moments of the start of `mossar run`, cold and warm: each must end it, soon and in order.
 
     python -m checks.signals --starts 200 --cold 0.5 --seed 1
+    python -m checks.signals --starts 20 --at-once 4 --longest-cold 6 --limit 10   # in a minute, beside other work
     python -m checks.signals --starts 1000 --results starts.jsonl --at-most 100    # ten times, whenever there is time
 
 A start is cold when no kernel lies on disk, so that the signal comes while modules are imported or kernels compiled;
-warm when all do, so that it comes while they are loaded, or when the run has begun. The package is copied twice, so
-that the kernels of the installed one are left alone. Ends with status 1 if a start did not end within the limit, with
+warm when all do, so that it comes while they are loaded, or when the run has begun. The package is copied, so that the
+kernels of the installed one are left alone; they are copied for the warm starts, and what lacks is compiled before. Ends with status 1 if a start did not end within the limit, with
 another status than 130 or 143, or with a traceback or words of a crash after the handlers are there.
 
 With `--results` each start is written down, and those that stand there are not repeated: so a long check can be run in
@@ -14,6 +15,7 @@ parts, and the last line sums up all of them. What happens in start 17 depends o
 
 import argparse
 import os
+import queue
 import random
 import shutil
 import signal
@@ -21,7 +23,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import msgspec
@@ -29,6 +32,7 @@ import msgspec
 import mossar_adapters
 import mossar_stream
 import mossar_tools
+from mossar_stream.jit.sources import digest
 
 EXPECTED = {
     signal.SIGINT: (130, -signal.SIGINT),
@@ -88,6 +92,13 @@ def main() -> int:
     parser.add_argument("--cold", type=float, default=0.5, help="share of the starts that find no kernels")
     parser.add_argument("--longest-cold", type=float, default=12.0, help="latest signal of a cold start, s")
     parser.add_argument("--longest-warm", type=float, default=2.5, help="latest signal of a warm start, s")
+    parser.add_argument(
+        "--at-once",
+        metavar="N",
+        type=int,
+        default=1,
+        help="starts that run side by side; their ends take longer",
+    )
     parser.add_argument("--limit", type=float, default=2.0, help="within which a start must end, s")
     parser.add_argument(
         "--results", metavar="FILE", type=Path, help="write each start here, and go on behind them"
@@ -108,15 +119,37 @@ def main() -> int:
 
 def _starts(folder: Path, options: argparse.Namespace, known: set[int]) -> Iterator[Outcome]:
     """Yield what becomes of the starts that are still to be made."""
-    places = {cold: _copies(folder / ("cold" if cold else "warm")) for cold in (True, False)}
-    subprocess.run([sys.executable, "-c", WARM], env=_environment(places[False]), check=True)  # noqa: S603
+    warm = _copies(folder / "warm", kernels=True)
+    cold: queue.SimpleQueue[Path] = queue.SimpleQueue()  # a start removes the kernels of its place
+    for place in range(options.at_once):
+        cold.put(_copies(folder / f"cold{place}"))
+    subprocess.run([sys.executable, "-c", WARM], env=_environment(warm), check=True)  # noqa: S603
     due = [index for index in range(options.starts) if index not in known]
-    for index in due[: options.at_most]:
-        rng = random.Random(f"{options.seed} {index}")  # noqa: S311 - repeatable, not secret
-        cold = rng.random() < options.cold
-        longest = options.longest_cold if cold else options.longest_warm
-        number, after = rng.choice(list(EXPECTED)), rng.uniform(0.0, longest)
-        yield start(places[cold], index, number, after, cold=cold)
+    with ThreadPoolExecutor(options.at_once) as pool:
+        try:
+            made = [
+                pool.submit(_start_as_planned, index, options, warm, cold) for index in due[: options.at_most]
+            ]
+            yield from (one.result() for one in as_completed(made))
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _start_as_planned(
+    index: int, options: argparse.Namespace, warm: Path, cold: "queue.SimpleQueue[Path]"
+) -> Outcome:
+    """Make a start: what happens in it follows from the seed and its index."""
+    rng = random.Random(f"{options.seed} {index}")  # noqa: S311 - repeatable, not secret
+    is_cold = rng.random() < options.cold
+    longest = options.longest_cold if is_cold else options.longest_warm
+    number, after = rng.choice(list(EXPECTED)), rng.uniform(0.0, longest)
+    if not is_cold:
+        return start(warm, index, number, after, cold=False)
+    place = cold.get()
+    try:
+        return start(place, index, number, after, cold=True)
+    finally:
+        cold.put(place)
 
 
 def start(place: Path, index: int, number: signal.Signals, after: float, *, cold: bool) -> Outcome:
@@ -166,12 +199,17 @@ def _write(results: Path | None, outcome: Outcome) -> None:
             file.write(msgspec.json.encode(outcome) + b"\n")
 
 
-def _copies(folder: Path) -> Path:
+def _copies(folder: Path, *, kernels: bool = False) -> Path:
+    """Return a folder with copies of the packages, with the kernels of these sources if they are wanted."""
+    kept = {f"kernels-{digest()}"} if kernels else set()
     for package in PACKAGES:
         source = Path(str(package.__file__)).parent
-        ignored = shutil.ignore_patterns("kernels-*")
-        shutil.copytree(source, folder / source.name, ignore=ignored)
+        shutil.copytree(source, folder / source.name, ignore=_all_kernels_but(kept))
     return folder
+
+
+def _all_kernels_but(kept: set[str]) -> Callable[[str, list[str]], list[str]]:
+    return lambda _, names: [name for name in names if name.startswith("kernels-") and name not in kept]
 
 
 def _environment(place: Path) -> dict[str, str]:

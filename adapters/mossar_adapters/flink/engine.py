@@ -1,5 +1,6 @@
 """Engine: builds the job and runs it, here or on the cluster that `flink run` names."""
 
+import contextlib
 import os
 import re
 import shutil
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 MAX_PARALLELISM = 1024  # cannot be changed once there are checkpoints
 JAVA_NEEDED = 11
+ENDED = "ended"  # file beside the checkpoints of a run that has come to its end
 
 
 class JobFailedError(MossarError):
@@ -47,11 +49,18 @@ def run(job: Job) -> None:
         configuration.set_string(name, value)
     env = StreamExecutionEnvironment.get_execution_environment(configuration)
     build(env, job)
+    begun_from = latest_checkpoint(job.checkpoints.folder) if job.checkpoints.resume else None
     try:
-        env.execute(job.name)
+        result = env.execute(job.name)
     except Py4JJavaError as error:
         cause = _cause(str(error.java_exception), str(error))
         raise JobFailedError(f"the Flink job failed: {cause}") from None
+    try:
+        result.get_net_runtime()
+    except Py4JJavaError:  # it was handed over to a cluster (flink run --detached), and goes on there
+        return
+    former = () if begun_from is None else (begun_from.parent.name,)
+    leave_nothing(job.checkpoints.folder, str(result.get_job_id()), *former)
 
 
 def build(env: "StreamExecutionEnvironment", job: Job, records: "DataStream | None" = None) -> None:
@@ -108,7 +117,7 @@ def options(job: Job, *, on_cluster: bool = False) -> dict[str, str]:
 
 
 def latest_checkpoint(folder: str) -> Path | None:
-    """Return the last whole checkpoint in a local folder.
+    """Return the last whole checkpoint in a local folder, of a run that has not come to its end.
 
     Args:
         folder: URI. What lies in a bucket is named by "execution.state-recovery.path" instead.
@@ -117,8 +126,42 @@ def latest_checkpoint(folder: str) -> Path | None:
     if parts.scheme != "file":
         return None
     # The engine writes this file last.
-    found = [*Path(unquote(parts.path)).glob("*/chk-*/_metadata")]
-    return max(found, key=lambda path: path.stat().st_mtime_ns).parent if found else None
+    whole = Path(unquote(parts.path)).glob("*/chk-*/_metadata")
+    times: dict[Path, int] = {}
+    for path in whole:
+        with contextlib.suppress(FileNotFoundError):  # the engine has just removed it
+            if not (path.parents[1] / ENDED).exists():
+                times[path.parent] = path.stat().st_mtime_ns
+    return max(times, key=times.__getitem__) if times else None
+
+
+def leave_nothing(folder: str, *runs: str) -> None:
+    """See that no later run goes on from checkpoints of runs that have come to their end.
+
+    The engine removes them in threads of its own: when it says that the job has ended, the last checkpoint may not be removed
+    yet, or not even be written. The process may end before that. So each run is marked as ended, whatever is left of it.
+
+    Args:
+        folder: URI of the checkpoints; those in a bucket are named by the user, and left to the engine.
+        runs: The engine's ids of the runs.
+
+    Raises:
+        MossarError: If that cannot be written.
+    """
+    parts = urlsplit(folder)
+    if parts.scheme != "file":
+        return
+    for run_id in runs:
+        place = Path(unquote(parts.path), run_id)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            (place / ENDED).touch()
+        except OSError as error:
+            raise MossarError(
+                f"{place}: cannot be written: {error.strerror or error}; delete it, or the next run goes on from it"
+            ) from None
+        for checkpoint in place.glob("chk-*"):
+            shutil.rmtree(checkpoint, ignore_errors=True)
 
 
 def check_java() -> None:

@@ -10,7 +10,7 @@ import logging
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -20,6 +20,7 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.pipeline.latency import Latency
 from mossar_adapters.pipeline.naming import Naming
+from mossar_adapters.pipeline.newcomers import Allowance
 from mossar_adapters.pipeline.odd_times import OddTimes
 from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
@@ -99,7 +100,8 @@ class Pipeline:
         self.latency: dict[str, Latency] = {}  # of each performer
         self.stream_time = StreamTime(seconds)
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
-        self._metas: dict[str, Meta] = {}  # as followed last, of each performer
+        self._metas: dict[str, Meta] = {}  # as the source announced each performer last
+        self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
         self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
         self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._reasons = Reasons()
@@ -107,6 +109,8 @@ class Pipeline:
         self._unfollowed: set[str] = set()  # performers who cannot be followed
         self._odd_times = OddTimes()
         self._limbs_lack = False  # whether it was logged that a performer has no limbs
+        self._allowances = [Allowance() for _ in sources]  # of each source
+        self._put_off: set[int] = set()  # sources of which it was logged that they bring too much that is new
         self.inbox = Inbox([source.live for source in sources])
         self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
         self.running = [True] * len(sources)  # whether each source still delivers
@@ -221,7 +225,7 @@ class Pipeline:
     def _take(self, arrival: Arrival) -> None:
         item = arrival.item
         if isinstance(item, Meta):
-            self._announce(item, arrival.source)
+            self._announce(item, arrival)
         elif isinstance(item, Frames):
             self._push(item, arrival)
         elif isinstance(item, Left):
@@ -244,21 +248,55 @@ class Pipeline:
             self.stream_time.forget(kept)
             self._odd_times.keep(kept)
             self._reasons.forget(kept)
-            for table in (self.latency, self.unusable, self._metas, self._heard, self._max_pauses):
+            tables: tuple[dict[str, Any], ...] = (
+                self.latency,
+                self.unusable,
+                self._metas,
+                self._followed,
+                self._heard,
+                self._max_pauses,
+            )
+            for table in tables:
                 for name in set(table) - kept:
                     del table[name]
         return self.naming.name(source, performer)
 
-    def _announce(self, meta: Meta, source: int) -> None:
-        name = self._name(source, meta.performer)
-        if (
-            name in self.pool or len(self.pool) < MAX_PERFORMERS
+    def _announce(self, meta: Meta, arrival: Arrival) -> None:
+        name = self._name(arrival.source, meta.performer)
+        has_room = name in self.pool or len(self.pool) < MAX_PERFORMERS
+        if has_room and self._may_be_new(
+            name, meta, arrival
         ):  # else with the first frames, if there is room then
-            self._follow(name, meta, source)
+            self._follow(name, meta, arrival.source)
+
+    def _may_be_new(self, name: str, meta: Meta, arrival: Arrival) -> bool:
+        """Return whether a performer or a skeleton is known, or its live source may bring something new."""
+        skeleton = self._described(name, meta).skeleton
+        if name in self.pool and self.pool[name].skeleton == skeleton:
+            return True
+        if not self.feeds[arrival.source].source.live:
+            return True
+        return self._allowances[arrival.source].grants(len(skeleton), arrival.at)
+
+    def _described(self, name: str, meta: Meta) -> Meta:
+        """Return a meta; of a sender that has not described its skeleton since it was last forgotten, with the known one.
+
+        Senders describe it once. A run that goes on from a snapshot did not hear that.
+        """
+        if not meta.assumed:
+            return meta
+        if name in self.pool:
+            known = self.pool[name].skeleton
+        elif name in self._followed:
+            known = self._followed[name].skeleton
+        else:
+            return meta
+        return meta if len(known) != len(meta.skeleton) else msgspec.structs.replace(meta, skeleton=known)
 
     def _follow(self, name: str, meta: Meta, source: int) -> None:
         """Take a performer in, or its new skeleton."""
         self._metas[name] = meta
+        meta = self._followed[name] = self._described(name, meta)
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
@@ -274,7 +312,7 @@ class Pipeline:
 
     def _announce_settings(self, name: str) -> None:
         """Announce a performer whose settings have changed once more, to sinks of events."""
-        if name in self._metas:
+        if name in self._followed:
             for outlet in self.outlets:
                 if outlet.takes_events:
                     outlet.put(self._announcement(name))
@@ -282,7 +320,7 @@ class Pipeline:
     def _announcement(self, name: str) -> Parcel:
         """Return the meta of a performer with what receivers of events need to know."""
         settings = msgspec.to_builtins(self.pool[name].settings)
-        meta = _called(self._metas[name], name)
+        meta = _called(self._followed[name], name)
         return Parcel(msgspec.structs.replace(meta, settings=settings, run=self.run_id))
 
     def _look_for_limbs(self, name: str, source: int) -> None:
@@ -301,11 +339,15 @@ class Pipeline:
         self._unfollowed.add(name)
 
     def _welcome(self, name: str, frames: Frames, arrival: Arrival) -> bool:
-        """See that a performer is followed; return whether there is room."""
+        """See that a performer is followed; return whether it is. If not, its frames are counted."""
         meta = arrival.meta
         if meta is None or (name in self.pool and self._metas.get(name) is meta):
             return True
         if not self._has_room(name, frames, arrival):
+            self._turn_away(name, len(frames))
+            return False
+        if not self._may_be_new(name, meta, arrival):
+            self._put_it_off(name, len(frames), arrival.source)
             return False
         if name not in self.pool:  # others may have taken its place
             self.upkeep.leave(name)
@@ -329,7 +371,6 @@ class Pipeline:
         if frames.performer != name:
             frames = msgspec.structs.replace(frames, performer=name)
         if not self._welcome(name, frames, arrival):
-            self._turn_away(name, len(frames))
             return
         self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
         resumed = self.upkeep.heard(self, arrival, name)
@@ -381,6 +422,18 @@ class Pipeline:
                 name,
             )
         self._refused.add(name)
+        self.unusable[name] = self.unusable.get(name, 0) + count
+
+    def _put_it_off(self, name: str, count: int, source: int) -> None:
+        """Count the frames of what is too much that is new for now; log it once of each source."""
+        if source not in self._put_off:
+            self._put_off.add(source)
+            _log.warning(
+                "%s: more new performers or skeletons come than are taken in a second; %s and others wait, and their frames "
+                "are counted",
+                self._source_name(source),
+                name,
+            )
         self.unusable[name] = self.unusable.get(name, 0) + count
 
     def _let_go(self, left: Left, source: int) -> None:

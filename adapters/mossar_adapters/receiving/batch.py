@@ -92,7 +92,7 @@ class Batch:
         if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
             self._announce(Meta(pose.performer, pose.skeleton, self.fps, pose.unit))
         elif meta is None:
-            self._announce(Meta(pose.performer, _unnamed(len(pose.positions)), self.fps))
+            self._announce(Meta(pose.performer, _unnamed(len(pose.positions)), self.fps, assumed=True))
         elif len(pose.positions) != len(meta.skeleton):
             raise FrameError(
                 f"a frame with {len(pose.positions)} joints does not fit the skeleton: it has {len(meta.skeleton)}"

@@ -19,6 +19,7 @@ import zmq
 
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.files import ReadOptions, open_recording
+from mossar_adapters.flink.engine import latest_checkpoint
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, Segmenter, Settings, to_json
@@ -162,6 +163,9 @@ class Work:
 
     def checkpoints(self):
         return list(self.folder.glob("checkpoints/*/chk-*/_metadata"))
+
+    def latest_checkpoint(self):
+        return latest_checkpoint((self.folder / "checkpoints").as_uri())
 
     def lines(self):
         """Return the whole lines that came out."""

@@ -6,7 +6,7 @@ import shutil
 import msgspec
 import pytest
 
-from mossar_adapters.flink.engine import check_java, latest_checkpoint, options
+from mossar_adapters.flink.engine import check_java, latest_checkpoint, leave_nothing, options
 from mossar_adapters.flink.job import Job, Source
 from mossar_stream import MossarError
 
@@ -34,6 +34,24 @@ def test_a_job_goes_on_from_the_latest_whole_checkpoint(tmp_path, job):
     checkpoint(tmp_path, "b/chk-3", age=0, whole=False)
     assert latest_checkpoint(tmp_path.as_uri()) == latest
     assert options(job)["execution.state-recovery.path"] == latest.as_uri()
+
+
+def test_no_run_goes_on_from_one_that_has_ended_whatever_is_left_of_it(tmp_path, job):
+    killed = checkpoint(tmp_path, "killed/chk-3", age=99)
+    checkpoint(tmp_path, "ended/chk-9", age=1)
+    leave_nothing(tmp_path.as_uri(), "ended")
+    assert not list(tmp_path.glob("ended/chk-*"))
+    checkpoint(tmp_path, "ended/chk-9", age=0)  # which the engine writes after it said that the job has ended
+    assert latest_checkpoint(tmp_path.as_uri()) == killed
+    leave_nothing(tmp_path.as_uri(), "next", "killed")
+    assert latest_checkpoint(tmp_path.as_uri()) is None
+    assert "execution.state-recovery.path" not in options(job)
+
+
+def test_a_run_without_checkpoints_ends_too(tmp_path):
+    leave_nothing((tmp_path / "none yet").as_uri(), "a")
+    leave_nothing("s3://bucket/checkpoints", "a")
+    assert latest_checkpoint((tmp_path / "none yet").as_uri()) is None
 
 
 def test_a_job_may_begin_anew(tmp_path, job):

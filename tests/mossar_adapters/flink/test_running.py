@@ -21,7 +21,8 @@ def test_after_kill_9_and_restart_the_events_are_those_of_direct_runs(work, flin
     assert 0 < before < total <= len(found)
     assert len(found) < before + total, "it went on in the middle instead of beginning anew"
     assert flink.by_performer(found, repeats=True) == expected
-    assert not job.checkpoints(), "what is over leaves nothing to go on from"
+    assert job.latest_checkpoint() is None, "what is over leaves nothing to go on from"
+    assert "going on from the checkpoint" not in job.run(parallelism)
 
 
 def test_files_hold_every_event_exactly_once_after_kill_9(work, flink, crowd):

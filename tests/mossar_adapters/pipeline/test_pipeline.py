@@ -9,6 +9,7 @@ import pytest
 
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
+from mossar_adapters.pipeline.newcomers import AT_ONCE, EACH
 from mossar_adapters.source import Left, Meta
 from mossar_stream import (
     Frames,
@@ -375,3 +376,33 @@ def test_limbs_wanted_of_skeletons_without_any_are_logged_once(stage, caplog):
         "script: ann has no limbs, as no joint of its skeleton can move against another; it is segmented as without limbs"
     ) == 1
     assert "bob" not in caplog.text
+
+
+def test_a_stranger_with_ever_new_skeletons_is_put_off_and_the_others_are_followed(stage, caplog):
+    items, joints = [stage.meta()], 200
+    for number in range(150):
+        items.append(stage.wave(number, 1))
+        names = tuple(f"{number}_{joint}" for joint in range(joints))
+        items.append(Meta("z", Skeleton(names), 30.0))
+        items.append(Frames(np.ones((1, joints, 3), np.float32), np.array([number / 30]), performer="z"))
+    items += [stage.meta("late"), stage.wave(performer="late")]
+    pipeline = Pipeline([stage.Script(items, live=True)], [sink := stage.Collected()])
+    pipeline.run()
+    assert pipeline.pool["p1"].stats["frames"] == 150
+    assert pipeline.pool["late"].stats["frames"] == 60
+    began = sum(e.event == "started" for e in sink.of(StreamEvent) if e.performer == "z")
+    assert AT_ONCE // (joints + EACH) <= began < 150
+    assert pipeline.unusable["z"] == 150 - began
+    assert caplog.text.count("more new performers or skeletons come than are taken in a second") == 1
+
+
+def test_a_recording_may_change_its_skeleton_as_often_as_it_likes(stage):
+    items = []
+    for number in range(100):
+        names = tuple(f"{number}_{joint}" for joint in range(400))
+        items.append(Meta("z", Skeleton(names), 30.0))
+        items.append(Frames(np.ones((1, 400, 3), np.float32), np.array([number / 30]), performer="z"))
+    pipeline = Pipeline([stage.Script(items)], [])
+    pipeline.run()
+    assert not pipeline.unusable
+    assert pipeline.outcome.frames == 100

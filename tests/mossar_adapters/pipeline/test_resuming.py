@@ -1,7 +1,10 @@
+import json
+
 import pytest
 
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
 from mossar_adapters.replay.recording_source import RecordingSource
+from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_stream import Settings, SnapshotError
 
 
@@ -116,3 +119,46 @@ def test_a_snapshot_that_cannot_be_written_is_a_failure_and_said_once(stage, tmp
     assert outcome.dead_sinks == [str(path)]
     assert outcome.frames == 60
     assert len([message for message in caplog.messages if "cannot be written" in message]) == 1
+
+
+def test_a_sender_that_describes_its_skeleton_once_is_known_after_a_restart(stage, tmp_path):
+    meta, wave = stage.meta(), stage.wave(0, 240)
+
+    def message(number):
+        joints = wave.positions[number].tolist()
+        return {"type": "frame", "performer": "p1", "t": float(wave.times[number]), "xyz": joints}
+
+    def heard(first, last, *, described):
+        """Return what a fresh decoder makes of messages, as after a restart."""
+        decoder, found = ZmqDecoder(), []
+        maps = [message(number) for number in range(first, last)]
+        if described:
+            names = {"names": meta.skeleton.names, "parents": meta.skeleton.parents}
+            maps.insert(0, {"type": "meta", "performer": "p1", **names, "root": meta.skeleton.root})
+        for number, one in enumerate(maps):
+            found += decoder.receive(ZmqMessage((json.dumps(one).encode(),), (first + number) / 30))
+        return found
+
+    def go_on(items, *, cut):
+        sink, resume = stage.Collected(), read_snapshot(tmp_path / "state")
+        source = stage.Script(items, live=False)
+        pipeline = Pipeline(
+            [source],
+            [sink],
+            Settings(limbs=True),
+            upkeep=Upkeep(snapshot=tmp_path / "state"),
+            resume=resume,
+        )
+        if cut:
+            push, left = pipeline.pool.push, iter(range(119))
+            pipeline.pool.push = lambda frames: (next(left, None) is None and pipeline.stop()) or push(frames)
+        pipeline.run()
+        return sink
+
+    whole = stage.Collected()
+    Pipeline([stage.Script(heard(0, 240, described=True))], [whole], Settings(limbs=True)).run()
+    first = go_on(heard(0, 240, described=True), cut=True)
+    second = go_on(heard(120, 240, described=False), cut=False)
+    assert first.events + second.events == whole.events
+    assert [own.skeleton for own in second.metas] == [meta.skeleton]
+    assert not [event for event in second.events if getattr(event, "reason", "") == "another skeleton"]
