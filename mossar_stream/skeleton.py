@@ -1,5 +1,6 @@
 """Skeleton: the names of the joints and how they hang together."""
 
+import difflib
 import operator
 from collections.abc import Iterable
 
@@ -63,7 +64,11 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         try:
             return self.names.index(name)
         except ValueError:
-            raise FrameError(f"no joint called {name!r}; there are {', '.join(self.names[:40])}") from None
+            near = difflib.get_close_matches(str(name), self.names, 1)
+            hint = f" - did you mean {near[0]}?" if near else ""
+            raise FrameError(
+                f"no joint called {name!r}{hint}; there are {', '.join(self.names[:40])}"
+            ) from None
 
     def with_root(self, name: str) -> "Skeleton":
         """Return the same joints with another body centre."""

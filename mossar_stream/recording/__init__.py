@@ -115,8 +115,8 @@ class Result:
         hierarchy: The same key frames in the order in which they are removed. Without its first k entries it is the
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
-        moves: The moves that were recognised, if there were any to recognise.
-        repetitions: Repetitions of movements, with the setting `repetitions`.
+        moves: The moves that were recognised, if there were any to recognise; a list with `to_dataframe`.
+        repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
         limbs: What was found in each limb, with the setting `limbs`.
         steps: When feet left the ground and came down, with the setting `steps`.
     """
@@ -126,9 +126,9 @@ class Result:
     ) -> None:
         self.settings = row.plan.given
         self.curves = curves
-        self.moves = moves
-        self.repetitions: list[RepetitionEvent] = []
-        self.steps: list[StepEvent] = []
+        self.moves = notebook.Table(moves, MoveEvent)
+        self.repetitions = notebook.Table[RepetitionEvent]([], RepetitionEvent)
+        self.steps = notebook.Table[StepEvent]([], StepEvent)
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
@@ -296,9 +296,9 @@ def _segmented(
         )
     row.looks = None
     result = Result(row, states, found, limbs)
-    result.repetitions = as_said_last(told)
+    result.repetitions = notebook.Table(as_said_last(told), RepetitionEvent)
     if settings.steps and channel == BODY:
-        result.steps = _steps(positions, moments, skeleton, settings)
+        result.steps = notebook.Table(_steps(positions, moments, skeleton, settings), StepEvent)
     return result
 
 

@@ -4,14 +4,15 @@ Results are known by their fields alone, since their classes are made of what is
 pandas and matplotlib are used where they are installed; nothing else in the package knows of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import import_module
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
+_Row = TypeVar("_Row", bound=msgspec.Struct)
 SHOWN = 12  # rows of a table that are shown
 _COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
 
@@ -55,10 +56,48 @@ def dataframe(rows: Sequence[msgspec.Struct], fields: Sequence[str]) -> Any:
     """Return records as a pandas DataFrame with a column for each field.
 
     Raises:
-        ImportError: If pandas is not installed.
+        ImportError: If pandas is not installed; it names the extra.
     """
-    pandas = import_module("pandas")
+    pandas = _library("pandas", "notebook", "to_dataframe")
     return pandas.DataFrame([msgspec.structs.asdict(row) for row in rows], columns=list(fields))
+
+
+class Table(list[_Row]):
+    """A list of records that is a table, too.
+
+    Args:
+        rows: The records.
+        record: Their type.
+    """
+
+    def __init__(self, rows: Iterable[_Row], record: type[_Row]) -> None:
+        super().__init__(rows)
+        self._record = record
+
+    def to_dataframe(self) -> Any:
+        """Return the records as a pandas DataFrame with a column for each field.
+
+        Raises:
+            ImportError: If pandas is not installed; it names the extra.
+        """
+        return dataframe(self, self._record.__struct_fields__)
+
+
+def _library(name: str, extra: str, what: str) -> Any:
+    """Return a library that is not required.
+
+    Args:
+        name: Of the module.
+        extra: Extra of the distribution that brings it.
+        what: What needs it.
+
+    Raises:
+        ImportError: If it is not installed.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ImportError(f"{what} needs an extra: pip install 'mossar-stream[{extra}]'") from None
 
 
 def plot(result: Any, segmentation: Any, axes: Any) -> Any:
@@ -76,7 +115,9 @@ def plot(result: Any, segmentation: Any, axes: Any) -> Any:
         ImportError: If matplotlib is not installed.
     """
     if axes is None:
-        axes = import_module("matplotlib.pyplot").subplots(figsize=(10, 2.5), layout="constrained")[1]
+        axes = _library("matplotlib.pyplot", "plot", "plot").subplots(
+            figsize=(10, 2.5), layout="constrained"
+        )[1]
     for part in segmentation.segments:
         axes.axvspan(part.start_time, part.end_time, color=_COLOURS[part.state], lw=0)
     for before, _ in pairwise(segmentation.segments):

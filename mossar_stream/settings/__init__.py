@@ -4,8 +4,9 @@ Fields that are None take their value from the bundle of the named level (`prese
 fills them in. The names are those of the command line's `--set name=value`.
 """
 
+import difflib
 from collections.abc import Mapping
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import msgspec
 
@@ -44,7 +45,16 @@ class VarianceFloor(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     log_speed: float = 0.1
 
 
-class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class _NamedFields(msgspec.StructMeta):
+    """Lets a record refuse an unknown field by naming those that there are."""
+
+    def __call__(self, *args: Any, **fields: Any) -> Any:
+        if unknown := next((name for name in fields if name not in self.__struct_fields__), None):
+            raise TypeError(_unknown(unknown))
+        return super().__call__(*args, **fields)
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, metaclass=_NamedFields):
     """Everything that can be set on a segmenter.
 
     Args:
@@ -377,7 +387,7 @@ def _convert(values: dict[str, object], record: "type[Settings]") -> "Settings":
 def _override(values: dict[str, object], name: str, value: object) -> None:
     field, _, part = name.partition(".")
     if field not in Settings.__struct_fields__:
-        raise SettingsError(f"no setting called {name!r}; there are {', '.join(Settings.__struct_fields__)}")
+        raise SettingsError(_unknown(name))
     if not part:
         values[field] = parse_group(field, value) if isinstance(value, str) else plain(value)
         return
@@ -386,6 +396,14 @@ def _override(values: dict[str, object], name: str, value: object) -> None:
         raise SettingsError(f"setting {field} has no part called {part!r}")
     base = msgspec.to_builtins(group) if group is not None else {}
     values[field] = {**base, part: number(value) if isinstance(value, str) else plain(value)}
+
+
+def _unknown(name: str) -> str:
+    """Return what to say of a setting that there is not, with the one that may be meant."""
+    fields = Settings.__struct_fields__
+    near = difflib.get_close_matches(name, fields, 1)
+    hint = f" - did you mean {near[0]}?" if near else ""
+    return f"no setting called {name[:40]!r}{hint}; there are {', '.join(fields)}"
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:

@@ -303,3 +303,18 @@ def test_settings_survive_a_wire():
         msgspec.json.decode(b'{"window": 99}', type=Settings)
     with pytest.raises(msgspec.ValidationError):
         msgspec.json.decode(b'{"windwo": 1}', type=Settings)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [
+        (lambda: Settings(windw=1.0), TypeError),
+        (lambda: Settings().replace(windw=1.0), SettingsError),
+        (lambda: Settings.build("default", {"windw": 1.0}), SettingsError),
+    ],
+)
+def test_an_unknown_field_is_answered_with_the_nearest_and_with_all(make, kind):
+    with pytest.raises(
+        kind, match=r"'windw' - did you mean window\?; there are rate_limit, window, smoothing"
+    ):
+        make()

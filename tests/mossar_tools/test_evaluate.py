@@ -82,7 +82,7 @@ def test_the_built_in_performer_is_evaluated_without_any_data(capsys, tmp_path):
     assert [group["group"] for group in found["groups"]] == ["demo, no noise", "demo, Kinect noise"]
     names = {method["method"] for method in found["groups"][0]["methods"]}
     assert {method.name for method in mossar_methods(Settings())} < names
-    assert {"a cut every k seconds", "random cuts, 50 times"} < names
+    assert {"a cut every k seconds", "random cuts (knows the number of cuts)"} < names
     for method in found["groups"][0]["methods"]:
         assert 0 <= method["mean"]["f1"] <= 1
     assert picture.stat().st_size > 10_000
@@ -105,6 +105,23 @@ def labelled_sets(tmp_path):
         label = '{"recording": "walk.csv", "fps": 30, "unit": "m", "cuts": [30, 60]}'
         (folder / "walk.json").write_text(label)
     return [str(tmp_path / "one"), str(tmp_path / "two")]
+
+
+def test_a_stray_pair_of_a_table_and_a_text_is_passed_over(capsys, tmp_path):
+    folder = Path(labelled_sets(tmp_path)[0])
+    (folder / "notes.csv").write_text("who,what\nann,late\n")
+    (folder / "notes.txt").write_text("ann came late\n")
+    assert main(["evaluate", str(folder), "--json"]) == 0
+    told = capsys.readouterr()
+    assert "notes.txt and notes.csv are passed over" in told.err
+    assert len(json.loads(told.out)["groups"][0]["recordings"]) == 1
+
+
+def test_a_folder_of_nothing_else_is_refused_with_the_reason(capsys, tmp_path):
+    (tmp_path / "notes.csv").write_text("who,what\nann,late\n")
+    (tmp_path / "notes.txt").write_text("ann came late\n")
+    assert main(["evaluate", str(tmp_path)]) == 2
+    assert "notes.txt" in capsys.readouterr().err
 
 
 def test_several_sets_stand_beside_each_other_and_one_can_be_left_out(capsys, tmp_path):

@@ -73,18 +73,27 @@ def test_a_long_recording_says_what_is_left_out_and_its_segments_are_seen(pictur
 
 
 def test_a_part_of_a_recording_is_drawn_in_the_width_asked_for(picture):
-    found = picture("demo:?seed=3&seconds=60", "--from", "20", "--to", "30", "--width", "16")
+    found = picture("demo:?seed=3&seconds=60", "--from", "20", "--until", "30", "--width", "16")
     assert found.width == pytest.approx(16 * 72)
     assert {"20", "22", "28", "30"} <= set(found.texts)  # ticks of time; those of strength are powers of two
     assert not {"12", "14", "18", "40", "42"} & set(found.texts)
     assert any("from 20 to 30 s" in text for text in found.texts)
 
 
+def test_the_former_name_of_until_works_with_a_warning(mossar, tmp_path):
+    part = ("segment", "demo:?seconds=10", "--plot", tmp_path / "p.svg", "--force", "--from", "2")
+    status, _, err = mossar(*part, "--to", "8")
+    assert status == 0
+    assert "--to is called --until now" in err
+    assert "former name" in mossar(*part, "--to", "8", "--until", "9")[2]
+    assert "--until now" not in mossar(*part, "--until", "8")[2]
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
         (("--plot", "p.svg", "--from", "90"), "lasts"),
-        (("--plot", "p.svg", "--from", "5", "--to", "4"), "lasts"),
+        (("--plot", "p.svg", "--from", "5", "--until", "4"), "lasts"),
         (("--plot", "p.svg", "--width", "2"), "inches"),
         (("--from", "1"), "--plot"),
     ],

@@ -293,7 +293,11 @@ def test_repetitions_are_rows_of_the_table_and_of_the_report(mossar, raises, tmp
 
 
 def test_repetitions_are_told_to_people_and_drawn(mossar, raises, tmp_path):
-    assert "6 repetitions, 40" in mossar("segment", raises, "--repetitions")[1]
+    out = mossar("segment", raises, "--repetitions")[1]
+    assert "6 repetitions, 40" in out
+    lines = [line for line in out.splitlines() if " in a row" in line]
+    assert [line.split()[0] for line in lines] == ["1", "2", "3", "4", "5", "6"]
+    assert all(" from " in line and " s to " in line for line in lines)
     drawn = []
     for options in ((), ("--repetitions",)):
         path = tmp_path / f"{len(options)}.svg"

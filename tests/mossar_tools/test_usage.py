@@ -257,3 +257,42 @@ def test_what_is_left_out_of_a_recording_is_said(mossar, tmp_path):
     assert status == 0
     assert "15 of 60 frames come out of order and are left out" in err
     assert "60 frames, 1.5 s" in out
+
+
+def test_a_performance_is_counted_whole(mossar):
+    assert "300 frames" in mossar("adapters", "--check", "demo:?seconds=5")[1]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (
+            ("--limbs", "hands=LeftHnd,LeftLowerArm"),
+            "limb hands: no joint called 'LeftHnd' - did you mean LeftHand?",
+        ),
+        (("--joints", "LeftHnd"), "no joint called 'LeftHnd' - did you mean LeftHand?"),
+        (("--set", "windw=1"), "no setting called 'windw' - did you mean window?"),
+    ],
+)
+@pytest.mark.parametrize("command", [("run", "--speed", "max"), ("segment",)], ids=lambda given: given[0])
+def test_a_name_that_there_is_not_is_answered_with_the_nearest(mossar, command, wrong, said):
+    status, _, err = mossar(command[0], "demo:?seconds=1", *command[1:], *wrong)
+    assert status == 2
+    assert said in err
+
+
+def test_libraries_of_the_system_do_not_speak_for_us():
+    command = [
+        sys.executable,
+        "-m",
+        "mossar_tools",
+        "run",
+        "demo:?seconds=1",
+        "--speed",
+        "max",
+        "--to",
+        "midi:",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    said = [line for line in done.stderr.splitlines() if not line.startswith("mossar: ")]
+    assert said == []

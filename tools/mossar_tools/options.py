@@ -91,8 +91,7 @@ class Options(msgspec.Struct, frozen=True):
     steps: bool = False
     feet: tuple[str, ...] = ()
     plot: str | None = None
-    plot_from: float | None = None
-    plot_to: float | None = None
+    plot_to: float | None = None  # former name of `until`
     width: float = WIDTH
     dark: bool = False
     keep: int | None = None
@@ -101,6 +100,7 @@ class Options(msgspec.Struct, frozen=True):
     port: int = 8080
     get_model: bool = False
     model: str | None = None
+    host: str = "127.0.0.1"
     no_browser: bool = False
     seeds: int | None = None
     leave_out: bool = False
@@ -309,12 +309,15 @@ def add_part(group: argparse._ArgumentGroup) -> None:
     """Add which part of a recording a picture shows, and how wide."""
     group.add_argument(
         "--from",
-        dest="plot_from",
+        dest="begin",
         metavar="S",
         type=seconds,
-        help="begin the picture here, s of the recording",
+        help="the picture from here, s of the recording's clock",
     )
-    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="end the picture here")
+    group.add_argument(
+        "--until", metavar="S", type=seconds, help="the picture until here, s of the recording's clock"
+    )
+    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="former name of --until")
     group.add_argument(
         "--width",
         metavar="INCHES",
@@ -377,6 +380,12 @@ def add_page(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the dashboard")
     group.add_argument(
         "--port", metavar="N", type=port, help="where it is served (default: 8080, or the next free one)"
+    )
+    group.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        help="of this computer where other devices find it, 0.0.0.0 for all; each needs a URL that serves once "
+        "(default: 127.0.0.1, this computer only)",
     )
     group.add_argument("--no-browser", action="store_true", help="say where it is, but open no browser")
     group.add_argument("--dark", action="store_true", help="begin in dark colours")

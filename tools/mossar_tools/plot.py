@@ -100,7 +100,9 @@ def draw_excerpt(
         figure.align_ylabels([panels[1], panels[-1]])
         _draw_title(figure, whole, shown, palette)
         _draw_legend(figure, whole, shown, panels[1], columns, palette)
-        _draw_note(figure, left_out, "" if shown.about else "; --from, --to and --width show more", palette)
+        _draw_note(
+            figure, left_out, "" if shown.about else "; --from, --until and --width show more", palette
+        )
         save(figure, target)
 
 

@@ -115,7 +115,7 @@ def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.E
     from mossar_tools.dashboard.page import Page
 
     show = LiveShow(settings, Path(options.moves) if options.moves else None)
-    page = Page(show, options.port, dark=options.dark)
+    page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)
     return show

@@ -25,10 +25,11 @@ def segmentation_table(
     length = float(np.nanmax(whole.times) - np.nanmin(whole.times)) if len(whole.times) else 0.0
     yield f"{Path(whole.name).name} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
     yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
-    if result.repetitions:
-        tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
-        pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
-        yield f"{len(result.repetitions)} repetitions{pace}"
+    if result.settings.repetitions:
+        yield from _repetitions("", result)
+    for name, own in result.limbs.items():
+        if own.repetitions:
+            yield from _repetitions(f" of {name.replace('_', ' ')}", own)
     if result.settings.steps:
         yield from _gait_lines(result)
     for move in result.moves:
@@ -56,3 +57,14 @@ def _gait_lines(result: Result) -> Iterator[str]:
             uneven = gait.asymmetry[name]
             text = "" if uneven is None else f", asymmetry {uneven:.0f} %"
             yield f"{name.replace('_', ' ')}: left {left:.2f} s, right {right:.2f} s{text}"
+
+
+def _repetitions(of: str, result: Result) -> Iterator[str]:
+    """Yield how many repetitions there are, how quick they are, and a line for each."""
+    tempos = [event.tempo for event in result.repetitions if event.tempo is not None]
+    pace = f", {np.median(tempos):.1f} a minute" if tempos else ""
+    yield f"{len(result.repetitions)} repetitions{of}{pace}"
+    for event in result.repetitions:
+        start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
+        tempo = "" if event.tempo is None else f", {event.tempo:.1f} a minute"
+        yield f"  {event.total:>3}  from {start:.2f} s to {end:.2f} s, {event.count} in a row{tempo}"

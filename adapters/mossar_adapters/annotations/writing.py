@@ -15,16 +15,16 @@ def has_format(path: PurePath) -> bool:
     return path.suffix.lower() in _BY_SUFFIX
 
 
-def check_annotations(path: Path) -> None:
+def check_annotations(path: str | Path) -> None:
     """Check that there is a format for a file and that its library is installed.
 
     Raises:
         MossarError: If not.
     """
-    _format_of(path)
+    _format_of(Path(path))
 
 
-def write_annotations(path: Path, tiers: Sequence[Tier], duration: float) -> None:
+def write_annotations(path: str | Path, tiers: Sequence[Tier], duration: float) -> None:
     """Write tiers to a file.
 
     Args:
@@ -35,6 +35,7 @@ def write_annotations(path: Path, tiers: Sequence[Tier], duration: float) -> Non
     Raises:
         MossarError: If there is no such format, its library is missing, or the file cannot be written.
     """
+    path = Path(path)
     found = _format_of(path)
     try:
         found.write(path, tiers, duration)

@@ -46,16 +46,23 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         rate = f" at {self.fps:g} Hz" if self.fps else ""
         return f"{self.name}: {len(self.times)} frames{rate}, {len(self.skeleton)} joints, performer {self.performer}"
 
-    def segment(self, *, curves: bool = True, **settings: Any) -> Result:
+    def segment(self, *unnamed: object, curves: bool = True, **settings: Any) -> Result:
         """Segment it offline, with the range of the whole recording.
 
         Args:
+            unnamed: Nothing; settings have names.
             curves: Whether to keep the velocity curve, for `Result.plot`.
             settings: Fields of `Settings`, as `level="cluster"`.
 
         Raises:
             SettingsError: If a setting is unknown or its value illegal.
+            TypeError: If a setting has no name, such as a whole `Settings`; it says how settings are given.
         """
+        if unnamed:
+            raise TypeError(
+                'settings are given by name, as in take.segment(level="cluster", repetitions=True); a whole Settings goes to '
+                "segment_recording(take.positions, take.fps, take.skeleton, settings, times=take.times)"
+            )
         chosen = Settings.build("default", {"range": "file", "up": self.up, **settings})
         return segment_recording(
             self.positions, self.fps, self.skeleton, chosen, times=self.times, curves=curves

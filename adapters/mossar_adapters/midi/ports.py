@@ -1,7 +1,9 @@
 """Where MIDI messages go: a port of this computer, or a file, pipe or device that takes them as bytes."""
 
+import contextlib
 import errno
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,6 +13,7 @@ from mossar_adapters.files.output import OutputFile
 from mossar_stream import MossarError
 
 EXTRA = "midi"
+_STANDARD_ERROR = 2
 
 
 class Port(Protocol):
@@ -47,16 +50,10 @@ class SystemPort:
         import mido
         import rtmidi
 
-        wanted = address.options.get("port")
         self._message = mido.Message
         try:
-            if wanted is None:
-                self._port: Any = mido.open_output(address.options.get("name", "mossar"), virtual=True)
-            else:
-                found = [name for name in mido.get_output_names() if wanted.lower() in name.lower()]
-                if not found:
-                    raise _no_port(address, wanted, mido.get_output_names())
-                self._port = mido.open_output(found[0])
+            with _without_words_of_c():
+                self._port = _opened_port(address)
         except (OSError, RuntimeError, rtmidi.RtMidiError) as error:
             raise address.error(
                 f"no MIDI port: {str(error).strip() or type(error).__name__}; ?port=NAME takes one that is there "
@@ -71,6 +68,38 @@ class SystemPort:
     def close(self) -> None:
         """Close the port. May be called twice."""
         self._port.close()
+
+
+def _opened_port(address: Address) -> Any:
+    """Return a virtual port, or the one that is wanted."""
+    import mido
+
+    wanted = address.options.get("port")
+    if wanted is None:
+        return mido.open_output(address.options.get("name", "mossar"), virtual=True)
+    names = mido.get_output_names()
+    found = [name for name in names if wanted.lower() in name.lower()]
+    if not found:
+        raise _no_port(address, wanted, names)
+    return mido.open_output(found[0])
+
+
+@contextlib.contextmanager
+def _without_words_of_c() -> Iterator[None]:
+    """Keep what the system's libraries print from standard error; what went wrong is raised as well."""
+    try:
+        kept = os.dup(_STANDARD_ERROR)
+    except OSError:  # it is closed
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, _STANDARD_ERROR)
+        yield
+    finally:
+        os.dup2(kept, _STANDARD_ERROR)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def _no_port(address: Address, wanted: str, names: list[str]) -> MossarError:

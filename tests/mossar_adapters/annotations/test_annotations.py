@@ -221,6 +221,13 @@ def test_damaged_elan_documents_are_refused(tmp_path: Path) -> None:
         read_annotations(path)
 
 
+def test_a_path_may_be_text(tmp_path: Path) -> None:
+    path = f"{tmp_path}/take.txt"
+    check_annotations(path)
+    write_annotations(path, TIERS, 4.0)
+    assert [tier.name for tier in read_annotations(path)] == [tier.name for tier in TIERS]
+
+
 def test_an_unknown_format_is_refused_before_the_work() -> None:
     with pytest.raises(AnnotationError, match=r"\.docx.*ELAN"):
         check_annotations(Path("take.docx"))

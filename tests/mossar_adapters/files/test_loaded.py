@@ -1,5 +1,7 @@
 """A recording in one call, and what comes of it as people in a notebook look at it."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,29 @@ def test_results_become_dataframes(path):
     assert set(parts.state) <= {"moving", "resting"}
     empty = read(path).segment(level="posture", sig_threshold=1.0).to_dataframe()
     assert list(empty.columns) == list(keys.columns)
+
+
+def test_repetitions_and_moves_become_dataframes(path):
+    pytest.importorskip("pandas")
+    result = read(path).segment(repetitions=True)
+    counted = result.repetitions.to_dataframe()
+    assert counted["count"].tolist() == [event.count for event in result.repetitions] != []
+    assert result.moves.to_dataframe().empty
+    assert "limb" in result.moves.to_dataframe().columns
+    assert result.repetitions == list(result.repetitions)
+
+
+@pytest.mark.parametrize(("library", "extra"), [("pandas", "notebook"), ("matplotlib.pyplot", "plot")])
+def test_a_library_that_is_missing_is_named_with_its_extra(path, monkeypatch, library, extra):
+    monkeypatch.setitem(sys.modules, library, None)
+    result = read(path).segment(level="posture")
+    with pytest.raises(ImportError, match=rf"pip install 'mossar-stream\[{extra}\]'"):
+        result.to_dataframe() if extra == "notebook" else result.plot()
+
+
+def test_settings_without_names_are_answered_with_how_they_are_given(path):
+    with pytest.raises(TypeError, match=r"by name.*level=.*segment_recording"):
+        read(path).segment(Settings(level="cluster"))
 
 
 def test_results_are_drawn(path):

@@ -34,7 +34,7 @@ segments at a level. Without an option a table for people. Several recordings ar
 that cannot be read are told of, stop nothing, and make the exit status 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
-  mossar segment long.bvh --plot part.png --from 600 --to 660 --width 16
+  mossar segment long.bvh --plot part.png --from 600 --until 660 --width 16
   mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
@@ -78,8 +78,9 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     options.settings(range="file")
     files = _files(options)
-    if options.plot is None and (options.plot_from, options.plot_to, options.width) != (None, None, WIDTH):
-        raise UsageError("--from, --to and --width are of a picture; add --plot FILE")
+    options = _until(options)
+    if options.plot is None and (options.begin, options.until, options.width) != (None, None, WIDTH):
+        raise UsageError("--from, --until and --width are of a picture; add --plot FILE")
     outputs = Outputs.of(options)
     if len(files) == 1:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
@@ -88,6 +89,20 @@ def run(options: Options, console: Console) -> int:
     if outputs.exports or outputs.clips is not None:
         raise UsageError("--export and --cut are of one recording; name one")
     return _several(files, options, outputs, console)
+
+
+def _until(options: Options) -> Options:
+    """Return the options with what `--to` says as `--until`, which it was called before.
+
+    Raises:
+        UsageError: If both are given.
+    """
+    if options.plot_to is None:
+        return options
+    if options.until is not None:
+        raise UsageError("--to is the former name of --until; give one of them")
+    LOGGER.warning("--to is called --until now; the next release has no --to here")
+    return msgspec.structs.replace(options, until=options.plot_to, plot_to=None)
 
 
 def _files(options: Options) -> list[str]:
@@ -147,7 +162,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        colours, span = palette(dark=options.dark), (options.plot_from, options.plot_to)
+        colours, span = palette(dark=options.dark), (options.begin, options.until)
         draw(outputs.picture, loaded, result, chosen, colours, options.keep, span=span, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE

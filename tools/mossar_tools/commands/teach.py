@@ -55,10 +55,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="begin",
         metavar="S",
         type=seconds,
-        help="of a recording: from here, s of its clock, as mossar segment shows it",
+        help="the part of a recording from here, s of the recording's clock",
     )
     group.add_argument(
-        "--until", metavar="S", type=seconds, help="of a recording: until here, s of its clock"
+        "--until",
+        metavar="S",
+        type=seconds,
+        help="the part of a recording until here, s of the recording's clock",
     )
     group.add_argument(
         "--labels",

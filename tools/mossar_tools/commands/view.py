@@ -80,7 +80,7 @@ def _play(options: Options, console: Console) -> int:
     with saying_if_cold(settings):
         show = interruptibly(lambda: RecordedShow(parts, settings, speed))
     console.clear()
-    page = Page(show, options.port, dark=options.dark)
+    page = Page(show, options.port, dark=options.dark, host=options.host)
     ended: list[bool] = []
     with stopping(lambda: ended.append(True)) as stop:
         page.start(open_browser=not options.no_browser)

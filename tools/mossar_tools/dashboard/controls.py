@@ -19,6 +19,7 @@ from mossar_tools.dashboard.tasks import Tasks
 from mossar_tools.dashboard.teaching_panel import TeachingPanel
 from mossar_tools.palette import DARK, LIGHT
 
+_ACTIVE = "\N{BLACK CIRCLE} "  # before the name of the level in force
 _RESET, _SAVE = "Reset", "Save settings"
 _CSV, _PNG = "CSV", "PNG"
 SPEEDS = ("0.25", "0.5", "1", "2", "4")
@@ -69,6 +70,7 @@ class Controls:
         self._set_range(self._level, highest_strength(show.settings))
         self._set(self._level, round(min(show.strength, self._level.max), 2))
         self._say_level()
+        self._follow_bundle()
         if isinstance(show, RecordedShow):
             self._set_range(self._count, max(show.total, 1))
             self._set(self._count, show.kept)
@@ -78,12 +80,20 @@ class Controls:
                 self._pause.label = word
                 self._pause.icon = Icon.PLAYER_PLAY if show.player.paused else Icon.PLAYER_PAUSE
 
+    def _follow_bundle(self) -> None:
+        """Show the settings in force: a level by name may bring others."""
+        settings = self._show.settings.resolved()
+        self._set(self._threshold, min(max(settings.sig_threshold, 0.0), 0.3))
+        self._set(self._window, min(max(settings.window, 0.05), 1.5))
+        self._set(self._smoothing, settings.smoothing)
+        self._set(self._frames, min(settings.smoothing_window, 60))
+
     def close(self) -> None:
         """Forget what has been asked for and has not begun."""
         self._tasks.close()
 
-    def _set(self, handle: Any, value: float) -> None:
-        """Move a slider, unless a person moves it or what they want of it is still to be done."""
+    def _set(self, handle: Any, value: float | str) -> None:
+        """Move a slider, or choose from a list, unless a person moves it or what they want of it is still to be done."""
         quiet = time.monotonic() - self._touched.get(id(handle), 0.0) > _QUIET
         if handle.value != value and quiet and not self._tasks.waits(id(handle)):
             handle.value = value
@@ -99,11 +109,15 @@ class Controls:
         content = f'<div class="mossar m-card m-level" id="mossar-level">{words}</div>'
         if self._words.content != content:
             self._words.content = content
+        active = show.level if count is None else None
+        labels = tuple(_ACTIVE * (name == active) + name for name in LEVEL_NAMES)
+        if self._names.options != labels:
+            self._names.options = labels
 
     def _add_level(self) -> None:
         show = self._show
-        names = self._gui.add_button_group("level", LEVEL_NAMES, hint=_LEVEL_HINT[type(show)])
-        self._on(names, self._name_level)
+        self._names = self._gui.add_button_group("level", LEVEL_NAMES, hint=_LEVEL_HINT[type(show)])
+        self._on(self._names, lambda label: self._name_level(label.removeprefix(_ACTIVE)))
         top = highest_strength(show.settings)
         self._level = self._gui.add_slider(
             "strength",
@@ -155,24 +169,26 @@ class Controls:
 
     def _add_curve(self) -> None:
         settings = self._show.settings.resolved()
-        self._slider(
+        self._threshold = self._slider(
             "threshold", 0.0, 0.3, 0.005, settings.sig_threshold, "sig_threshold", "share of the range"
         )
-        self._slider(
+        self._window = self._slider(
             "window (s)", 0.05, 1.5, 0.05, settings.window, "window", "Starts a new take of a stream"
         )
-        smoothing = self._gui.add_dropdown(
+        self._smoothing = self._gui.add_dropdown(
             "smoothing", get_args(Smoothing), initial_value=settings.smoothing, hint="Starts a new take"
         )
-        self._on(smoothing, lambda value: self._change({"smoothing": value}))
-        frames = self._gui.add_slider("over (frames)", 1, 60, 1, min(settings.smoothing_window, 60))
-        self._on(frames, lambda value: self._change({"smoothing_window": int(value)}))
+        self._on(self._smoothing, lambda value: self._change({"smoothing": value}))
+        self._frames = self._gui.add_slider("over (frames)", 1, 60, 1, min(settings.smoothing_window, 60))
+        self._on(self._frames, lambda value: self._change({"smoothing_window": int(value)}))
 
     def _slider(
         self, label: str, low: float, high: float, step: float, value: float, name: str, hint: str
-    ) -> None:
+    ) -> Any:
+        """Return a slider that changes a setting."""
         slider = self._gui.add_slider(label, low, high, step, min(max(value, low), high), hint=hint)
         self._on(slider, lambda chosen: self._change({name: float(chosen)}))
+        return slider
 
     def _add_buttons(self) -> None:
         show = self._show

@@ -22,9 +22,12 @@ USUAL = (1440, 800)
 
 
 def size_teller() -> str:
-    """Return HTML that tells the size of its window, which viser knows in pixels of the graphics card only."""
+    """Return HTML that tells the size of its window, which viser knows in pixels of the graphics card only.
+
+    It also gives the page its name, which viser lets nobody choose.
+    """
     tell = asking("mossar/window", "innerWidth+'x'+innerHeight")
-    return f'<img alt="" hidden="" src="data:," onerror="const f=()=>{tell};f();addEventListener(\'resize\',f)"/>'
+    return f'<img alt="" hidden="" src="data:," onerror="document.title=\'mossar\';const f=()=>{tell};f();addEventListener(\'resize\',f)"/>'
 
 
 def window_of(picture: Size, windows: list[Size]) -> Size:

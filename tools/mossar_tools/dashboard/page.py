@@ -19,6 +19,7 @@ from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.style import PANEL, sheet
 from mossar_tools.dashboard.tables import facts_card, marks_card, state_card
+from mossar_tools.dashboard.visitors import HERE, Visitors
 from mossar_tools.palette import DARK, LIGHT
 
 PORT = 8080
@@ -30,13 +31,14 @@ _SWITCH = 0.001  # s after which a thread that computes lets another one go on
 
 
 class Page:
-    """Serves the dashboard on this computer and draws into it until it is closed.
+    """Serves the dashboard and draws into it until it is closed.
 
     Args:
         show: What there is to see.
         port: Where; the next free one if it is in use, 0 for any.
         dark: Whether to begin in dark.
         folder: Where files of the buttons are written.
+        host: Address of this computer where it listens; other devices then need a URL that serves once.
 
     Raises:
         MossarError: If viser is not installed.
@@ -49,6 +51,7 @@ class Page:
         *,
         dark: bool = False,
         folder: Path | None = None,
+        host: str = HERE,
     ) -> None:
         needed("viser", "view", "the dashboard")
         import rich
@@ -61,7 +64,8 @@ class Page:
         self._show = show
         self._seeks = isinstance(show, RecordedShow)
         answers = {**_answers(show), "mossar/window": self._know_window, "mossar/forget": self._forget}
-        self._server = open_server(port, answers)
+        self._visitors = Visitors(host, _tell_invitation)
+        self._server = open_server(host, port, answers, self._visitors)
         self.port = self._server.get_port()
         if port not in (0, self.port):
             LOGGER.info("port %d is in use; the dashboard took %d", port, self.port)
@@ -108,6 +112,8 @@ class Page:
         sys.setswitchinterval(_SWITCH)
         self._thread.start()
         LOGGER.info("dashboard: %s", self.url)
+        if self._visitors.are_welcome:
+            _tell_invitation(self._visitors.invitation(self.port))
         if open_browser:
             threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()
 
@@ -190,6 +196,10 @@ class Page:
         if self._note.content != note:
             self._note.content = note
         self._controls.sync()
+
+
+def _tell_invitation(url: str) -> None:
+    LOGGER.info("dashboard for one other device, which this URL lets in once: %s", url)
 
 
 def _answers(show: LiveShow | RecordedShow) -> dict[str, Callable[[str], None]]:

@@ -1,11 +1,10 @@
-"""Server: viser's, bound to this computer and closed to pages of other sites.
+"""Server: viser's, closed to pages of other sites and to devices that were not invited.
 
 A browser lets any site open a WebSocket to 127.0.0.1; only the `Origin` that it sends tells such a site from our own
 page. viser has no option to look at it, so the function that it serves with is wrapped while it starts.
 """
 
 import logging
-import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from http import HTTPStatus
@@ -15,30 +14,33 @@ import websockets.asyncio.server
 from viser import ViserServer
 
 from mossar_tools.dashboard.asking import HEADER
+from mossar_tools.dashboard.visitors import Visitors
 
-_OURS = re.compile(r"https?://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")  # any port: it may be forwarded
 _Asked = Callable[[Any, Any], Any]
 Answers = Mapping[str, Callable[[str], None]]
 
 
-def open_server(port: int, answers: Answers) -> ViserServer:
-    """Return a server on this computer.
+def open_server(host: str, port: int, answers: Answers, visitors: Visitors) -> ViserServer:
+    """Return a server.
 
     Args:
+        host: Address of this computer where it listens.
         port: Where; the next free one if it is in use, 0 for any.
         answers: What the page's own parts may ask for, by path; called with what stands behind the question mark.
+        visitors: Who may ask.
     """
-    with _guarded(answers):
-        return ViserServer(host="127.0.0.1", port=port, label="mossar", verbose=False)
+    with _guarded(answers, visitors):
+        return ViserServer(host=host, port=port, label="mossar", verbose=False)
 
 
 @contextmanager
-def _guarded(answers: Answers) -> Iterator[None]:
+def _guarded(answers: Answers, visitors: Visitors) -> Iterator[None]:
     """Have servers that start meanwhile ask where each visitor comes from."""
     serve = websockets.asyncio.server.serve
 
     def serving(*arguments: Any, process_request: _Asked | None = None, **options: Any) -> Any:
-        return serve(*arguments, process_request=_guard(process_request, answers), logger=_quiet(), **options)
+        guard = _guard(process_request, answers, visitors)
+        return serve(*arguments, process_request=guard, logger=_quiet(), **options)
 
     websockets.asyncio.server.serve = serving  # type: ignore[assignment, misc]
     try:
@@ -54,26 +56,25 @@ def _quiet() -> logging.Logger:
     return logger
 
 
-def _guard(then: _Asked | None, answers: Answers) -> _Asked:
+def _guard(then: _Asked | None, answers: Answers, visitors: Visitors) -> _Asked:
     def process_request(connection: Any, request: Any) -> Any:
-        origin = request.headers.get("Origin")  # programs that are no browsers send none
-        if origin is not None and not _OURS.fullmatch(origin):
-            return connection.respond(
-                HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n"
-            )
+        refusal = visitors.refusal(connection, request)
+        if refusal is not None:
+            return refusal
         path, _, value = request.path.partition("?")
         if path.removeprefix("/") in answers:
-            return _answer(connection, request, answers[path.removeprefix("/")], value)
+            if request.headers.get(HEADER) is None or not visitors.asks_from_the_page(connection, request):
+                return connection.respond(
+                    HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n"
+                )
+            return _answer(connection, answers[path.removeprefix("/")], value)
         return None if then is None else then(connection, request)
 
     return process_request
 
 
-def _answer(connection: Any, request: Any, answer: Callable[[str], None], value: str) -> Any:
+def _answer(connection: Any, answer: Callable[[str], None], value: str) -> Any:
     """Do what a part of the page asks for."""
-    host = request.headers.get("Host", "")
-    if request.headers.get(HEADER) is None or not _OURS.fullmatch(f"http://{host}"):
-        return connection.respond(HTTPStatus.FORBIDDEN, "The dashboard answers to pages of its own only.\n")
     try:
         answer(value)
     except ValueError:

@@ -16,15 +16,19 @@ PERIODS = tuple(k / 4 for k in range(1, 81))  # s
 RANDOM_CUTS = 50
 RANDOM_MERGES = 24  # as many as the paper's pairs of N and L
 SEED = 1
+_KNOWS = "(knows the number of cuts)"  # a name says so, since no method that finds cuts does
 
 
 def chance_methods(settings: Settings) -> Iterator[Method]:
     """Yield random merging, blind cuts and random cuts; the same numbers each time."""
-    yield Method(
-        f"random merging, {RANDOM_MERGES} times", ("best each",), lambda take: merged(take, settings)
-    )
+    yield Method(f"random merging {_KNOWS}", ("best each",), lambda take: merged(take, settings))
     yield Method("a cut every k seconds", ("best for all",), blind)
-    yield Method(f"random cuts, {RANDOM_CUTS} times", ("best each",), randomly)
+    yield random_cuts()
+
+
+def random_cuts() -> Method:
+    """Return the method that cuts at random as often as there are true cuts."""
+    return Method(f"random cuts {_KNOWS}", ("best each",), randomly)
 
 
 def blind(take: Take) -> Variants:

@@ -4,14 +4,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from mossar_tools.evaluation.chance import RANDOM_CUTS, RANDOM_MERGES
 from mossar_tools.evaluation.metrics import Scores, median
 from mossar_tools.evaluation.takes import Take
 from mossar_tools.evaluation.trial import Row
 
-NOTES = """precision, recall, F1, ATSR, Perf: mean over recordings; a key frame hits a cut within the label's tolerance
+NOTES = f"""precision, recall, F1, ATSR, Perf: mean over recordings; a key frame hits a cut within the label's tolerance
 found: key frames per true cut; error: median distance of hits from the cut, and with its sign (negative: early)
 delay: median time from the true cut to the decision about the key frame that hits it, for methods that stream
-best for all, best each: the parameter was chosen with the truth in sight, for the group or for each recording"""
+best for all, best each: the parameter was chosen with the truth in sight, for the group or for each recording
+random merging: the best of the nested sets of {RANDOM_MERGES} random orders; random cuts: the best of {RANDOM_CUTS} sets of as many as there are cuts"""
 
 _HEADING = (
     f"{'method':<42}{'chosen':<14}{'precision':>9}{'recall':>8}{'F1':>7}{'ATSR':>7}{'Perf':>7}"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from mossar_stream import Segmenter, Settings
-from mossar_tools.evaluation.chance import blind, randomly
+from mossar_tools.evaluation.chance import blind, random_cuts
 from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
 from mossar_tools.evaluation.mossar import found_in, stream
 from mossar_tools.evaluation.takes import Take, load_folder
@@ -39,7 +39,7 @@ def set_methods(settings: Settings) -> list[Method]:
         Method("final", FIXED, lambda take: {"": stream(take, settings, "final")}, online=True),
         Method("confirmed", FIXED, lambda take: {"": stream(take, settings, "confirmed")}, online=True),
         Method("a cut every k seconds", ("best for all",), blind),
-        Method("random cuts, 50 times", ("best each",), randomly),
+        random_cuts(),
     ]
 
 

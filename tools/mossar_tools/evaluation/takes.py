@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
-from mossar_stream import Frames, LevelName, Skeleton
+from mossar_stream import Frames, LevelName, MossarError, Skeleton
+from mossar_tools.console import LOGGER
 from mossar_tools.evaluation.annotated import annotated_cuts, is_annotated
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
@@ -60,10 +61,24 @@ def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> l
         LabelError: If a label file cannot be used or its recording is missing.
         FileError: If a recording cannot be read.
     """
-    takes = []
+    takes: list[Take] = []
+    stray: MossarError | None = None
     for path, labels in read_folder(folder):
         tell(str(path))
-        takes.append(_load(path, labels, path.relative_to(folder).with_suffix("").as_posix()))
+        try:
+            takes.append(_load(path, labels, path.relative_to(folder).with_suffix("").as_posix()))
+        except MossarError as error:
+            if not is_annotated(path):  # a label file means what it names
+                raise
+            stray = error
+            LOGGER.warning(
+                "%s and %s are passed over, they are no annotations and recording: %s",
+                path,
+                labels.recording,
+                error,
+            )
+    if stray is not None and not takes:
+        raise stray
     return takes
 
 
