@@ -4,6 +4,9 @@ A request is `{"set": {"level": "motion"}}`, `{"get": "settings"}`, `{"get": "st
 an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok": false, "error": "…"}`; that to `set` also has
 `"new_take": true` if it ended a take. What a request changes happens in the thread that segments, between
 two chunks of frames.
+
+Where a source has slots (`--people`): `{"get": "people"}`, `{"set": {"people": 3, "remember": 60}}`,
+`{"do": "exchange", "performers": ["p1", "p2"]}`, `{"do": "pin", "performer": "p1"}` and `unpin`.
 """
 
 import logging
@@ -13,12 +16,16 @@ from typing import Any
 
 import msgspec
 
+from mossar_adapters.people import PeopleSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.outcome import in_words
 from mossar_stream import MossarError, SettingsError
 
 PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
 MAX_REQUEST = 1 << 16  # bytes
+
+_OF_PEOPLE = ("exchange", "pin", "unpin")
+_OF_SLOTS = {"people", "remember"}
 
 _log = logging.getLogger("mossar.control")
 
@@ -30,6 +37,7 @@ class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     get: str | None = None
     do: str | None = None
     performer: str | None = None
+    performers: tuple[str, ...] = ()
 
 
 class Control:
@@ -98,6 +106,8 @@ def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
     asked = [name for name in ("set", "get", "do") if getattr(request, name) is not None]
     if len(asked) != 1:
         raise SettingsError('a request has one of "set", "get" and "do"')
+    if request.get == "people" or request.do in _OF_PEOPLE or _OF_SLOTS & (request.set or {}).keys():
+        return {"value": of_people(pipeline, request)}
     pool, performer = pipeline.pool, request.performer
     if performer is not None and performer not in pool:
         raise SettingsError(
@@ -116,8 +126,35 @@ def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
             pipeline.send(pool.reset(name, "asked for"))
         return {"value": performers}
     if request.get is not None:
-        raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings and stats")
-    raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there is reset")
+        raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings, stats and people")
+    raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there are reset, exchange, pin and unpin")
+
+
+def of_people(pipeline: Pipeline, request: Request) -> object:
+    """Do what a request asks for about slots, and return them: who is in each, by source.
+
+    Raises:
+        SettingsError: If no source has slots, there is no such slot, or a value is impossible.
+    """
+    found = [feed.source for feed in pipeline.feeds if getattr(feed.source, "people", None) is not None]
+    if not found:
+        raise SettingsError("no source has slots: start with --people")
+    if request.set is not None and (others := request.set.keys() - _OF_SLOTS):
+        raise SettingsError(
+            f"people and remember are set by themselves, not with {', '.join(sorted(others))}"
+        )
+    slots = (*request.performers, *([request.performer] if request.performer else ()))
+    if request.do is not None and len(slots) != (2 if request.do == "exchange" else 1):
+        raise SettingsError('exchange has "performers" with two slots; pin and unpin have one "performer"')
+    for source in found:
+        people: PeopleSource = source.people  # type: ignore[attr-defined]
+        if request.set is not None:
+            people.set(**request.set)
+        elif request.do == "exchange":
+            people.exchange(*slots)
+        elif request.do is not None:
+            people.pin(slots[0], pinned=request.do == "pin")
+    return {source.name: source.people.table() for source in found}  # type: ignore[attr-defined]
 
 
 def _applied(pipeline: Pipeline, request: Request) -> None:

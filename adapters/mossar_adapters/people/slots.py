@@ -38,11 +38,10 @@ _IDS: Final = 256  # ids that are remembered
 _CHANGES: Final = 256
 _AGAIN: Final = 0.25  # s between two looks at a refused id
 _LOOK: Final = 0.1  # s between two looks at an id that is not decided
-_WATCHED: Final = 1.0  # s that a newcomer is looked at
-_CLEAR: Final = 3.0  # by which the likeliest must be ahead: 20 to 1
-# With a tracker that was never seen to give an id to another person:
-_KNOWN: Final = 1.0  # for the person who had the id
-_STRANGER_KNOWN: Final = 4.0  # against a stranger
+_WATCHED: Final = 2.0  # s that a newcomer is looked at
+_CLEAR: Final = 4.0  # by which the likeliest must be ahead: 50 to 1
+_KNOWN: Final = 4.0  # against a stranger with a known id, of a tracker that was never seen to reuse one
+_TOGETHER: Final = 4  # others who are looked at and decided on together with a newcomer
 _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
 _UNLIKELY: Final = 2.0  # against strangers while somebody is missed for less than `LOST`
 _NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
@@ -295,6 +294,22 @@ class Slots:
             if body is not None and body.used
         ]
 
+    def resize(self, people: int) -> None:
+        """Follow more people from now on, or fewer: the last slots go.
+
+        Raises:
+            SettingsError: If there cannot be so many, or the only slot is for the nearest or first.
+        """
+        if self._chooses or not 1 <= people <= MOST:
+            raise SettingsError(
+                f"people must be 1 to {MOST}, and not nearest or first, to be changed to {people}"
+            )
+        gone = self._bodies[people:]
+        self._ids = {ident: body for ident, body in self._ids.items() if body not in gone}
+        self._bodies = self._bodies[:people]
+        self._bodies += [Body(f"p{i + 1}", i) for i in range(len(self._bodies), people)]
+        self.people = people
+
     def exchange(self, one: str, other: str) -> None:
         """Let two people have each other's slots from now on.
 
@@ -338,7 +353,7 @@ class Slots:
         verdicts: dict[str, Body | str | None] = {}
         while newcomers:
             # The clearest case first; what it takes is no longer open to the others.
-            options = [self._options(one) for one in newcomers]
+            options = [self._together(one, self._options(one)) for one in newcomers]
             i = max(range(len(newcomers)), key=lambda k: _lead(options[k]))
             clearest = newcomers.pop(i)
             verdicts[clearest.id] = self._settled(clearest, options[i], time, at_once=at_once)
@@ -374,8 +389,6 @@ class Slots:
             if against == float("inf"):
                 continue
             against += self._likeness.against_bones(body, newcomer.samples, newcomer.skeleton, self._bodies)
-            if body.id == newcomer.id and not self._reuses:
-                against -= _KNOWN
             found.append(_Option(against, body.number, body))
         room = self._room(start)
         empty = [o for o in found if start - o.body.time > LOST and not o.body.pinned]
@@ -384,8 +397,22 @@ class Slots:
             if any(start - body.time <= LOST for body in missed):
                 against += _UNLIKELY
             if not self._reuses and any(body.id == newcomer.id for body in missed):
-                against += _STRANGER_KNOWN
+                against += _KNOWN
             found.append(_Option(against, room.number, room, stranger=True))
+        return sorted(found, key=lambda option: option[:2])
+
+    def _together(self, newcomer: _Newcomer, options: list[_Option]) -> list[_Option]:
+        """Return options with what they leave to the others who are looked at, the likeliest first."""
+        if len(options) < 2 or options[0].body.time >= newcomer.first - LOST:
+            return options
+        waiting = [one for one in self._newcomers.values() if not one.refused and one is not newcomer]
+        others = [self._options(one) for one in waiting[:_TOGETHER]]
+        if not others:
+            return options
+        dear = self._likeness.against_stranger() + _CLEAR
+        left = [_least(others, {option.number}, dear) for option in options]
+        best = min(left)
+        found = [o._replace(against=o.against + rest - best) for o, rest in zip(options, left, strict=True)]
         return sorted(found, key=lambda option: option[:2])
 
     def _room(self, time: float) -> Body | None:
@@ -510,6 +537,21 @@ def _lead(options: list[_Option]) -> float:
     """Return by how much the likeliest slot is ahead of the next one."""
     others = (option.against for option in options if option.body is not options[0].body)
     return next(others, float("inf")) - options[0].against if options else float("inf")
+
+
+def _least(people: list[list[_Option]], taken: set[int], dear: float) -> float:
+    """Return the least that speaks against people being in slots that are not taken, each in one of its own.
+
+    Args:
+        people: The options of each.
+        taken: Numbers of slots.
+        dear: What is counted for having none.
+    """
+    if not people:
+        return 0.0
+    first, rest = people[0], people[1:]
+    ways = [o.against + _least(rest, taken | {o.number}, dear) for o in first if o.number not in taken]
+    return min([*ways, dear + _least(rest, taken, dear)])
 
 
 def _faithful(own: Body, options: list[_Option]) -> _Option:

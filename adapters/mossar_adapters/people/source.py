@@ -21,7 +21,7 @@ from mossar_adapters.people.body import PAUSE
 from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
 from mossar_adapters.replay.interleaving import part
 from mossar_adapters.source import Came, Item, Left, Meta, Source
-from mossar_stream import Frames
+from mossar_stream import Frames, SettingsError
 
 _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
@@ -59,9 +59,44 @@ class PeopleSource:
         self._now = -np.inf  # s, the latest time
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
         self._told = 0
+        self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._source, name)
+
+    @property
+    def people(self) -> "PeopleSource":
+        """This source, for those who ask a source for its slots."""
+        return self
+
+    def set(self, people: object = None, remember: object = None) -> None:
+        """Change how many people are followed, and for how long absent ones are remembered.
+
+        Args:
+            people: As for `Slots`; None to leave it. Slots for the nearest or first begin anew.
+            remember: Seconds; None to leave it.
+
+        Raises:
+            SettingsError: If a value is impossible; nothing is changed then.
+        """
+        with self._lock:
+            slots = self._slots
+            seconds = slots.remember if remember is None else remember
+            wanted = slots.people if people is None else people
+            if isinstance(seconds, bool) or not isinstance(seconds, int | float):
+                raise SettingsError("remember is a number of seconds")
+            if isinstance(wanted, bool) or not (isinstance(wanted, int) or wanted in {"nearest", "first"}):
+                raise SettingsError("people is a number, nearest or first")
+            fresh = Slots(wanted, float(seconds))
+            if isinstance(wanted, int) and isinstance(slots.people, int):
+                slots.resize(wanted)
+                slots.remember = float(seconds)
+            elif wanted == slots.people:
+                slots.remember = float(seconds)
+            else:
+                self._slots, self._anew = fresh, set(self._begun)
+                for ident, meta in self._metas.items():
+                    fresh.announce(ident, meta.skeleton)
 
     @property
     def performers(self) -> tuple[str, ...]:
@@ -256,9 +291,11 @@ class PeopleSource:
                     )
                 continue
             _log.info("%s: %s", self.name, in_words(change))
-            if change.another and change.slot in self._begun:
+            another = change.another or change.slot in self._anew
+            self._anew.discard(change.slot)
+            if another and change.slot in self._begun:
                 yield Left(change.slot, f"{shown(change.id)} instead")
-            yield Came(change.slot, change.id, change.another)
+            yield Came(change.slot, change.id, another)
 
     def _on_one_clock(self, frames: Frames) -> Frames:
         """Return frames of a live source on the clock of the others, if the id has one of its own that began late."""
