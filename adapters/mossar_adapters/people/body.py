@@ -13,6 +13,8 @@ from mossar_stream import Skeleton
 JUMP: Final = 0.1  # m
 QUICK: Final = 3.0  # m/s
 PAUSE: Final = 0.25  # s without frames after which a person may be somewhere else
+_LATE: Final = 2.5  # times as long as usual between two frames: somebody else may have the id now
+_SMOOTH: Final = 0.1  # share of each new time between frames
 _MARK: Final = 0.15  # s between two poses that a velocity is taken of
 _FASTEST: Final = 2.5  # m/s of a whole body; what is more is noise
 _AHEAD: Final = 0.6  # s that a person is expected to walk on
@@ -33,6 +35,7 @@ class Body:
         "_mark_time",
         "_older",
         "_older_time",
+        "_usual",
         "id",
         "met",
         "name",
@@ -57,6 +60,7 @@ class Body:
         self._limit = 0  # joints
         self._mark = self._older = self.pose  # poses at two earlier times
         self._mark_time = self._older_time = self._mark_due = -np.inf  # s
+        self._usual = PAUSE  # s between frames, smoothed
 
     @property
     def used(self) -> bool:
@@ -108,9 +112,10 @@ class Body:
         np.subtract(times[1:], times[:-1], out=pauses[1:])
         pauses[0] = times[0] - self.time
         limits = JUMP + QUICK * pauses
-        good = (np.einsum("nk,nk->n", flat, flat) <= limits * limits * self._limit) & (pauses <= PAUSE)
-        if good.all() and pauses.min() >= 0:
+        good = np.einsum("nk,nk->n", flat, flat) <= limits * limits * self._limit
+        if good.all() and 0 <= pauses.min() <= pauses.max() <= min(PAUSE, _LATE * self._usual):
             self._keep(positions, times)
+            self._usual += (float(pauses[-1]) - self._usual) * _SMOOTH
             return count
         for i in range(count):
             if not self.follow(positions[i], float(times[i])):
@@ -120,7 +125,7 @@ class Body:
     def follow(self, pose: NDArray[Any], time: float) -> bool:
         """Follow one frame, (J, 3), if it goes on from the one before; return whether it does."""
         pause = time - self.time
-        if not 0 <= pause <= PAUSE or len(pose) != self._limit:
+        if not 0 <= pause <= PAUSE or pause > _LATE * self._usual or len(pose) != self._limit:
             return False
         step = (pose - self.pose).ravel()
         limit = JUMP + QUICK * pause
@@ -135,6 +140,7 @@ class Body:
                 return False
             self.pose = filled(pose, self.pose)
         self.time = time
+        self._usual += (pause - self._usual) * _SMOOTH
         if time >= self._mark_due:
             self._put_mark(self.pose, time)
         if time >= self.samples.due:

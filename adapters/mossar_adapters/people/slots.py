@@ -41,6 +41,7 @@ _LOOK: Final = 0.1  # s between two looks at an id that is not decided
 _WATCHED: Final = 2.0  # s that a newcomer is looked at
 _CLEAR: Final = 4.0  # by which the likeliest must be ahead: 50 to 1
 _KNOWN: Final = 4.0  # against a stranger with a known id, of a tracker that was never seen to reuse one
+_KEPT: Final = 1.0  # for the person who had the id less than `LOST` ago, of such a tracker
 _TOGETHER: Final = 4  # others who are looked at and decided on together with a newcomer
 _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
 _UNLIKELY: Final = 2.0  # against strangers while somebody is missed for less than `LOST`
@@ -389,6 +390,8 @@ class Slots:
             if against == float("inf"):
                 continue
             against += self._likeness.against_bones(body, newcomer.samples, newcomer.skeleton, self._bodies)
+            if body.id == newcomer.id and start - body.time <= LOST and not self._reuses:
+                against -= _KEPT
             found.append(_Option(against, body.number, body))
         room = self._room(start)
         empty = [o for o in found if start - o.body.time > LOST and not o.body.pinned]
@@ -403,7 +406,7 @@ class Slots:
 
     def _together(self, newcomer: _Newcomer, options: list[_Option]) -> list[_Option]:
         """Return options with what they leave to the others who are looked at, the likeliest first."""
-        if len(options) < 2 or options[0].body.time >= newcomer.first - LOST:
+        if len(options) < 2:
             return options
         waiting = [one for one in self._newcomers.values() if not one.refused and one is not newcomer]
         others = [self._options(one) for one in waiting[:_TOGETHER]]
@@ -434,7 +437,7 @@ class Slots:
     ) -> Body | str | None:
         """Give a newcomer a slot, or none yet."""
         own = self._ids.get(newcomer.id)
-        if own is not None and own.time < newcomer.first <= own.time + LOST:
+        if own is not None and own.time < newcomer.first <= own.time + PAUSE:
             return self._give(_faithful(own, options), newcomer, time)
         self._ids.pop(newcomer.id, None)
         if not options:
