@@ -57,6 +57,7 @@ class PeopleSource:
         self._left: dict[str, tuple[Left, float]] = {}  # by slot, with the monotonic time, s
         self._shifts: OrderedDict[str, float] = OrderedDict()  # s that are added to the times of an id
         self._now = -np.inf  # s, the latest time
+        self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
         self._told = 0
         self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
@@ -136,7 +137,7 @@ class PeopleSource:
         """Yield what the source yields, under the names of slots."""
         for item in self._source.items():
             with self._lock:
-                found = [kept for one in self._of(item) if (kept := self._unused(one)) is not None]
+                found = self.take(item)
             yield from found
             if item is None:
                 yield None
@@ -144,8 +145,25 @@ class PeopleSource:
             found = [kept for one in self._rest() if (kept := self._unused(one)) is not None]
         yield from found
 
-    def _of(self, item: Item) -> Iterator[Item]:
+    def take(self, item: Item) -> list[Item]:
+        """Return what goes on with something that the source yielded."""
+        slot: str | None = REFUSED
+        count = 0
+        if isinstance(item, Frames) and not (self._pending or self._held or self._left or self._skip):
+            expected = self._straight.get(item.performer)
+            if expected is not None:  # nearly always
+                slot, count = self._slots.run(item.performer, item.positions, item.times)
+                if slot == expected and count == len(item) and not self._slots.changed:
+                    self._now = max(self._now, float(item.times[-1]))
+                    return [msgspec.structs.replace(item, performer=slot)]
+        return [kept for one in self._of(item, slot, count) if (kept := self._unused(one)) is not None]
+
+    def _of(self, item: Item, slot: str | None, count: int) -> Iterator[Item]:
+        """Yield what goes on with an item, of whose frames so many have been followed already."""
         if isinstance(item, Frames):
+            if count:
+                yield from self._route(slot, part(item, 0, count))
+                item = part(item, count, len(item))
             if len(item):
                 yield from self._take(item)
         elif isinstance(item, Meta):
@@ -168,6 +186,7 @@ class PeopleSource:
         known = self._metas.get(meta.performer)
         if known is not None and known.skeleton != meta.skeleton:
             yield from self._decide_all()
+        self._straight.clear()
         self._slots.announce(meta.performer, meta.skeleton)
         self._metas[meta.performer] = meta
         self._metas.move_to_end(meta.performer)
@@ -274,10 +293,15 @@ class PeopleSource:
                 yield sent
         self._left.pop(slot, None)
         self._begun.add(slot)
+        if not self._shifts.get(frames.performer):
+            self._straight[frames.performer] = slot
+            if len(self._straight) > _IDS:
+                del self._straight[next(iter(self._straight))]
         yield msgspec.structs.replace(frames, performer=slot)
 
     def _tell(self) -> Iterator[Item]:
         """Pass on, and log, what changed."""
+        self._straight.clear()
         for change in self._slots.changes():
             if change.how == "refused":
                 self._told += 1
