@@ -53,7 +53,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
         visible = is_terminal(console.out) and "-" not in options.to and not page_only
         view = LiveView(console, sources, visible=visible, emission=emission)
         missing: list[str] = []
-        show = _opened_dashboard(options, settings, opened) if options.view else None
+        show = _opened_dashboard(options, settings, sources, opened) if options.view else None
         pipeline = Pipeline(
             sources,
             []
@@ -110,11 +110,14 @@ def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
         show.tick(pipeline)
 
 
-def _opened_dashboard(options: Options, settings: Settings, opened: contextlib.ExitStack) -> "LiveShow":
+def _opened_dashboard(
+    options: Options, settings: Settings, sources: Sequence[Source], opened: contextlib.ExitStack
+) -> "LiveShow":
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.dashboard.page import Page
 
-    show = LiveShow(settings, Path(options.moves) if options.moves else None)
+    people = [slots for source in sources if (slots := getattr(source, "people", None)) is not None]
+    show = LiveShow(settings, Path(options.moves) if options.moves else None, people=people)
     page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)

@@ -49,7 +49,11 @@ def run(options: Options, console: Console) -> int:
     if not options.sources:
         raise UsageError("which source? A URL, a recording, or - (see mossar view --help)")
     options = msgspec.structs.replace(options, view=True, speed=options.speed or _speed(options))
-    if len(options.sources) == 1 and parse_url(options.sources[0]).scheme == "file":
+    if (
+        len(options.sources) == 1
+        and parse_url(options.sources[0]).scheme == "file"
+        and options.people is None
+    ):
         return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
     from mossar_tools.streaming import stream
 

@@ -13,6 +13,7 @@ from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.exports import key_frames_csv
 from mossar_tools.dashboard.levels import highest_strength, level_words, needs_other_bundle
 from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.people_panel import PeoplePanel
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.saving import save_settings
 from mossar_tools.dashboard.tasks import Tasks
@@ -61,6 +62,10 @@ class Controls:
         if isinstance(show, LiveShow):
             with self._gui.add_folder("Moves"):
                 self.teaching = TeachingPanel(self._gui, show, self._on)
+        self.people: PeoplePanel | None = None
+        if isinstance(show, LiveShow) and show.has_people:
+            with self._gui.add_folder("People"):
+                self.people = PeoplePanel(self._gui, show, self._on)
         if isinstance(show, RecordedShow):
             self._add_keys(show)
 
@@ -71,6 +76,8 @@ class Controls:
         self._set(self._level, round(min(show.strength, self._level.max), 2))
         self._say_level()
         self._follow_bundle()
+        if self.people is not None:
+            self.people.sync()
         if isinstance(show, RecordedShow):
             self._set_range(self._count, max(show.total, 1))
             self._set(self._count, show.kept)

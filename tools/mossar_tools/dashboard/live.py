@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from mossar_adapters.people import PeopleSource
 from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings
 from mossar_tools.console import LOGGER
@@ -51,6 +52,7 @@ class LiveShow:
         settings: Those that the pipeline starts with.
         moves: The file of moves that teaching adds to, made if it is not there; None for a new one.
         folder: Where a new one is made; None for here.
+        people: The sources that have slots.
 
     Raises:
         MossarError: If the file of moves cannot be read.
@@ -60,7 +62,14 @@ class LiveShow:
     dropped = 0
     recorded = False
 
-    def __init__(self, settings: Settings, moves: Path | None = None, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        moves: Path | None = None,
+        folder: Path | None = None,
+        people: Sequence[PeopleSource] = (),
+    ) -> None:
+        self._people = people
         self.recorder = Recorder()
         self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)
         self.frozen = False
@@ -223,6 +232,34 @@ class LiveShow:
     def reset(self) -> None:
         """End all takes and forget the running ranges."""
         self._ask(lambda pool: pool.reset(reason="asked for"))
+
+    @property
+    def has_people(self) -> bool:
+        """Whether performers are slots."""
+        return bool(self._people)
+
+    @property
+    def people(self) -> list[dict[str, object]]:
+        """The slots that were used, and who is in them; see `Slots.table`."""
+        return [row for source in self._people for row in source.table()]
+
+    def pin(self, slot: str, *, pinned: bool) -> None:
+        """Keep a slot for its person, or no longer.
+
+        Raises:
+            SettingsError: If there is no such slot, or nobody was in it.
+        """
+        for source in self._people:
+            source.pin(slot, pinned=pinned)
+
+    def exchange(self, one: str, other: str) -> None:
+        """Let two people have each other's slots.
+
+        Raises:
+            SettingsError: If there are no two such slots.
+        """
+        for source in self._people:
+            source.exchange(one, other)
 
     def teach(self, name: str) -> None:
         """Have the first performer that is shown teach a move.
