@@ -447,7 +447,11 @@ def test_a_skeleton_without_limbs_is_segmented_as_without_limbs():
     segmenter.change(limbs=True)
     segmenter.level = 0.3
     events += segmenter.push(frames[99:], times[99:]) + segmenter.reset()
-    assert [event.event for event in events if isinstance(event, StreamEvent)] == ["started", "ended", "reset"]
+    assert [event.event for event in events if isinstance(event, StreamEvent)] == [
+        "started",
+        "ended",
+        "reset",
+    ]
     pool = Performers(Settings(limbs=True))
     pool.announce("ann", one)
     assert pool.push(Frames(frames, times, performer="ann"))
