@@ -110,10 +110,8 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("tempo", "i8"),
         ("evidence", "i8"),  # whether evidence decides, see evidence.py
         ("repetitions", "i8"),  # whether they are counted here
-        (
-            "ends_alone",
-            "i8",
-        ),  # whether its takes end where nobody is seen; those of a limb end with the body's
+        ("ends_alone", "i8"),  # whether its takes end where nobody is seen; a limb's end with the body's
+        ("details", "u8"),  # a bit for each of the first 64 joints that is not reported as active
         ("adopts", "i8"),  # whether what is counted of the body is copied here
         ("facts", "i8"),  # where its facts begin in a summary
         ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included

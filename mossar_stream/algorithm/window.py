@@ -381,6 +381,6 @@ def describe(w, event, has_previous, status, bounds):
             close(w.params, previous)
             remember(w.memo, left, middle, right, merge_cost(w.params, previous, own, both))
         event.strength = similarity(w.params, recall(w.memo, left, middle, right), previous, own)
-    find_active(own[PATH : PATH + w.plan.joints], active)
+    find_active(own[PATH : PATH + w.plan.joints], w.plan.details, active)
     event.joint0, event.joint1, event.joint2 = active[0], active[1], active[2]
     event.joint3, event.joint4 = active[3], active[4]

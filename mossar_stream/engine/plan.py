@@ -17,6 +17,7 @@ from mossar_stream.events import BODY
 from mossar_stream.memory.event_buffer import Source
 from mossar_stream.memory.joint_pages import pad
 from mossar_stream.moves.groups import groups_of, limbs_by_joint
+from mossar_stream.moves.joints import details
 from mossar_stream.repetitions.preparing import prepare as prepare_counting
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.similarity import protocol as similarity
@@ -187,6 +188,7 @@ class Plan:
             "tempo": chosen.tempo,
             "evidence": shape.evidence,
             "repetitions": shape.repetitions,
+            "details": details(self.skeleton),
             "ends_alone": self.channel == BODY and not self.offline,
             "adopts": shape.adopts,
             "facts": similarity.facts_at(chosen, self.params),

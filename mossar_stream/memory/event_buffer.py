@@ -208,13 +208,19 @@ def _take_records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
 
 
 @inline_kernel
-def find_active(paths, active):
-    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first."""
+def find_active(paths, details, active):
+    """Set the joints with the longest paths, -1 where no more of them moved; of equal ones the first come first.
+
+    Args:
+        paths: (J,) m.
+        details: A bit for each of the first 64 joints that does not count; see `mossar_stream.moves.joints.details`.
+        active: (PATH_JOINTS,) is set.
+    """
     for place in range(PATH_JOINTS):
         active[place] = NO_JOINT
     least = 0.0
     for j in range(len(paths)):
-        if paths[j] > least:
+        if paths[j] > least and (j >= 64 or (details >> np.uint64(j)) & np.uint64(1) == 0):
             place = PATH_JOINTS - 1
             while place > 0 and (active[place - 1] == NO_JOINT or paths[active[place - 1]] < paths[j]):
                 active[place] = active[place - 1]

@@ -40,6 +40,28 @@ MEAN = -1  # in place of a joint: the mean of all
 REMEMBERED = 64  # skeletons of which is remembered what was found
 
 
+# Pose estimators have many joints in faces and hands, which shake more than they say: the wrist stands for its fingers.
+_DETAIL = re.compile(
+    r".*(pinky|thumb|finger|handtip|index).*|(left|right|l|r)?(eye|ear|mouth|nose)(inner|outer|left|right)?"
+)
+
+
+def details(skeleton: Skeleton) -> int:
+    """Return a bit for each of the first 64 joints of a skeleton that is part of a face or of the fingers.
+
+    None if fewer than `ENOUGH` joints would be left, as of a glove.
+
+    Example:
+        >>> details(Skeleton(("left_wrist", "left_pinky")))
+        0
+    """
+    plain = [re.sub("[^a-z]", "", name.lower()) for name in skeleton.names]
+    found = [j for j, name in enumerate(plain) if _DETAIL.fullmatch(name) and "foot" not in name]
+    if len(plain) - len(found) < ENOUGH:
+        return 0
+    return sum(1 << j for j in found if j < 64)
+
+
 def _table() -> dict[str, tuple[str, ...]]:
     table = {slot: tuple(names.split()) for slot, names in _TRUNK.items()}
     for side in ("left", "right"):

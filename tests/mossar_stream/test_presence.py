@@ -296,3 +296,30 @@ def test_limbs_end_with_a_body_that_nobody_sees():
         assert all(e.take == 1 for e in events[ended + 1 :])
         assert {e.channel for e in events[ended:] if hasattr(e, "channel")} >= {"body"}
     assert found[0] == found[1] == found[2]
+
+
+def test_fingers_and_faces_are_not_among_the_active_joints():
+    face = ("nose", "left_eye", "right_ear", "mouth_left")
+    fingers = ("left_pinky", "left_index", "left_thumb")
+    others = ("left_hip", "left_shoulder", "left_elbow", "left_wrist", "left_knee", "left_ankle", "left_heel",
+              "left_foot_index")  # fmt: skip
+    names = (*others, *face, *fingers)
+    person_of_many = Skeleton(names, (-1,) + (0,) * (len(names) - 1))
+    times = np.arange(240) / FPS
+    positions = np.random.default_rng(2).normal(size=(1, len(names), 3)).repeat(240, 0)
+    arm = [names.index(name) for name in ("left_wrist", *face, *fingers)]
+    positions[60:180, arm, 1] += 0.5 * np.sin(np.arange(120) / 12)[:, None] * np.linspace(1, 3, len(arm))
+    segmenter = Segmenter(person_of_many, fps=FPS)
+    events = segmenter.push(positions, times) + segmenter.end_take()
+    told = [
+        event.active_joints
+        for event in events
+        if getattr(event, "state", "") == "moving" and hasattr(event, "active_joints")
+    ]
+    assert any(told)
+    assert all(joints[0] == "left_wrist" for joints in told if joints)
+    assert not {*face, *fingers} & {joint for joints in told for joint in joints}
+    glove = Skeleton(("left_wrist", *fingers), (-1, 0, 0, 0))
+    lone = Segmenter(glove, fps=FPS)
+    events = lone.push(positions[:, [names.index(n) for n in glove.names]], times) + lone.end_take()
+    assert any("left_thumb" in getattr(event, "active_joints", ()) for event in events)

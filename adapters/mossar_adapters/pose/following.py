@@ -22,6 +22,9 @@ from mossar_adapters.pose.types import JOINTS, MAX_PEOPLE, Body
 from mossar_adapters.pose.weights import Weights
 
 _AXES: Final = (1.0, -1.0, -1.0)  # the maker's y points down and z away
+# The network places every joint, seen or not. A joint that was hidden for longer is missing rather than invented.
+_VISIBLE: Final = 0.5  # of visibility
+_HIDDEN: Final = 0.5  # s
 _TRUNK: Final = 0.2  # of the size, half a metre: what is painted over of people who are followed
 _REMEMBERED: Final = 2.0  # s after which the number of a person who was lost is free for anybody
 # s between two looks for further people while somebody is followed; who stands alone is not slowed down by it.
@@ -134,6 +137,7 @@ class _Person:
     def __init__(self, number: int, region: Region, smooth: bool) -> None:
         self.number, self.region = number, region
         self._travel = Travel()
+        self._seen = np.full(JOINTS, -math.inf)  # s, when each joint was last visible
         self._filters = (OneEuro(*WORLD), OneEuro(*PICTURE), OneEuro(*REGION)) if smooth else None
 
     def follow(self, found: Landmarks, time: float, size: tuple[int, int]) -> Body:
@@ -155,13 +159,20 @@ class _Person:
                 found.visible,
             )
         self.region = found.next_region()
+        hidden = self._hidden(found.visible, time)
         place = found.world + self._travel.hips(found, time, size)
         return Body(
             self.number,
             (place * _AXES).astype(np.float32),
-            found.visible.astype(np.float32),
+            np.where(hidden, 0.0, found.visible).astype(np.float32),
             found.pixels[:JOINTS].astype(np.float32),
         )
+
+    def _hidden(self, visible: NDArray[np.float64], time: float) -> NDArray[np.bool_]:
+        """Return which joints were not visible over the last 0.5 s."""
+        self._seen[(visible >= _VISIBLE) | (self._seen == -math.inf)] = time
+        hidden: NDArray[np.bool_] = time - self._seen > _HIDDEN
+        return hidden
 
 
 def _without(picture: NDArray[np.uint8], regions: Sequence[Region]) -> NDArray[np.uint8]:

@@ -4,6 +4,7 @@ import { PoseLandmarker } from "/vision_bundle.mjs";
 const AXES = [1, -1, -1]; // the maker's y points down and z away from the camera
 const FIELD = Math.PI / 3; // across the longer side, as of usual webcams; see pose/travel.py
 const VISIBLE = 0.5;
+const HIDDEN = 0.5; // s
 const SHOWN = 12; // events
 const HIPS = [23, 24];
 const at = (id) => document.getElementById(id);
@@ -97,6 +98,15 @@ function pixelsAMetre(world, pixels) {
 }
 
 let scale = new Steady(0.3, 1);
+let seen = []; // s, when each joint was last visible
+
+// How sure each joint is; 0 for one that was hidden over the last half second, which is missing rather than invented.
+function certain(world, time) {
+  return world.map((joint, k) => {
+    if (joint.visibility >= VISIBLE || seen[k] === undefined) seen[k] = time;
+    return time - seen[k] > HIDDEN ? 0 : Number(joint.visibility.toFixed(3));
+  });
+}
 
 // Positions in the room, m: the hips travel with the picture, the other joints with them.
 function placed(world, landmarks, time) {
@@ -144,10 +154,11 @@ function look(now) {
         seq: count++,
         t: time,
         xyz: placed(world, found.landmarks[0], time),
-        conf: world.map((joint) => Number(joint.visibility.toFixed(3))),
+        conf: certain(world, time),
       });
     } else {
       scale = new Steady(0.3, 1);
+      seen = [];
     }
     recent = [...recent.filter((time) => now - time < 1000), now];
     at("rate").textContent = recent.length;
