@@ -325,6 +325,51 @@ def wait_for(condition, seconds=20):
         time.sleep(0.02)
 
 
+@pytest.fixture
+def waiting(browser):
+    """A page that waits for frames, and a window that shows it."""
+    page = Page(LiveShow(Settings()), 0)
+    page.start(open_browser=False)
+    window = browser.new_page(viewport={"width": 1240, "height": 680})
+    window.goto(page.url + COARSE)
+    window.wait_for_selector("#mossar-level", timeout=180_000)
+    yield page, window
+    window.close()
+    page.close()
+
+
+def test_the_camera_follows_a_window_that_becomes_narrower(waiting):
+    page, window = waiting
+    camera = next(iter(page._server.get_clients().values())).camera
+    for size in ((840, 680), (600, 680)):
+        window.set_viewport_size({"width": size[0], "height": size[1]})
+        wanted = page._scene._framed(size)[0]
+        until(window, lambda wanted=wanted: camera.position == pytest.approx(wanted, abs=0.02))
+
+
+def test_controls_follow_the_level_in_force_and_nothing_lies_under_the_scroll_bar(waiting):
+    _, window = waiting
+    assert window.title() == "mossar"
+    active = (
+        "() => [...document.querySelectorAll('button')].map(b => b.innerText).filter(t => t.startsWith('●'))"
+    )
+    until(window, lambda: window.evaluate(active) == ["● motion"])
+    sliders = "() => [...document.querySelectorAll('[role=slider]')].map(e => Number(e.ariaValueNow))"
+    before = window.evaluate(sliders)
+    window.locator("button:has-text('cluster')").click()
+    until(window, lambda: window.evaluate(active) == ["● cluster"])
+    until(window, lambda: Settings(level="cluster").resolved().window in window.evaluate(sliders))
+    assert Settings().resolved().window in before
+    rights = """() => {
+        const boxes = (where) => [...document.querySelectorAll(where)].map(e => e.getBoundingClientRect());
+        const inside = boxes('button, input, .m-card').filter(box => box.width && box.left > innerWidth - 330);
+        const bars = boxes('[class*=ScrollArea-thumb]').filter(box => box.left > 0);
+        return [Math.max(...inside.map(box => box.right)), Math.min(...bars.map(box => box.left), innerWidth)];
+    }"""
+    right, bar = window.evaluate(rights)
+    assert right <= bar
+
+
 @pytest.mark.parametrize("rubbish", ["text", b"rubbish", b"\x81\xa4type\xa4None", b"\xc0"])
 def test_a_visitor_who_sends_rubbish_is_hung_up_on_without_a_word(rubbish, capfd, caplog):
     page = Page(LiveShow(Settings()), 0)

@@ -27,7 +27,7 @@ def size_teller() -> str:
     It also gives the page its name, which viser lets nobody choose.
     """
     tell = asking("mossar/window", "innerWidth+'x'+innerHeight")
-    return f'<img alt="" hidden="" src="data:," onerror="document.title=\'mossar\';const f=()=>{tell};f();addEventListener(\'resize\',f)"/>'
+    return f'<img alt="" hidden="" src="data:," onerror="document.title=\'mossar\';const f=()=>{tell};f();window.onresize=f"/>'
 
 
 def window_of(picture: Size, windows: list[Size]) -> Size:

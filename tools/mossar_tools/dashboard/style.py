@@ -6,6 +6,7 @@ from mossar_tools.palette import DARK, LIGHT, Palette
 
 PANEL = 330  # px, width of the controls
 STRIP = 224  # px, height of the chart
+SCROLL_BAR = 11  # px, width of the controls' scroll bar, which lies over what is scrolled
 OVERVIEW = 58  # px, height of the whole take below it
 PHONE = 576  # px, narrower windows have the controls in a sheet at the bottom (viser's breakpoint)
 SHEET = 0.38  # of the height of a phone, for the controls
@@ -83,6 +84,7 @@ _RULES = """
 .m-example button { position: absolute; right: 0; top: 0; border: 0; background: none; color: var(--muted); cursor: pointer;
   font-size: 16px; line-height: 1; padding: 3px 5px; }
 .m-example button:hover { color: var(--level); }
+.mantine-ScrollArea-viewport:has(.m-level) { padding-right: %(bar)dpx; }
 @media (max-width: 1180px) { .m-legend span:nth-child(n+4), .m-strip .more { display: none; } }
 @media (max-width: 905px) { .m-legend, .m-strip text.wide { display: none; } }
 @media (max-width: %(phone)fpx) {
@@ -99,7 +101,7 @@ _RULES = """
 def sheet() -> str:
     """Return the style sheet as an HTML element."""
     light, dark = _variables(LIGHT, "#1f2430"), _variables(DARK, "#14171f")
-    sizes = {"panel": PANEL, "strip": STRIP, "overview": OVERVIEW, "sheet": 100 * SHEET}
+    sizes = {"panel": PANEL, "strip": STRIP, "overview": OVERVIEW, "sheet": 100 * SHEET, "bar": SCROLL_BAR}
     rules = _RULES % {**sizes, "phone": PHONE - 0.02}
     return (
         f"<style>.mossar {{ {light} }}\n[data-mantine-color-scheme=dark] .mossar {{ {dark} --resting: #6f93b0; }}"
