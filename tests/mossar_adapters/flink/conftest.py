@@ -84,7 +84,7 @@ def identity(line):
     event = msgspec.json.decode(line)
     if event["type"] == "stream":
         return event["performer"], event["event"], event["take"]
-    return event["id"], event["rev"]
+    return event["id"], event.get("rev")
 
 
 def by_performer(lines, *, repeats):

@@ -1,0 +1,196 @@
+"""What is installed with each extra: known vulnerabilities, and a bill of materials (CycloneDX) for a release.
+
+    python -m checks.supply                                        # ask pip-audit about everything that any extra brings
+    python -m checks.supply --bom dist/mossar-stream.cdx.json      # and write the bill; part of making a release
+    python -m checks.supply --extras view,oak
+
+pip says which versions each extra would get today, and installs nothing; extras exclude one another, so each is resolved by
+itself. Where there is no index, or nobody to ask for vulnerabilities, that is printed, and the status is 0: machines without
+a network run the same checks; `--strict` makes it 1. Ends with status 1 if a version has a known vulnerability, unless only
+engines and peers bring it: which versions they take is up to them, so that is printed, and what uses them is for users to
+decide.
+"""
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 300.0  # s, for one extra
+AT_ONCE = 4
+PLAIN = "(none)"  # what is required without any extra
+OTHERS_PIN = {"flink", "archive", "peers"}  # extras whose libraries hold back what they need
+
+
+class Part(msgspec.Struct, order=True):
+    """A distribution that an extra brings.
+
+    Args:
+        name: Normalised.
+        version: Which pip would install.
+        sha256: Of its archive, if the index says it.
+        licence: As the distribution states it.
+        extras: That bring it.
+    """
+
+    name: str
+    version: str
+    sha256: str = ""
+    licence: str = ""
+    extras: list[str] = []
+
+
+def main() -> int:
+    """Check what the command line asks for; return the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--bom", metavar="FILE", type=Path, help="write a bill of materials")
+    parser.add_argument("--extras", metavar="LIST", help="only these, with commas between them")
+    parser.add_argument("--strict", action="store_true", help="status 1 if something could not be checked")
+    options = parser.parse_args()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = options.extras.split(",") if options.extras else [PLAIN, *project["optional-dependencies"]]
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        resolved = dict(zip(wanted, pool.map(lambda extra: resolve(project, extra), wanted), strict=True))
+    missing = [f"{extra}: {found}" for extra, found in resolved.items() if isinstance(found, str)]
+    parts = merged({extra: found for extra, found in resolved.items() if not isinstance(found, str)})
+    for line in missing:
+        print(f"not resolved, so not checked: {line}")
+    if options.bom is not None and parts and not missing:
+        options.bom.parent.mkdir(parents=True, exist_ok=True)
+        options.bom.write_text(json.dumps(bill(project["name"], parts), indent=1) + "\n", encoding="utf-8")
+        print(f"{options.bom}: {len(parts)} distributions of {len(resolved)} sets of requirements")
+    elif options.bom is not None:
+        print(f"{options.bom}: no bill is written, because something could not be resolved")
+    found = audit(parts) if parts else "there is nothing to ask about"
+    if isinstance(found, str):
+        print(f"vulnerabilities were not asked for: {found}")
+        return int(options.strict)
+    ours = {(part.name, part.version) for part in parts if not OTHERS_PIN.issuperset(part.extras)}
+    for line, part in found.items():
+        print(f"{'vulnerable' if part in ours else 'vulnerable, held back by others'}: {line}")
+    print(f"{len(parts)} distributions, {len(found)} known vulnerabilities")
+    return int(not ours.isdisjoint(found.values()) or (options.strict and bool(missing)))
+
+
+def resolve(project: dict[str, Any], extra: str) -> list[Part] | str:
+    """Return what pip would install for an extra, or why that cannot be said."""
+    requirements = [*project["dependencies"], *project["optional-dependencies"].get(extra, ())]
+    command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet"]
+    command += ["--disable-pip-version-check", "--no-input", "--report", "-", *requirements]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)  # noqa: S603
+    except subprocess.TimeoutExpired:
+        return f"pip took longer than {PATIENCE:.0f} s"
+    if done.returncode != 0:
+        said = [line for line in done.stderr.splitlines() if line.startswith("ERROR")]
+        return said[-1] if said else f"pip ended with status {done.returncode}"
+    return [_part(item, extra) for item in json.loads(done.stdout)["install"]]
+
+
+def _part(item: dict[str, Any], extra: str) -> Part:
+    facts = item["metadata"]
+    classified = [one for one in facts.get("classifier", ()) if one.startswith("License ::")]
+    licence = facts.get("license_expression") or (classified[0].rpartition(" :: ")[2] if classified else "")
+    hashes = item["download_info"].get("archive_info", {}).get("hashes", {})
+    name = re.sub(r"[-_.]+", "-", facts["name"]).lower()
+    return Part(name, facts["version"], hashes.get("sha256", ""), licence, [extra])
+
+
+def merged(resolved: dict[str, list[Part]]) -> list[Part]:
+    """Return every version of every distribution once, in the order of their names."""
+    found: dict[tuple[str, str], Part] = {}
+    for extra, parts in resolved.items():
+        for part in parts:
+            known = found.setdefault((part.name, part.version), msgspec.structs.replace(part, extras=[]))
+            known.extras.append(extra)
+    return sorted(found.values())
+
+
+def bill(name: str, parts: Sequence[Part]) -> dict[str, Any]:
+    """Return a bill of materials as CycloneDX 1.5 has it."""
+    return {
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.5",
+        "version": 1,
+        "metadata": {"component": {"type": "library", "name": name, "bom-ref": name}},
+        "components": [_component(part) for part in parts],
+    }
+
+
+def _component(part: Part) -> dict[str, Any]:
+    purl = f"pkg:pypi/{part.name}@{part.version}"
+    component: dict[str, Any] = {
+        "type": "library",
+        "name": part.name,
+        "version": part.version,
+        "purl": purl,
+        "bom-ref": purl,
+        "properties": [{"name": "mossar:extra", "value": extra} for extra in part.extras],
+    }
+    if part.sha256:
+        component["hashes"] = [{"alg": "SHA-256", "content": part.sha256}]
+    if part.licence:
+        component["licenses"] = [{"license": {"name": part.licence}}]
+    return component
+
+
+def audit(parts: Sequence[Part]) -> dict[str, tuple[str, str]] | str:
+    """Return what pip-audit knows: a line for each vulnerability, with name and version; or why it could not be asked."""
+    lines: dict[str, tuple[str, str]] = {}
+    for pinned in _without_doubles(parts):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "requirements.txt")
+            path.write_text("".join(f"{part.name}=={part.version}\n" for part in pinned), encoding="utf-8")
+            command = [sys.executable, "-m", "pip_audit", "--disable-pip", "--no-deps", "--format", "json"]
+            command += ["--progress-spinner", "off", "--requirement", str(path)]
+            try:
+                done = subprocess.run(  # noqa: S603
+                    command, capture_output=True, text=True, timeout=PATIENCE, check=False
+                )
+                found = json.loads(done.stdout)["dependencies"]
+            except subprocess.TimeoutExpired:
+                return f"pip-audit took longer than {PATIENCE:.0f} s"
+            except (ValueError, KeyError):
+                return (done.stderr.strip().splitlines() or ["pip-audit said nothing"])[-1][:200]
+        lines |= vulnerable(found)
+    return dict(sorted(lines.items()))
+
+
+def _without_doubles(parts: Sequence[Part]) -> list[list[Part]]:
+    """Return parts in lists in which each name stands once, because extras may bring other versions of the same."""
+    lists: list[list[Part]] = []
+    for part in parts:
+        place = next((own for own in lists if all(part.name != other.name for other in own)), None)
+        if place is None:
+            lists.append([part])
+        else:
+            place.append(part)
+    return lists
+
+
+def vulnerable(found: Sequence[dict[str, Any]]) -> dict[str, tuple[str, str]]:
+    """Return a line for each vulnerability in what pip-audit prints, with name and version of what has it."""
+    return {
+        f"{one['name']} {one['version']}: {bad['id']}, mended in {', '.join(bad['fix_versions']) or 'no version'}": (
+            one["name"],
+            one["version"],
+        )
+        for one in found
+        for bad in one.get("vulns", ())
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())
