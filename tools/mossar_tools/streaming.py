@@ -115,9 +115,15 @@ def _opened_dashboard(
 ) -> "LiveShow":
     from mossar_tools.dashboard.live import LiveShow
     from mossar_tools.dashboard.page import Page
+    from mossar_tools.dashboard.visitors import HERE
 
     people = [slots for source in sources if (slots := getattr(source, "people", None)) is not None]
-    show = LiveShow(settings, Path(options.moves) if options.moves else None, people=people)
+    previews = [preview for source in sources if (preview := getattr(source, "preview", None)) is not None]
+    if previews and options.host != HERE:
+        raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
+    show = LiveShow(
+        settings, Path(options.moves) if options.moves else None, people=people, previews=previews
+    )
     page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)

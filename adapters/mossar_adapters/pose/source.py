@@ -7,7 +7,7 @@ an empty room gives no event. Pictures are neither stored nor sent: they stay in
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import msgspec
@@ -139,6 +139,11 @@ class WebcamSource:
             keep_picture=address.choice("picture", ("yes", "no"), "no") == "yes",
             name=address.url,
         )
+
+    @property
+    def preview(self) -> Callable[[], Seen | None] | None:
+        """What returns the latest picture, where the user asked for it; None where pictures are not kept."""
+        return (lambda: self.seen) if self.keeps_picture else None
 
     def items(self) -> Iterator[Meta | Frames | None]:
         """Yield a meta for each person at first sight, and frames one by one; None when nothing came for 0.1 s.

@@ -5,7 +5,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -53,6 +53,7 @@ class LiveShow:
         moves: The file of moves that teaching adds to, made if it is not there; None for a new one.
         folder: Where a new one is made; None for here.
         people: The sources that have slots.
+        previews: Return the latest picture of a camera and the people in it (`Seen`), None while there is none.
 
     Raises:
         MossarError: If the file of moves cannot be read.
@@ -68,7 +69,9 @@ class LiveShow:
         moves: Path | None = None,
         folder: Path | None = None,
         people: Sequence[PeopleSource] = (),
+        previews: Sequence[Callable[[], Any]] = (),
     ) -> None:
+        self.previews = previews
         self._people = people
         self.recorder = Recorder()
         self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)

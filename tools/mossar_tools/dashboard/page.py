@@ -9,8 +9,11 @@ from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
+import numpy as np
+
 from mossar_adapters.extras import needed
 from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.camera_picture import WIDTH, camera_picture
 from mossar_tools.dashboard.chart import chart
 from mossar_tools.dashboard.framing import size_teller
 from mossar_tools.dashboard.glimpse import Glimpse
@@ -27,6 +30,7 @@ RATE = 30.0  # Hz, of the scene
 _CHART_EVERY = 2  # rounds
 _TABLES_EVERY = 8
 _BRAND = (0, 78, 122)  # becomes the palette's blue where viser paints buttons with it
+_NO_PICTURE = np.zeros((180, WIDTH, 3), np.uint8)  # until the camera gives one
 _SWITCH = 0.001  # s after which a thread that computes lets another one go on
 
 
@@ -83,6 +87,10 @@ class Page:
         self._dark = gui.add_checkbox("dark", dark)
         self._dark.on_update(lambda _: self._paint())
         self._note = gui.add_html("")
+        self._pictures = [
+            (preview, gui.add_image(_NO_PICTURE, label="camera", format="jpeg"))
+            for preview in getattr(show, "previews", ())
+        ]
         with gui.add_folder("Last key frames"):
             self._marks = gui.add_html("")
         with gui.add_folder("Statistics"):
@@ -168,6 +176,9 @@ class Page:
                 self._draw_whole(glimpses)
                 if self._controls.teaching is not None:
                     self._controls.teaching.sync()
+                for preview, shown in self._pictures:
+                    if (seen := preview()) is not None:
+                        shown.image = camera_picture(seen)
             if rounds % _TABLES_EVERY == 0:
                 self._draw_tables(glimpses)
 
