@@ -13,7 +13,7 @@ from mossar_adapters.pipeline import Outcome, Pipeline, Snapshot, Upkeep, read_s
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
-from mossar_stream import Moves, Settings, Skeleton
+from mossar_stream import FrameError, Moves, Settings, Skeleton
 from mossar_tools.compiling import saying_if_cold
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
@@ -253,7 +253,7 @@ def _let_osc_control(options: Options, listeners: list[ControlListener], control
 
 def _status(outcome: Outcome) -> int:
     if outcome.errors:
-        return WRONG_USAGE if isinstance(outcome.errors[0], FileError) else FAILED
+        return WRONG_USAGE if isinstance(outcome.errors[0], FileError | FrameError) else FAILED
     if outcome.none_followed:
         return WRONG_USAGE
     return FAILED if outcome.dead_sinks else DONE
