@@ -1,15 +1,17 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.engine import engine
-from mossar_stream.engine.intake import FLOAT32, given_positions, narrowed
+from mossar_stream.engine.intake import given_positions
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools
+from mossar_stream.engine.together import process_together
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
@@ -85,7 +87,9 @@ class Performers:
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
-        self._segmenters: dict[str, Segmenter] = {}  # in the order in which they were last used
+        self._segmenters: OrderedDict[str, Segmenter] = (
+            OrderedDict()
+        )  # in the order in which they were last used
         self._absent: dict[str, _Absent] = {}  # in the order in which they left
         self._first_take = (
             0  # of newcomers: after all takes of those who were forgotten, so that ids stay unique
@@ -233,14 +237,14 @@ class Performers:
             FrameError: If the performer was not announced or the shapes do not fit its skeleton.
         """
         name = frames.performer if frames.performer in self._segmenters else performer_name(frames.performer)
-        segmenter = self._segmenters.pop(name, None)
+        segmenter = self._segmenters.get(name)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
-        self._segmenters[name] = segmenter
+        self._segmenters.move_to_end(name)
         return segmenter.push(frames)
 
     def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
-        """Take as many frames of each of many performers in at once, which is quicker than one after the other.
+        """Process as many frames of each of many performers at once, which is quicker than one after the other.
 
         Args:
             performers: P names, each once.
@@ -252,9 +256,24 @@ class Performers:
 
         Raises:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
-                taken in then.
+                processed then.
         """
-        frames = given_positions(positions)
+        segmenters, frames, moments = self._checked(performers, given_positions(positions), times)
+        together = []
+        for k, segmenter in enumerate(segmenters):
+            if segmenter.is_in_pool:
+                together.append(k)
+            else:
+                segmenter.process(frames[k], moments[k])
+        rows = [segmenter.row for segmenter in segmenters]
+        for k, used in process_together(rows, together, frames, moments):
+            segmenters[k].process(frames[k, used:], moments[k, used:])
+        return [event for row in rows if row.pending for event in row.take_pending()]
+
+    def _checked(
+        self, performers: Sequence[str], frames: NDArray[Any], times: ArrayLike
+    ) -> tuple[list[Segmenter], NDArray[Any], NDArray[np.float64]]:
+        """Return the segmenters, their frames and (P, n) times; see `push_many`."""
         moments = plain_array(times, np.float64)
         names = [name if name in self._segmenters else performer_name(name) for name in performers]
         try:
@@ -274,20 +293,10 @@ class Performers:
             raise FrameError(
                 f"positions have {frames.shape[2]} joints; performer {other.performer!r} has {other.joints}"
             )
-        for name, segmenter in zip(names, segmenters, strict=True):
-            del self._segmenters[name]
-            self._segmenters[name] = segmenter
+        for name in names:
+            self._segmenters.move_to_end(name)
         # Writeable, too: what is broadcast is not, and would be another type to the compiler.
-        moments = plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
-        followed = [segmenter for segmenter in segmenters if segmenter.is_followed]
-        if followed:
-            pushed = zip(segmenters, frames, moments, strict=True)
-            return [event for segmenter, own, then in pushed for event in segmenter.push(own, then)]
-        rows = [segmenter.row for segmenter in segmenters]
-        to_shift = [row for row in rows if row.origin is not None or not (row.is_live and row.is_placed)]
-        if to_shift or frames.dtype is not FLOAT32:
-            frames = np.stack([narrowed(row, *own) for row, *own in zip(rows, frames, moments, strict=True)])
-        return engine.push_many(rows, frames, moments)
+        return segmenters, frames, plain_array(np.broadcast_to(moments, frames.shape[:2]), np.float64)
 
     def change(self, performer: str | None = None, **changes: object) -> list[Event]:
         """Change settings of one performer, or of all and of those to come; see `Segmenter.change`.
@@ -305,7 +314,9 @@ class Performers:
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         settings = self._settings.replace(**changes).at_level(level)
         Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
-        plans = [segmenter.planned(**changes, level=level) for segmenter in self._segmenters.values()]
+        plans = [
+            segmenter.steps.planned({**changes, "level": level}) for segmenter in self._segmenters.values()
+        ]
         self._settings = settings
         self._pools.clear()
         self._level = level
@@ -365,7 +376,7 @@ class Performers:
             self._settings, self._level, self._first_take = known.settings, known.level, known.first_take
             self._absent = dict(known.absent)
             self._pools.clear()
-        self._segmenters = segmenters
+        self._segmenters = OrderedDict(segmenters)
 
     @property
     def level(self) -> LevelName | float:

@@ -6,7 +6,7 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 
 CLOCK = np.dtype(
     [
-        ("row", "i8"),  # place of the performer's row in the pool
+        ("row", "i8"),  # number of the performer's row, that its events carry
         ("take", "i8"),
         ("open", "i8"),  # whether a take is open
         ("next_frame", "i8"),  # number of the next one

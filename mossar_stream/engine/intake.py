@@ -5,9 +5,7 @@ double precision, before positions are narrowed: the multiple of `CELL` that is 
 seen in a take. On a usual stage that is 0, and nothing need be done.
 """
 
-import math
 import warnings
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -30,8 +28,8 @@ def checked(
     times: ArrayLike | None,
     confidence: ArrayLike | None,
     first_frame: int | None,
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return what was pushed as (n, J, 3) m and (n,) s, in the form that the kernels take; see `Segmenter.push`."""
+) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """Return what was pushed as (n, J, 3) m, in single or double precision, and (n,) s; see `Segmenter.push`."""
     joints = len(row.plan.skeleton)
     # Writeable and contiguous: other arrays would be another type to the compiler.
     chunk = given_positions(positions)
@@ -56,7 +54,7 @@ def checked(
         if sure.shape != chunk.shape[:2]:
             raise FrameError(f"{len(chunk)} frames of {joints} joints but confidence of shape {sure.shape}")
         chunk = np.where(sure[:, :, None] > 0, chunk, chunk.dtype.type(np.nan))
-    return narrowed(row, chunk, moments), moments
+    return chunk, moments
 
 
 def given_positions(values: ArrayLike) -> NDArray[Any]:
@@ -67,80 +65,31 @@ def given_positions(values: ArrayLike) -> NDArray[Any]:
     return plain_array(values, FLOAT32 if kind in (np.float16, FLOAT32) else FLOAT64)
 
 
-def narrowed(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> NDArray[np.float32]:
+def less_origin(row: Row, positions: NDArray[Any]) -> NDArray[np.float32]:
     """Return positions relative to where the performer was first seen in the take, in single precision.
 
     Args:
-        row: The performer's; takes note of that place.
+        row: The performer's.
         positions: (n, J, 3) m, in single or double precision.
-        times: (n,) s; where they show that a take begins, the place is looked for anew.
     """
-    if not len(positions):
-        return plain_array(positions, FLOAT32)
-    if not _goes_on(row, times):
-        return _narrowed_takes(row, positions, times)
-    if not (row.is_live and row.is_placed):
-        row.settle(*place_of(positions, row.plan.center))
-    return _less(positions, row.origin)
+    if row.origin is None:
+        return _as_array(positions, FLOAT32)
+    return less(positions, row.origin, np.empty(positions.shape, np.float32))
 
 
-def _goes_on(row: Row, times: NDArray[np.float64]) -> bool:
-    """Tell at a glance that no take begins among frames; False where it takes a closer look, as for NaN."""
-    first, pause = float(times[0]), row.plan.given.max_pause
-    last = float(row.clock["time"]) if row.is_live else first
-    if not abs(first - last) <= pause:
-        return False
-    if abs(float(times[-1]) - first) <= pause:
-        return True
-    steps = np.diff(times)
-    return bool(steps.min() >= 0.0 and steps.max() <= pause)
-
-
-def _narrowed_takes(row: Row, positions: NDArray[Any], times: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Do the same where takes may begin among the frames."""
-    begins = [*_begins_of_takes(row, times)]
-    pieces = []
-    goes_on = row.is_live and row.is_placed
-    for begin, end in zip([0, *begins], [*begins, len(times)], strict=True):
-        if begin < end and not goes_on:
-            row.settle(*place_of(positions[begin:end], row.plan.center))
-        pieces.append(_less(positions[begin:end], row.origin))
-        goes_on = False
-    return np.concatenate(pieces)
-
-
-def _begins_of_takes(row: Row, times: NDArray[np.float64]) -> Iterator[int]:
-    """Yield the frames before which a take ends, as clock.py finds them."""
-    last = float(row.clock["time"]) if row.is_live else None
-    for i, time in enumerate(times.tolist()):
-        if not math.isfinite(time):
-            continue
-        if last is not None and abs(time - last) > row.plan.given.max_pause:
-            yield i
-        elif last is not None and time <= last:
-            continue
-        last = time
-
-
-def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64], bool]:
-    """Return what to take off the positions of a take, and whether anybody was seen in them at all.
+def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64], int]:
+    """Return what to take off the positions of a take, and the first frame in which anybody is seen, n if there is none.
 
     Args:
         positions: (n, J, 3) m.
         center: Index of the root, -1 for the centroid.
     """
-    for frame in positions:
+    for i, frame in enumerate(positions):
         seen = (np.abs(frame) <= FARTHEST).all(axis=1)
         if frame[seen].any():  # senders without anybody before them put all joints at the origin
             joint = center if center >= 0 and seen[center] else int(seen.argmax())
-            return CELL * np.rint(np.asarray(frame[joint], np.float64) / CELL), True
-    return np.zeros(3), False
-
-
-def _less(positions: NDArray[Any], origin: NDArray[np.float64] | None) -> NDArray[np.float32]:
-    if origin is None:
-        return _as_array(positions, FLOAT32)
-    return less(positions, origin, np.empty(positions.shape, np.float32))
+            return CELL * np.rint(np.asarray(frame[joint], np.float64) / CELL), i
+    return np.zeros(3), len(positions)
 
 
 def less(

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, LOOK_DUE, STOPS, WINDOW_FULL
 from mossar_stream.algorithm.row import ROW, new_memory
-from mossar_stream.engine.buffers import Buffers
+from mossar_stream.engine.buffers import IN_USE, Buffers
 from mossar_stream.engine.plan import new_scratch
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.run import FOLLOWS, advance_by_name, update_window_by_name
-from mossar_stream.events import Event
 from mossar_stream.jit.decorators import entry_point, inline_kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES
@@ -23,7 +22,6 @@ from mossar_stream.repetitions.state import HEADER, adopt
 
 ONE_DONE, ONE_HAPPENED = np.int64(STOPS + DONE), np.int64(STOPS + HAPPENED)
 OWN_ROW = np.int64(0)
-BODY_ROW = np.int64(-1)  # in events; limbs are counted from 0
 SILENT, ASKS_FOR_LOOK = ~DONE, ~LOOK_DUE  # what `advance_all` may return
 LINE = 64  # bytes
 HEAD = np.dtype([(name, "i8") for name in ("limbs", "joints", "table", "order", "frame", "time")])
@@ -55,7 +53,7 @@ def advance_all(
         positions: (1, J, 3) float32 m, the performer's.
         body: (1, row) bytes of the performer.
         scratch: Of `new_scratch`, large enough for the body and each limb.
-        event_buffer: Empty; gets the events, with the limbs' places, or `BODY_ROW`, for rows.
+        event_buffer: Empty; gets the events.
 
     Returns:
         How many limbs took it in, or need not; the caller must see to the others. SILENT if these are all, and there are
@@ -72,7 +70,7 @@ def advance_all(
     whole = part(body[0], 0, ROW, (1,))[0]
     clock = whole.clock
     taken = clock.taken_time
-    code = _take_in(body, params[:1], (positions, times), buffers, BODY_ROW)
+    code = _take_in(body, params[:1], (positions, times), buffers)
     if code != ONE_DONE:
         return ~code  # type: ignore[no-any-return]
     if clock.taken_time != taken:
@@ -88,7 +86,7 @@ def advance_all(
             own = part(block, limb.frame, np.float32, (1, limb.joints, 3))
             if state.plan.adopts == 1:
                 _follow(part(block, limb.row + state.at.adopted, HEADER, (1,))[0], counted[0])
-            code = _take_in(row, params[i + 1 : i + 2], (own, times), buffers, i)
+            code = _take_in(row, params[i + 1 : i + 2], (own, times), buffers)
             if code != ONE_DONE:
                 return i
     return head.limbs if events[0].row > 0 else SILENT
@@ -100,9 +98,8 @@ def _take_in(
     params: NDArray[np.void],
     frame: tuple[NDArray[np.float32], NDArray[np.float64]],
     buffers: tuple[NDArray[np.uint8], NDArray[np.uint8]],
-    place: Any,
 ) -> Any:
-    """Take a frame of the body or of a limb in, with all that follows; its events get `place` for a row.
+    """Take a frame of the body or of a limb in, with all that follows.
 
     Returns:
         ONE_DONE, or what `advance` returned; WINDOW_FULL, too, where there is no room for its events.
@@ -110,15 +107,12 @@ def _take_in(
     positions, times = frame
     scratch, event_buffer = buffers
     events = part(event_buffer, 0, EVENT, (len(event_buffer) // EVENT_BYTES,))
-    before = events[0].row
-    if before + part(row[0], 0, ROW, (1,))[0].plan.most_events >= len(events):
+    if events[0].row + part(row[0], 0, ROW, (1,))[0].plan.most_events >= len(events):
         return np.int64(WINDOW_FULL)
     code = advance_by_name(row, OWN_ROW, params, positions, times)
     if code != ONE_HAPPENED:
         return code
     update_window_by_name(row, OWN_ROW, params, scratch, event_buffer, FOLLOWS)
-    for k in range(before + 1, events[0].row + 1):
-        events[k].row = place
     return ONE_DONE
 
 
@@ -180,14 +174,10 @@ class LimbRows:
             count, size = len(joints[i]), row.plan.row_bytes
             limbs[i] = at[i + 1], size, frame + 12 * (end - count), count
             place = self.block[at[i + 1] : at[i + 1] + size].reshape(1, size)
-            row.move_to(place, self._buffers)
+            row.move_to(place, self._buffers, body.pending)
         self._places = [row.memory for row in (body, *rows)]
-        own = {i: row.pool.sources[0] for i, row in enumerate(rows)}
-        self._sources = {int(BODY_ROW): body.pool.sources[body.index], **own}
 
-    def advance(
-        self, positions: NDArray[np.float32], times: NDArray[np.float64], body: Row
-    ) -> tuple[int, list[Event]]:
+    def advance(self, positions: NDArray[np.float32], times: NDArray[np.float64], body: Row) -> int:
         """Take one frame of a take that goes on in, of the body and of all limbs; see `advance_all`.
 
         Args:
@@ -196,27 +186,30 @@ class LimbRows:
             body: The performer's.
 
         Returns:
-            What `advance_all` returned, and the events.
+            What `advance_all` returned; the events are pending.
 
         Raises:
             RuntimeError: If another thread is doing so.
         """
-        buffers, told = self._buffers, []
+        buffers = self._buffers
         frame = self.block, self.params, positions, body.memory, buffers.scratch, buffers.events
         guard = body.guard
-        guard.enter()
+        if guard.is_busy:
+            raise RuntimeError(IN_USE)
         try:
+            guard.is_busy = True
             self._time[0] = times[0]
             done = advance_all(*frame)
             if done == ASKS_FOR_LOOK:
-                told = body.look_at_repetitions(times[0])
+                body.look_at_repetitions(times[0])
                 done = advance_all(*frame)
-            return done, told if done == SILENT else told + buffers.take_events(self._sources)
-        except BaseException:  # Ctrl-C: nobody else may find in the buffer what only `_sources` can name
-            body.pending += buffers.take_events(self._sources)
-            raise
-        finally:
+            if done != SILENT:
+                buffers.hand_out()
             guard.is_busy = False
+        except BaseException:
+            guard.is_busy = False
+            raise
+        return done
 
     def holds(self, body: Row, rows: Sequence[Row]) -> bool:
         """Tell whether these rows still lie where they did: they leave when they need more room."""
@@ -239,6 +232,4 @@ def _buffers_for(body: Row, rows: Sequence[Row]) -> Buffers:
     largest = max((body, *rows), key=lambda row: len(new_scratch(row.plan.shape)))
     if len(new_scratch(largest.plan.shape)) <= len(body.pool.buffers.scratch):
         return body.pool.buffers
-    buffers = Buffers(largest.plan)
-    buffers.guard = body.guard
-    return buffers
+    return Buffers(largest.plan, body.guard)

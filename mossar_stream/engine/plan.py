@@ -1,7 +1,7 @@
 """Plan: what a performer needs, as follows from skeleton, settings and rate."""
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,10 @@ from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SCRATCH_ROWS
 from mossar_stream.errors import SettingsError
-from mossar_stream.events import BODY
+from mossar_stream.events import BODY, Event
 from mossar_stream.memory.event_buffer import Source
 from mossar_stream.memory.joint_pages import pad
-from mossar_stream.moves.groups import groups_of, limbs_by_joint
+from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint
 from mossar_stream.moves.joints import details
 from mossar_stream.repetitions.preparing import prepare as prepare_counting
 from mossar_stream.settings import LevelName, Settings
@@ -26,6 +26,7 @@ from mossar_stream.skeleton import Skeleton
 SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
+KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
 MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
 # Share of 1 / rate_limit by which frames that are taken in are apart at least: they come with jitter.
 EARLY = 0.8
@@ -115,11 +116,15 @@ class Plan:
         """Most events that one frame, or the end of a take, can cause."""
         return 8 * self.shape.window + 32
 
-    def source(self, performer: str) -> Source:
-        """Return whose the events of a performer's row are."""
+    def source(self, performer: str, pending: list[Event]) -> Source:
+        """Return whose the events of a performer's row are, and where they wait."""
         names = self.skeleton.names
         by_joint = limbs_by_joint(groups_of(self.skeleton, self.given.limbs))
-        return Source(performer, self.channel, names, tuple(map(by_joint.get, names)) if by_joint else ())
+        if not by_joint:
+            return Source(performer, self.channel, names, pending)
+        # The same joints lead again and again, and a segment is told of several times.
+        leading = lru_cache(KNOWN_LEADERS)(partial(leading_limb, by_joint=by_joint))
+        return Source(performer, self.channel, names, pending, tuple(map(by_joint.get, names)), leading)
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
@@ -136,6 +141,8 @@ class Plan:
             == (theirs.window, theirs.smoothing, theirs.range, theirs.tempo)
             and mine.rate_limit == theirs.rate_limit
             and mine.repetitions == theirs.repetitions
+            # Limbs that come back would number their repetitions from 1 again.
+            and (mine.limbs == theirs.limbs or not mine.repetitions)
         )
 
     def _values(self) -> dict[str, float]:
@@ -196,15 +203,15 @@ class Plan:
             "offline": self.offline,
         }
 
-    def prepare(self, row: NDArray[np.uint8], index: int) -> None:
+    def prepare(self, row: NDArray[np.uint8], number: int) -> None:
         """Fill in the part of a row that does not change while frames come in.
 
         Args:
             row: Bytes of the row; zeros, or a row of the same plan.
-            index: Its place in the pool.
+            number: That its events carry.
         """
         state = records(row)
-        state["clock"]["row"] = index
+        state["clock"]["row"] = number
         values = self._values()
         for name in PLAN.names or ():
             state["plan"][name] = values[name]

@@ -1,10 +1,10 @@
 """Event buffer: through it compiled code hands events out.
 
-Record 0 counts the others. `events.py` has the records that users see; `take_events` makes them.
+Record 0 counts the others. `events.py` has the records that users see; `hand_out` makes them.
 """
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
     [
-        ("row", "i8"),  # which performer; in record 0 the number of records in use
+        ("row", "i8"),  # whose it is, a key of the sources; in record 0 the number of records in use
         ("code", "i8"),  # KEY_FRAME, SEGMENT or ACTIVITY
         ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
         ("nature", "i8"),  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
@@ -48,6 +48,7 @@ EVENT = np.dtype(
     + [(f"joint{i}", "i8") for i in range(PATH_JOINTS)],
 )
 EVENT_BYTES = EVENT.itemsize
+_NONE = bytes(8)  # no records
 NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
 _COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q6d{PATH_JOINTS}q")  # of EVENT
 KEY_FRAME, SEGMENT, ACTIVITY = np.arange(3)
@@ -72,12 +73,17 @@ class Point(NamedTuple):
 
 
 class Source(NamedTuple):
-    """Whose the events of a row are."""
+    """Whose the events of a row are, and where they wait until the caller gets them."""
 
     performer: str
     channel: str  # the body, or a limb
     joints: tuple[str, ...]  # names
+    pending: list[Event]  # of a limb the list of its body
     limbs: tuple[str | None, ...] = ()  # of each joint, with the setting `limbs`
+    leading: Callable[[tuple[str, ...]], str | None] | None = None  # the limb that leads, given active joints
+
+
+_Parcel = tuple[list[Event], list[Event]]  # where events wait, and those that are added
 
 
 def new_event_buffer(most: int) -> NDArray[np.uint8]:
@@ -114,65 +120,72 @@ def put_key_frame(clock, events, point, status, rev, decided):
     event.until_time = clock.time
 
 
-def take_events(buffer: memoryview, sources: Mapping[int, Source]) -> list[Event]:
-    """Return the events in a buffer, given by its bytes, and empty it; the sources are given by row."""
-    events: list[Event] = []
+def hand_out(buffer: memoryview, sources: Mapping[int, Source]) -> None:
+    """Add the events in a buffer to what waits at their sources, and empty it; those of released rows are dropped.
+
+    The buffer is emptied once all events are made, with no call in between: Ctrl-C finds them in one place or the other.
+
+    Args:
+        buffer: Its bytes.
+        sources: By row.
+    """
     (count,) = _COUNT.unpack_from(buffer)
     if not count:
-        return events
-    last, of = -1, -1
+        return
+    last, of, source = -1, -1, None
+    parcels: list[_Parcel] = []
     # Making events takes as long as finding them: so no call for each, and no part of a record copied.
     # fmt: off
     for (row, code, status, nature, take, rev, begin, end, frame, until, decided,
-         time, until_time, velocity, strength, active_start, active_end, a, b, c, d, e) in _take_records(buffer, count):
+         time, until_time, velocity, strength, active_start, active_end, a, b, c, d, e) in _records(buffer, count):
         # fmt: on
         if row != last or take != of:
-            last, of = row, take
-            performer, channel, joints, _ = sources[row]
-            prefix = f"{performer}/{take}/" if channel == BODY else f"{performer}/{channel}/{take}/"
+            last, of, source = row, take, sources.get(row)
+            if source is not None:
+                performer, channel, joints, _, _, leading = source
+                prefix, events = _prefix(source, take), _parcel_of(source, parcels)
+        if source is None:
+            continue
         value = None if strength != strength else strength  # noqa: PLR0124 - NaN
+        # fmt: off
         if code == 0:
             event: Event = KeyFrameEvent(
                 v=SCHEMA_VERSION,  # its default is made by a call
-                performer=performer,
-                id=f"{prefix}{begin}",
-                rev=rev,
-                status=KEY_FRAME_STATUSES[status],
-                decided=decided == 1,
-                kind=KEY_FRAME_KINDS[nature],
-                take=take,
-                frame=frame,
-                time=time,
-                decided_frame=until,
-                decided_time=until_time,
-                velocity=velocity,
-                strength=value,
-                channel=channel,
+                performer=performer, id=f"{prefix}{begin}", rev=rev, status=KEY_FRAME_STATUSES[status],
+                decided=decided == 1, kind=KEY_FRAME_KINDS[nature], take=take, frame=frame, time=time,
+                decided_frame=until, decided_time=until_time, velocity=velocity, strength=value, channel=channel,
             )
         elif code == 1:
             five = joints[a], joints[b], joints[c], joints[d], joints[e]
+            active = five if e >= 0 else five[: (a, b, c, d, e).index(NO_JOINT)]
             event = SegmentEvent(
                 v=SCHEMA_VERSION,
-                performer=performer,
-                id=f"{prefix}{begin}-{end}",
-                rev=rev,
-                status=SEGMENT_STATUSES[status],
-                state=SEGMENT_STATES[nature],
-                take=take,
-                start_frame=frame,
-                end_frame=until,
-                start_time=time,
-                end_time=until_time,
-                active_joints=five if e >= 0 else five[: (a, b, c, d, e).index(NO_JOINT)],
-                similarity=value,
-                active_start=active_start if nature else None,
-                active_end=active_end if nature else None,
-                channel=channel,
+                performer=performer, id=f"{prefix}{begin}-{end}", rev=rev, status=SEGMENT_STATUSES[status],
+                state=SEGMENT_STATES[nature], take=take, start_frame=frame, end_frame=until, start_time=time,
+                end_time=until_time, active_joints=active, similarity=value,
+                active_start=active_start if nature else None, active_end=active_end if nature else None,
+                channel=channel, limb=None if leading is None else leading(active),
             )
+        # fmt: on
         else:
-            event = _activity(sources[row], (take, begin, nature, a), (time, value, until_time))
+            event = _activity(source, (take, begin, nature, a), (time, value, until_time))
         events.append(event)
-    return events
+    buffer[: _COUNT.size] = _NONE
+    for pending, events in parcels:
+        pending += events
+
+
+def _prefix(source: Source, take: int) -> str:
+    """Return what the ids of key frames and segments of a take begin with."""
+    channel = "" if source.channel == BODY else f"{source.channel}/"
+    return f"{source.performer}/{channel}{take}/"
+
+
+def _parcel_of(source: Source, parcels: list[_Parcel]) -> list[Event]:
+    """Return the list for the next events of a source, which comes after those for earlier events."""
+    if not parcels or parcels[-1][0] is not source.pending:
+        parcels.append((source.pending, []))
+    return parcels[-1][1]
 
 
 def _activity(
@@ -201,9 +214,8 @@ def _activity(
     )
 
 
-def _take_records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
-    """Return the records in a buffer, so many, and empty it."""
-    _COUNT.pack_into(buffer, 0, 0)
+def _records(buffer: memoryview, count: int) -> Iterator[tuple[Any, ...]]:
+    """Return the records in a buffer, so many."""
     return _RECORD.iter_unpack(buffer[_RECORD.size : (count + 1) * _RECORD.size])
 
 

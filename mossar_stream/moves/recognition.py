@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import MoveEvent, MoveStatus
+from mossar_stream.events import Event, MoveEvent, MoveStatus
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recogniser import (
@@ -141,8 +141,8 @@ class Recognition:
 
     def _take_in(self, count: int) -> bool:
         """Take in the frames that wait, and tell whether the last one brings no news; others cannot."""
-        self._held = 0
         stop: int = recognise(self._memory, self.store, self._positions, self._times, 0, count)
+        self._held = 0  # not before: frames that come again become no poses
         self._see()
         return stop == count
 
@@ -151,38 +151,53 @@ class Recognition:
         if self._held:
             self._take_in(self._held)
 
+    def _see_nothing(self) -> None:
+        """Forget when the last pose was: a take ends."""
+        self._has_news = False
+        self._latest = self._due = -math.inf
+
     def _see(self) -> None:
         """Note when the last pose was, and until when nothing can happen."""
         begun = self._poses[0] > 0
         self._latest = float(self._last_pose[0]) if begun else -math.inf
         self._due = float(self._next_look[0]) if begun and self._open_move[0] < 0 else -math.inf
 
-    def news(self, take: int) -> list[MoveEvent]:
-        """Return the events of the frame that `follow` stopped at.
+    def news(self, take: int, pending: list[Event], _origin: NDArray[np.float64] | None = None) -> None:
+        """Tell of the frame that `follow` stopped at.
 
         Args:
             take: Number of the take that is open.
+            pending: Gets the events.
         """
         state = self._state
         happened = int(state["happened"])
-        events = []
+        events: list[MoveEvent] = []
+        if happened & CONFIRMED:
+            state["found"]["take"] = take
         if happened & (FINAL | WITHDRAWN):
             events.append(self._event("before", "final" if happened & FINAL else "withdrawn", 2))
         if happened & CONFIRMED:
-            state["found"]["take"] = take
             events.append(self._event("found", "confirmed", 1))
-        return events
+        state["happened"] = 0
+        pending += events
 
-    def end(self) -> list[MoveEvent]:
-        """Forget what is going on, as a take ends; return the event of a move that becomes final by that."""
+    def mend(self, take: int, pending: list[Event]) -> None:
+        """Go on after an exception; tell of the last frame, if it brought news that were not told; see `news`."""
+        self._has_news = False
+        self._flush()
+        self._see()
+        self.news(take, pending)
+
+    def end(self, pending: list[Event]) -> None:
+        """Forget what is going on, as a take ends; `pending` gets the event of a move that becomes final by that."""
         self._flush()
         state = self._state
         events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
-        number = int(state["found"]["number"])
-        self._memory[:] = new_memory(self._joints)
-        state["found"]["number"] = number
-        self._see()
-        return events
+        fresh = new_memory(self._joints)
+        state_of(fresh)["found"]["number"] = state["found"]["number"]
+        self._see_nothing()
+        self._memory[:] = fresh
+        pending += events
 
     def follow_on(self, before: "Recognition | None") -> "Recognition":
         """Go on where another recognition of the same performer was, with other moves; return this one.
@@ -241,6 +256,11 @@ class Recognition:
         """Return what is remembered of the performer, for a snapshot."""
         self._flush()
         return self._memory.tobytes()
+
+    def go_back_to(self, content: bytes) -> None:
+        """Forget the frames since `to_bytes` returned this."""
+        self._memory[:] = np.frombuffer(content, np.uint8)
+        self._see()
 
     def go_on_from(self, content: bytes) -> None:
         """Go on where another recognition of the same moves and joints was.

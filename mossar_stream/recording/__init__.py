@@ -357,13 +357,16 @@ def _recognised(
 ) -> list[MoveEvent]:
     """Return the moves of a recording, each as it was said for good."""
     recognition = Recognition(moves, skeleton, "p1")
-    events: list[MoveEvent] = []
+    events: list[Event] = []
     begin = 0
     while begin < len(times):
         stop = recognition.follow(frames, times, begin)
-        events += recognition.news(0) if stop < len(times) else recognition.end()
+        if stop < len(times):
+            recognition.news(0, events)
+        else:
+            recognition.end(events)
         begin = stop + 1
-    return [event for event in events if event.status == "final"]
+    return [event for event in events if isinstance(event, MoveEvent) and event.status == "final"]
 
 
 def _steps(
@@ -373,12 +376,13 @@ def _steps(
     stepping = Stepping(skeleton, settings, "p1")
     origin, _ = place_of(positions, -1)
     frames = less(positions, origin, np.empty(positions.shape, np.float32))
-    events: list[StepEvent] = []
+    events: list[Event] = []
     begin = 0
     while begin < len(times):
         begin = stepping.follow(frames, times, begin) + 1
-        events += stepping.news(0, origin) if begin <= len(times) else []
-    return events
+        if begin <= len(times):
+            stepping.news(0, events, origin)
+    return [event for event in events if isinstance(event, StepEvent)]
 
 
 def _new_row(

@@ -151,6 +151,10 @@ class Telling:
         """Return what was told so far, for a snapshot."""
         return Told(self._told, dict(self._revisions), self._phase_told)
 
+    def go_back_to(self, told: Told) -> None:
+        """Forget what was told after `told` was returned: an exception kept it from being heard."""
+        self._told, self._revisions, self._phase_told = told.total, dict(told.revisions), told.phase
+
     def go_on(self, told: Told | None) -> None:
         """Go on where a snapshot was made; what is counted is there already.
 

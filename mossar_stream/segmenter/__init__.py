@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mossar_stream.algorithm.noise import forget_noise
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.engine import process_frame
 from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
@@ -20,7 +20,8 @@ from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
-from mossar_stream.segmenter.limbs import Limbs, together
+from mossar_stream.segmenter.limbs import Limbs
+from mossar_stream.segmenter.steps import Steps
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
@@ -31,8 +32,8 @@ COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 class Segmenter:
     """Online Mossar for one performer.
 
-    Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per
-    installation; `precompile` does it on two cores), never while frames come in. All state has a fixed size.
+    Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per installation;
+    `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
     Args:
         skeleton: The performer's joints.
@@ -43,6 +44,7 @@ class Segmenter:
 
     Attributes:
         row: Where the state lies, for those who run the rows of a pool.
+        steps: What is done with it in several steps.
 
     A segmenter is used by one thread at a time; different ones may run in different threads.
 
@@ -93,7 +95,6 @@ class Segmenter:
         self.performer = row.name
         self.joints = len(row.plan.skeleton)
         self.row = row
-        self._level = level
         self._one_shape = (self.joints, 3)
         # None while a moved level waits for a push
         self._fast_shape: tuple[int, int] | None = self._one_shape
@@ -102,7 +103,7 @@ class Segmenter:
         self._is_measured = False
         # Nothing here may lead back to the segmenter: it would keep its memory until the collector comes by.
         self._followers = Followers(row, recognition, functools.partial(_new_limbs, new_row))
-        self.is_followed = bool(self._followers)
+        self.steps = Steps(row, self._followers, level)
 
     @classmethod
     def of_row(
@@ -122,6 +123,11 @@ class Segmenter:
             self._followers.limbs.carry_on(counts)
 
     @property
+    def is_in_pool(self) -> bool:
+        """Whether frames can be pushed with those of others: nothing else follows them, in a take whose place is known."""
+        return self.row.is_placed and not self.steps.is_followed
+
+    @property
     def skeleton(self) -> Skeleton:
         """The performer's joints."""
         return self.row.plan.skeleton
@@ -129,7 +135,7 @@ class Segmenter:
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self.row.plan.given.replace(level=self._level)
+        return self.row.plan.given.replace(level=self.steps.level)
 
     @property
     def take(self) -> int:
@@ -165,6 +171,7 @@ class Segmenter:
         if moves is None:
             self.recognition = None
         else:
+            self.steps.mend()
             fresh = Recognition(moves, self.skeleton, self.performer)
             self.recognition = fresh.follow_on(self.recognition)
 
@@ -175,8 +182,7 @@ class Segmenter:
 
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
-        self._followers.recognition = recognition
-        self.is_followed = bool(self._followers)
+        self.steps.recognise(recognition)
 
     @property
     def limbs(self) -> tuple[str, ...]:
@@ -200,25 +206,22 @@ class Segmenter:
         next push. A name that works with other settings than those in force is refused with a `SettingsError`:
         `change(level=...)` starts a new take with them.
         """
-        return self._level
+        return self.steps.level
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        row = self.row
-        chosen = row.plan.given.replace(level=level).level
-        row.state["plan"]["beta"] = row.plan.strength(chosen)
-        self._level = chosen
-        row.is_level_new = True
+        chosen = self.row.plan.given.replace(level=level).level
+        self.row.plan.strength(chosen)
+        self.steps.mend()
         self._fast_shape = None
-        if self._followers.limbs is not None:
-            self._followers.limbs.set_level(chosen)
+        self.steps.set_level(chosen)
 
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running, and return the events of the take that this ends.
 
-        A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity,
-        features and the like, or a named level that brings others), whether repetitions are counted, or the tempo,
-        which is known only to those who followed it from the start, ends the take, and the next push starts a new one.
+        A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity, features
+        and the like, or a named level that brings others), whether repetitions are counted, limbs while they are, or the
+        tempo, which must be followed from the start, ends the take, and the next push starts a new one.
 
         Args:
             **changes: Fields of `Settings`.
@@ -226,29 +229,14 @@ class Segmenter:
         Raises:
             SettingsError: If a value is illegal, or FrameError if joints of the limbs lack; nothing is changed then.
         """
-        return self.adopt(*self.planned(**changes))
-
-    def planned(self, **changes: object) -> tuple[Plan, LevelName | float]:
-        """Return the plan and the level that `change` would bring, and change nothing."""
-        before = self.row.plan
-        level = before.given.replace(level=changes.pop("level", self._level)).level
-        given = before.given.replace(**changes).at_level(level)
-        groups_of(self.skeleton, given.limbs)  # or nothing is changed
-        return Plan(self.skeleton, given, before.fps, before.shape.ring, channel=before.channel), level
+        return self.adopt(*self.steps.planned(changes))
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
-        """Go on with what `planned` returned, and return the events of the take that this ends."""
-        row, before = self.row, self.row.plan
-        events: list[Event] = []
-        if plan.continues(before):
-            row.replan(plan)
-        else:
-            events = self.end_take("settings changed")
-            row.restart(plan)
-        events += self._followers.adopt(row, before.given)
-        self.is_followed = bool(self._followers)
-        self.level = level
-        return events
+        """Go on with what `steps.planned` returned, and return the events of the take that this ends."""
+        self.steps.mend()
+        self._fast_shape = None
+        self.steps.adopt(plan, level)
+        return self.row.take_pending()
 
     def push(
         self,
@@ -257,14 +245,16 @@ class Segmenter:
         confidence: ArrayLike | None = None,
         first_frame: int | None = None,
     ) -> list[Event]:
-        """Take frames in and return the events they cause, in order.
+        """Process frames and return the events they cause, in order.
 
         Frames that come too late are dropped and counted; a long gap, or a long step back in time, ends the take
         and starts a new one. Frames may be cut into chunks in any way: the events are the same.
 
+        After Ctrl-C in here the last frames may be left out; the events until then come with the next call.
+
         Args:
-            positions: (n, J, 3) or, for one frame, (J, 3), metres, NaN where a joint is missing; or `Frames`. Arrays of
-                any kind are quick; lists of lists are taken, too, ten times as slowly as the frame itself.
+            positions: (n, J, 3) or, for one frame, (J, 3), metres, NaN where a joint is missing; or `Frames`. Lists of
+                lists are taken, too, ten times as slowly as the frame itself.
             times: (n,) or a number, seconds on the source's clock. None counts frames at the nominal rate.
             confidence: (n, J) or (J,) in 0..1; 0 marks a joint as missing.
             first_frame: Number of the first frame; None to count on.
@@ -275,41 +265,55 @@ class Segmenter:
             ValueError: If there are neither times nor a nominal rate.
         """
         row = self.row
-        if (
-            isinstance(times, NUMBERS)
-            and type(positions) is np.ndarray
-            and positions.shape == self._fast_shape
-            and confidence is None
-            and first_frame is None
-            and row.is_live
-            and row.is_placed
-            and positions.dtype.kind in "fiu"
-        ):
-            # One frame of a take that goes on. Checking it as chunks are checked would cost more than the frame itself.
-            self._one_time[0] = times
-            frame = self._one_frame
-            if row.origin is not None:
-                less(positions, row.origin, frame[0])
-            elif positions.dtype is FLOAT32 and positions.flags.carray:
-                frame = positions[None]
-            else:
-                frame[0] = positions
-            if not self.is_followed or self._followers.hold(frame, float(times)):
-                events = engine.push_frame(row, frame, self._one_time)
-                if events is not None:
-                    return events
-            elif abs(float(times) - row.last_time[0]) <= row.plan.given.max_pause:  # the take goes on
-                return self._followers.push_one(row, frame, self._one_time, float(times))
+        try:
+            if (
+                isinstance(times, NUMBERS)
+                and type(positions) is np.ndarray
+                and positions.shape == self._fast_shape
+                and confidence is None
+                and first_frame is None
+                and row.is_placed
+                and positions.dtype.kind in "fiu"
+            ):
+                # One frame of a take that goes on. Checking it as a chunk would cost more than the frame itself.
+                self._one_time[0] = times
+                frame = self._one_frame
+                if row.origin is not None:
+                    less(positions, row.origin, frame[0])
+                elif positions.dtype is FLOAT32 and positions.flags.carray:
+                    frame = positions[None]
+                else:
+                    frame[0] = positions
+                push_one = self._followers.push_one if self.steps.is_followed else process_frame
+                if push_one(row, frame, self._one_time):
+                    if row.pending:
+                        return row.take_pending()
+                    return []
+        except BaseException:
+            row.tear()
+            raise
         if isinstance(positions, Frames):
             frames = positions
-            return self.push(frames.positions, frames.times, frames.confidence, frames.first_frame)
+            self.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
+        else:
+            self.process(positions, times, confidence, first_frame)
+        return row.take_pending()
+
+    def process(
+        self,
+        positions: ArrayLike,
+        times: ArrayLike | None,
+        confidence: ArrayLike | None = None,
+        first_frame: int | None = None,
+    ) -> None:
+        """Process frames as `push`, and leave the events pending at the row."""
+        row = self.row
+        self.steps.mend()
         chunk, moments = checked(row, positions, times, confidence, first_frame)
-        if not row.is_live:
-            self._is_measured = self._is_measured or has_said_size(f"performer {self.performer}", chunk, 3)
+        if not (row.is_live or self._is_measured):
+            self._is_measured = has_said_size(f"performer {self.performer}", chunk, 4)
+        self.steps.push(chunk, moments, first_frame)
         self._fast_shape = self._one_shape
-        if self.is_followed:
-            return self._followers.push(row, chunk, moments, first_frame)
-        return engine.push(row, chunk, moments, first_frame)
 
     @property
     def repetitions(self) -> int:
@@ -334,18 +338,15 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        events, limbs = self._followers.end_take(), self._followers.limbs
-        body = engine.end_take(self.row, reason)
-        return events + (body if limbs is None else together(limbs.lead(body), limbs.end_take()))
+        self.steps.mend()
+        self.steps.end_take(engine.reason_of(self.row, reason))
+        return self.row.take_pending()
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
-        events = self.end_take("reset")
-        events.append(engine.stream_event(self.row, "reset", reason))
-        self.row.state["range"]["largest"] = 0.0
-        forget_noise(self.row.state["noise"])
-        self._followers.reset()
-        return events
+        self.steps.mend()
+        self.steps.reset(engine.reason_of(self.row, "reset"), reason)
+        return self.row.take_pending()
 
     def release(self) -> None:
         """Give the rows back that the state lies in; the segmenter is of no use afterwards."""
@@ -363,9 +364,9 @@ class Segmenter:
         Args:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
         """
-        row, following = self.row, self._followers.snapshot(self.row, with_moves=with_moves)
-        row.pending = engine.take_pending(row)
-        return pack_snapshot(row.plan, row.name, self._level, row.pending, row.memory[0], following)
+        following, row = self.steps.known(with_moves=with_moves), self.row
+        pending = row.pending if row.plan.channel == BODY else []  # of a limb they wait with its body's
+        return pack_snapshot(row.plan, row.name, self.steps.level, pending, row.memory[0], following)
 
     @classmethod
     def restore(cls, blob: bytes, moves: Moves | None = None) -> "Segmenter":
@@ -386,7 +387,7 @@ class Segmenter:
         if channel != BODY and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)
-        row.pending = pending
+        row.pending += pending
         segmenter = cls.__new__(cls)
         segmenter._begin(row, level, recognition)  # noqa: SLF001
         segmenter._followers.restore(row, known, lambda limb, channel: cls._restored(limb, channel=channel))  # noqa: SLF001

@@ -1,5 +1,6 @@
 """What else follows a performer's frames: moves, limbs, steps, the phase. All are off by default, and cost nothing then."""
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -8,17 +9,19 @@ from numpy.typing import NDArray
 from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
-from mossar_stream.events import BODY, Event
+from mossar_stream.events import BODY
 from mossar_stream.moves.recognition import Recognition
-from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter, together
-from mossar_stream.settings import Settings
+from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter
+from mossar_stream.settings import LevelName, Settings
 from mossar_stream.steps.stepping import Stepping
 
-Hold = Callable[[NDArray[np.float32], float], bool]
+Push = Callable[[Row, NDArray[np.float32], NDArray[np.float64], int | None], int]
 
 
 class Followers:
     """What follows the frames of one performer besides the segmentation of the body.
+
+    Events are added to what is pending of the performer's row, in the order in which they come about.
 
     Args:
         row: The performer's.
@@ -28,20 +31,16 @@ class Followers:
     Attributes:
         limbs: Key frames of limbs, or None.
         stepping: Steps, or None.
-        hold: Takes one frame of a take in, (1, J, 3) m and s, and tells whether nothing comes of it but what the body has
-            to say; if not, `push` must be called.
     """
 
     def __init__(
         self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs | None]
     ) -> None:
         self._recognition = recognition
-        self.limbs: Limbs | None = None
-        self.stepping = _stepping_of(row)
         self._new_limbs = new_limbs
-        self._tells_phase = row.plan.given.phase
-        self._renew_limbs(row)
-        self._choose()
+        self._given = row.plan.given
+        self.stepping = _stepping_of(row)
+        self.limbs: Limbs | None = self._limbs_of(row)
 
     @property
     def recognition(self) -> Recognition | None:
@@ -51,75 +50,57 @@ class Followers:
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
         self._recognition = recognition
-        self._choose()
 
     def __bool__(self) -> bool:
-        return self._tells_phase or not (
-            self.recognition is None and self.limbs is None and self.stepping is None
-        )
+        others = self.recognition, self.limbs, self.stepping
+        return self._given.phase or any(other is not None for other in others)
 
-    def _renew_limbs(self, row: Row) -> None:
-        given, clock = row.plan.given, row.clock
-        self.limbs = self._new_limbs(row, given)
-        if self.limbs is not None:
-            self.limbs.join(int(clock["take"]), int(clock["next_frame"]))
+    def _limbs_of(self, row: Row) -> Limbs | None:
+        return self._new_limbs(row, row.plan.given)
 
-    def adopt(self, row: Row, before: Settings) -> list[Event]:
-        """Go on with the settings of a row, and return the events of what that ends.
+    def adopt(self, row: Row, level: LevelName | float) -> None:
+        """Go on with the settings of a row; what that ends of limbs is pending then.
 
         Args:
             row: The performer's, as it is now.
-            before: The settings so far.
+            level: The same.
         """
-        given = row.plan.given
-        events: list[Event] = []
-        self._tells_phase = given.phase
-        if given.limbs != before.limbs:
-            if self.limbs is not None:
-                events += self.limbs.end_take()
-                self.limbs.release()
-            self._renew_limbs(row)
-        elif self.limbs is not None:
-            self.limbs.change(given)
-        if _steps_differ(given, before):
+        given, limbs = row.plan.given, self.limbs
+        if given.limbs != self._given.limbs:
+            if limbs is not None:
+                limbs.end_take()
+            self.limbs = self._limbs_of(row)
+            if limbs is not None:
+                limbs.release()
+        elif limbs is not None:
+            limbs.follow(given, level)
+        if _steps_differ(given, self._given):
             self.stepping = _stepping_of(row)
-        self._choose()
-        return events
+        self._given = given
 
-    def _choose(self) -> None:
-        """Choose what `hold` does; asking at each frame would take longer than most frames do."""
-        limbs, recognition, stepping = self.limbs, self.recognition, self.stepping
-        self.hold: Hold = _hold_nothing
-        if self._tells_phase:
-            return
-        if limbs is not None:
-            self.hold = limbs.hold if recognition is None else _hold_both(limbs, recognition.hold)
-        elif recognition is not None:
-            self.hold = recognition.hold
-        if stepping is not None:
-            others = None if limbs is None and recognition is None else self.hold
-            self.hold = stepping.hold if others is None else _hold_both(stepping, others)
-
-    def push_one(
-        self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64], seconds: float
-    ) -> list[Event]:
-        """Take one frame of a take that goes on in, as `push`, more quickly; `hold` has refused it.
+    def push_one(self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
+        """Process one frame of a take that goes on, as `push`, more quickly.
 
         Args:
             row: The performer's.
             position: (1, J, 3) m.
             time: (1,) s.
-            seconds: The same as a number.
+
+        Returns:
+            Whether it was processed; if not, the take ends before it.
         """
-        recognition, limbs = self._recognition, self.limbs
-        if self._tells_phase or limbs is None or self.stepping is not None:
-            return self.push(row, position, time)
-        if recognition is not None and (
-            limbs.hold(position, seconds) or not recognition.hold(position, seconds)
-        ):
-            return self._push_and_recognise(recognition, row, position, time, None)
-        events = limbs.take(position, time)
-        return self._push_limbs(limbs, row, position, time, None) if events is None else events
+        seconds, limbs, recognition = float(time[0]), self.limbs, self._recognition
+        if limbs is None or limbs.hold(seconds):
+            done = engine.process_frame(row, position, time)
+        else:
+            done = limbs.take(position, time) or bool(self._push_limbs(limbs, row, position, time, None))
+        if done and recognition is not None and not recognition.hold(position, seconds):
+            self._read(recognition, row, position, time)
+        if done and self.stepping is not None and not self.stepping.hold(position, seconds):
+            self._read(self.stepping, row, position, time)
+        if done and self._given.phase:
+            self._tell_phase(row)
+        return done
 
     def push(
         self,
@@ -127,98 +108,105 @@ class Followers:
         positions: NDArray[np.float32],
         times: NDArray[np.float64],
         first_frame: int | None = None,
-    ) -> list[Event]:
-        """Take frames in, as `engine.push`, and return what is said of the body, limbs and moves, and the phase.
+    ) -> int:
+        """Process frames, as `engine.process`, for the body, limbs and moves, and tell the phase.
 
         Args:
             row: The performer's.
             positions: (n, J, 3) m.
             times: (n,) s.
             first_frame: Number of the first frame; None to count on.
+
+        Returns:
+            How many were processed: all, or those before which the take ends.
         """
-        if row.telling is None or not self._tells_phase:
+        if row.telling is None or not self._given.phase:
             return self._push_all(row, positions, times, first_frame)
-        events: list[Event] = []
         for i in range(len(times)):
-            number = None if first_frame is None else first_frame + i
-            events += self._push_all(row, positions[i : i + 1], times[i : i + 1], number)
-            if row.clock["open"]:
-                events += row.telling.phase_news(int(row.clock["take"]), float(row.last_time[0]))
-        return events
+            if not self._push_all(row, positions[i : i + 1], times[i : i + 1], _after(first_frame, i)):
+                return i
+            self._tell_phase(row)
+        return len(times)
+
+    def _tell_phase(self, row: Row) -> None:
+        if row.telling is not None and row.clock["open"]:
+            row.pending += row.telling.phase_news(int(row.clock["take"]), float(row.last_time[0]))
 
     def _push_all(
         self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
-        stepping = self.stepping
-        if stepping is None:
-            return self._push_and_follow(row, positions, times, first_frame)
-        events: list[Event] = []
-        count, begin = len(times), 0
-        while begin < count or not begin:
-            stop = stepping.follow(positions, times, begin)
-            end = min(stop + 1, count)
-            events += self._push_and_follow(row, positions[begin:end], times[begin:end], first_frame)
-            if stop < count:
-                events += stepping.news(int(row.clock["take"]), row.origin)
-            if first_frame is not None:
-                first_frame += end - begin
-            begin = max(end, 1)
-        return events
+    ) -> int:
+        """Process frames; what is said of moves, then of steps, comes right after the events of the same frame."""
+        push = self._push_channels
+        for reader in (self._recognition, self.stepping):
+            if reader is not None:
+                push = functools.partial(self._push_and_read, reader, push)
+        return push(row, positions, times, first_frame)
 
-    def _push_and_follow(
-        self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
-        if self.recognition is not None:
-            return self._push_and_recognise(self.recognition, row, positions, times, first_frame)
-        return self._push_channels(row, positions, times, first_frame)
-
-    def _push_and_recognise(
+    def _push_and_read(
         self,
-        recognition: Recognition,
+        reader: Recognition | Stepping,
+        push: Push,
         row: Row,
         positions: NDArray[np.float32],
         times: NDArray[np.float64],
         first_frame: int | None,
-    ) -> list[Event]:
-        """Take frames in; what is said of moves comes right after the events of the same frame."""
-        count = len(times)
-        if count == 1:  # of a take that may begin with it
-            stop = recognition.follow(positions, times, 0)
-            events = self._push_channels(row, positions, times, first_frame)
-            return events if stop else [*events, *recognition.news(int(row.clock["take"]))]
-        events, begin = [], 0
-        while begin < count or not begin:
-            stop = recognition.follow(positions, times, begin)
+    ) -> int:
+        """Process frames by `push`, and let a reader follow them, no farther than to the end of the take."""
+        count, begin = len(times), 0
+        if count == 1:
+            done = push(row, positions, times, first_frame)
+            if done:
+                self._read(reader, row, positions, times)
+            return done
+        while begin < count:
+            before = reader.to_bytes()
+            stop = reader.follow(positions, times, begin)
             end = min(stop + 1, count)
-            events += self._push_channels(row, positions[begin:end], times[begin:end], first_frame)
+            done = push(row, positions[begin:end], times[begin:end], _after(first_frame, begin))
+            if begin + done < end:
+                reader.go_back_to(before)
+                reader.follow(positions[: begin + done], times[: begin + done], begin)
+                return begin + done
             if stop < count:
-                events += recognition.news(int(row.clock["take"]))
-            begin, first_frame = max(end, 1), None
-        return events
+                reader.news(int(row.clock["take"]), row.pending, row.origin)
+            begin = end
+        return count
+
+    def _read(
+        self,
+        reader: Recognition | Stepping,
+        row: Row,
+        position: NDArray[np.float32],
+        time: NDArray[np.float64],
+    ) -> None:
+        """Let a reader follow one frame that the body has processed."""
+        if reader.follow(position, time, 0) == 0:
+            reader.news(int(row.clock["take"]), row.pending, row.origin)
 
     def _push_channels(
         self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
-    ) -> list[Event]:
-        """Take frames in; limbs have their say frame by frame, so that it does not matter how frames are cut."""
-        if self.limbs is None or not len(times):
-            return engine.push_short(row, positions, times, first_frame)
+    ) -> int:
+        """Process frames; limbs have their say frame by frame, so that it does not matter how frames are cut."""
+        if self.limbs is None:
+            return engine.process_short(row, positions, times, first_frame)
         if len(times) == 1:
             return self._push_limbs(self.limbs, row, positions, times, first_frame)
-        events: list[Event] = []
         moments, begin = times.tolist(), 0
         while begin < len(moments):
             end = begin
-            number = None if first_frame is None else first_frame + begin
+            number = _after(first_frame, begin)
             if number is None or engine.counts_on(row, number):
-                while end < len(moments) and self.limbs.hold(positions, moments[end]):
+                while end < len(moments) and self.limbs.hold(moments[end]):
                     end += 1
             if end > begin:  # they come too soon for limbs
-                events += engine.push_short(row, positions[begin:end], times[begin:end], number)
+                done = engine.process_short(row, positions[begin:end], times[begin:end], number)
             else:
                 end += 1
-                events += self._push_limbs(self.limbs, row, positions[begin:end], times[begin:end], number)
-            begin = end
-        return events
+                done = self._push_limbs(self.limbs, row, positions[begin:end], times[begin:end], number)
+            begin += done
+            if begin < end:
+                break
+        return begin
 
     def _push_limbs(
         self,
@@ -227,28 +215,46 @@ class Followers:
         position: NDArray[np.float32],
         time: NDArray[np.float64],
         first_frame: int | None,
-    ) -> list[Event]:
-        """Take one frame in, of the body and of its limbs."""
-        goes_on = abs(time[0] - row.last_time[0]) <= row.plan.given.max_pause  # else a take may begin
-        if goes_on and (first_frame is None or engine.counts_on(row, first_frame)):
-            events = limbs.take(position, time)
-            if events is not None:
-                return events
-        limbs.stop()
-        body = engine.push_short(row, position, time, first_frame)
-        found = limbs.push(position, time, first_frame)
-        return together(limbs.lead(body), found) if body or found else body
+    ) -> int:
+        """Process one frame, of the body and of its limbs; return 0 if the take ends before it."""
+        counted = first_frame is None or engine.counts_on(row, first_frame)
+        if counted and limbs.take(position, time):
+            return 1
+        done = engine.process_short(row, position, time, first_frame)
+        if done:
+            limbs.push(position, time)
+        return done
 
-    def end_take(self) -> list[Event]:
-        """End the take of moves, and return the events; the body's come after them, then those of limbs."""
+    def apply_level(self, row: Row) -> None:
+        """Let a level that moved act, of the body and of limbs."""
+        engine.apply_level(row)
+        if self.limbs is not None:
+            self.limbs.apply_level()
+
+    def end_take(self, row: Row, reason: str) -> None:
+        """End the take: of moves, of the body, of limbs; then report that it has ended."""
+        self.apply_level(row)
         if self.stepping is not None:
             self.stepping.forget()
-        return [] if self.recognition is None else [*self.recognition.end()]
+        if self.recognition is not None:
+            self.recognition.end(row.pending)
+        engine.close_take(row)
+        if self.limbs is not None:
+            self.limbs.end_take()
+        engine.report_end(row, reason)
 
-    def reset(self) -> None:
+    def forget_ranges(self) -> None:
         """Forget the ranges of limbs, after their takes ended."""
         if self.limbs is not None:
-            self.limbs.reset()
+            self.limbs.forget_ranges()
+
+    def mend(self, row: Row) -> None:
+        """Finish what an exception cut short; see `engine.mend`."""
+        engine.mend(row)
+        if self.limbs is not None:
+            self.limbs.mend()
+        if self.recognition is not None:
+            self.recognition.mend(int(row.clock["take"]), row.pending)
 
     def release(self) -> None:
         """Give back what limbs lie in."""
@@ -294,6 +300,11 @@ class Followers:
             self.stepping.go_on_from(known.steps)
 
 
+def _after(first_frame: int | None, count: int) -> int | None:
+    """Return the number of the frame so many after the first one; None to count on."""
+    return None if first_frame is None else first_frame + count
+
+
 def _stepping_of(row: Row) -> Stepping | None:
     given = row.plan.given
     return Stepping(row.plan.skeleton, given, row.name) if given.steps and row.plan.channel == BODY else None
@@ -302,11 +313,3 @@ def _stepping_of(row: Row) -> Stepping | None:
 def _steps_differ(given: Settings, before: Settings) -> bool:
     fields = ("steps", "feet", "step_sensitivity", "up")
     return any(getattr(given, name) != getattr(before, name) for name in fields)
-
-
-def _hold_both(first: Limbs | Stepping, second: Hold) -> Hold:
-    return lambda position, time: first.hold(position, time) and second(position, time)
-
-
-def _hold_nothing(_position: NDArray[np.float32], _time: float) -> bool:
-    return False

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import StepEvent
+from mossar_stream.events import Event, StepEvent
 from mossar_stream.settings import Settings
 from mossar_stream.settings.feet import SIDES
 from mossar_stream.skeleton import Skeleton
@@ -81,11 +81,12 @@ class Stepping:
         stop: int = follow_feet(self._memory, positions, times, begin, len(times))
         return stop
 
-    def news(self, take: int, origin: NDArray[np.float64] | None = None) -> list[StepEvent]:
-        """Return the events of the frame that `follow` stopped at, the earlier one first.
+    def news(self, take: int, pending: list[Event], origin: NDArray[np.float64] | None = None) -> None:
+        """Tell of the frame that `follow` stopped at, the earlier event first.
 
         Args:
             take: Number of the take that is open.
+            pending: Gets the events.
             origin: Where the positions are counted from, m.
         """
         state = self._state[0]
@@ -94,7 +95,7 @@ class Stepping:
         found = sorted(
             (float(foot["time"]), side) for side, foot in enumerate(state["feet"]) if foot["event"] != NONE
         )
-        return [self._event(take, side, time, origin) for time, side in found]
+        pending += [self._event(take, side, time, origin) for time, side in found]
 
     def _event(self, take: int, side: int, time: float, origin: NDArray[np.float64] | None) -> StepEvent:
         state = self._state[0]
@@ -129,6 +130,11 @@ class Stepping:
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
         return self._state.tobytes()
+
+    def go_back_to(self, known: bytes) -> None:
+        """Forget the frames since `to_bytes` returned this."""
+        self._has_news = False
+        self._state[:] = np.frombuffer(known, STEPS)
 
     def go_on_from(self, known: bytes | None) -> None:
         """Go on with the state of a snapshot.

@@ -53,7 +53,8 @@ class _Drive:
         buffers = self._row.pool.buffers
         update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
         updated = _ticks()
-        self.events += len(self._row.pool.take_events())
+        buffers.hand_out()
+        self.events += len(self._row.take_pending())
         self.recording += _ticks() - updated
         self.remerging += updated - began
         self.calls += 1

@@ -1,0 +1,183 @@
+"""Steps: what a segmenter does in several steps, none of which an exception from outside may leave half done.
+
+Ctrl-C comes between any two steps. Then the row is torn, and the next call finishes before anything else what can be told
+from the row (`engine.mend`), then what was being carried out: everything here may be done again from any point.
+"""
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.engine import engine
+from mossar_stream.engine.intake import less_origin, place_of
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row
+from mossar_stream.engine.snapshot import Following
+from mossar_stream.moves.groups import groups_of
+from mossar_stream.moves.recognition import Recognition
+from mossar_stream.segmenter.followers import Followers
+from mossar_stream.settings import LevelName, Settings
+
+
+class Steps:
+    """What is done with one performer, the body and all that follows; the events are pending then.
+
+    Args:
+        row: The performer's.
+        followers: Of its frames.
+        level: As it is now.
+
+    Attributes:
+        is_followed: Whether anything follows the frames besides the segmentation of the body.
+    """
+
+    def __init__(self, row: Row, followers: Followers, level: LevelName | float) -> None:
+        self._row = row
+        self._followers = followers
+        self.level = level
+        self.is_followed = bool(followers)
+        self._unfinished: Callable[[], None] | None = None
+
+    def mend(self) -> None:
+        """Finish what an exception cut short, if one did."""
+        if not self._row.is_torn:
+            return
+        try:
+            self._followers.mend(self._row)
+            self.is_followed = bool(self._followers)
+            if self._unfinished is not None:
+                self._carry_out(self._unfinished)
+            self._row.is_torn = False
+        except BaseException:
+            self._row.tear()
+            raise
+
+    def known(self, *, with_moves: bool) -> Following:
+        """Return what is known besides the row, for a snapshot; see `Segmenter.snapshot`."""
+        self.mend()
+        try:
+            self._followers.apply_level(self._row)
+            return self._followers.snapshot(self._row, with_moves=with_moves)
+        except BaseException:
+            self._row.tear()
+            raise
+
+    def push(self, chunk: NDArray[Any], moments: NDArray[np.float64], first_frame: int | None) -> None:
+        """Process frames among which takes may begin, take by take.
+
+        Args:
+            chunk: (n, J, 3) m, in single or double precision.
+            moments: (n,) s.
+            first_frame: Number of the first frame; None to count on.
+        """
+        try:
+            self._push(chunk, moments, first_frame)
+        except BaseException:
+            self._row.tear()
+            raise
+
+    def _push(self, chunk: NDArray[Any], moments: NDArray[np.float64], first_frame: int | None) -> None:
+        row, followers, begin, count = self._row, self._followers, 0, len(moments)
+        if row.is_level_new:
+            followers.apply_level(row)
+        while begin < count:
+            end = count if row.is_placed else begin + self._settle(chunk[begin:])
+            number = None if first_frame is None else first_frame + begin
+            begin += followers.push(row, less_origin(row, chunk[begin:end]), moments[begin:end], number)
+            if begin < end:
+                self.end_take(engine.why_ended(row, moments[begin]))
+
+    def _settle(self, positions: NDArray[Any]) -> int:
+        """Find the performer's place in the take; return how many frames to process then: those before anybody is seen."""
+        origin, first = place_of(positions, self._row.plan.center)
+        self._row.settle(origin if first == 0 else np.zeros(3), found=first == 0)
+        return first or len(positions)
+
+    def end_take(self, reason: str) -> None:
+        """End the take."""
+        self._carry_out(functools.partial(self._followers.end_take, self._row, reason))
+
+    def reset(self, ended: str, reason: str) -> None:
+        """End the take, and forget the running range.
+
+        Args:
+            ended: Why the take ends.
+            reason: Of the reset.
+        """
+        self._carry_out(functools.partial(self._reset, ended, reason))
+
+    def _reset(self, ended: str, reason: str) -> None:
+        row = self._row
+        self._followers.end_take(row, ended)
+        row.forget_range()
+        self._followers.forget_ranges()
+        row.pending += [engine.stream_event(row, "reset", reason)]
+
+    def recognise(self, recognition: Recognition | None) -> None:
+        """Let something else recognise moves."""
+        self._carry_out(functools.partial(self._recognise, recognition))
+
+    def _recognise(self, recognition: Recognition | None) -> None:
+        self._followers.recognition = recognition
+        self.is_followed = bool(self._followers)
+
+    def set_level(self, level: LevelName | float) -> None:
+        """Move the level, which acts with the next push."""
+        self._carry_out(functools.partial(self._set_level, level))
+
+    def _set_level(self, level: LevelName | float) -> None:
+        row = self._row
+        row.state["plan"]["beta"] = row.plan.strength(level)
+        self.level = level
+        row.is_level_new = True
+        if self._followers.limbs is not None:
+            self._followers.limbs.follow(row.plan.given, level)
+
+    def planned(self, changes: Mapping[str, object]) -> tuple[Plan, LevelName | float]:
+        """Return the plan and the level that changes of settings would bring, and change nothing."""
+        before = self._row.plan
+        level = before.given.replace(level=changes.get("level", self.level)).level
+        given = before.given.replace(**{**changes, "level": before.given.level}).at_level(level)
+        groups_of(before.skeleton, given.limbs)  # or FrameError
+        return Plan(before.skeleton, given, before.fps, before.shape.ring, channel=before.channel), level
+
+    def adopt(self, plan: Plan, level: LevelName | float) -> None:
+        """Go on with a plan and a level; the take ends if it cannot go on with them."""
+        self._carry_out(functools.partial(self._adopt, plan, level))
+
+    def _adopt(self, plan: Plan, level: LevelName | float) -> None:
+        row = self._row
+        if plan.continues(row.plan):
+            row.replan(plan)
+        else:
+            self._followers.end_take(row, "settings changed")
+            row.restart(plan)
+        self._followers.adopt(row, level)
+        self.is_followed = bool(self._followers)
+        self._set_level(level)
+
+    def follow(self, settings: Settings, level: LevelName | float) -> None:
+        """Go on, as a limb, with the settings and the level of the body, which carries that out."""
+        before = self._row.plan
+        if settings != before.given:
+            ring, channel = before.shape.ring, before.channel
+            self._adopt(Plan(before.skeleton, settings, before.fps, ring, channel=channel), level)
+        else:
+            self._set_level(level)
+
+    def _carry_out(self, work: Callable[[], None]) -> None:
+        """Do something, and take note of it until it is done."""
+        try:
+            self._unfinished = work
+            work()
+            self._unfinished = None
+        except Exception:
+            self._unfinished = None  # it would fail again
+            self._row.tear()
+            raise
+        except BaseException:
+            self._row.tear()
+            raise
