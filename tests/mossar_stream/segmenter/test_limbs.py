@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from mossar_adapters.demo import performance
 from mossar_adapters.joint_sets import BLAZEPOSE_33, CMU_31, HUMANOID, KINECT_20
 from mossar_stream import (
     ActivityEvent,
@@ -443,15 +444,23 @@ def test_a_skeleton_without_limbs_is_segmented_as_without_limbs():
     events = segmenter.push(frames[:99], times[:99])
     segmenter = Segmenter.restore(segmenter.snapshot())
     assert segmenter.limbs == ()
-    segmenter.change(limbs=False)
-    segmenter.change(limbs=True)
+    events += segmenter.change(limbs=False) + segmenter.change(limbs=True)
     segmenter.level = 0.3
     events += segmenter.push(frames[99:], times[99:]) + segmenter.reset()
-    assert [event.event for event in events if isinstance(event, StreamEvent)] == [
-        "started",
-        "ended",
-        "reset",
-    ]
+    said = [event.event for event in events if isinstance(event, StreamEvent)]
+    assert said == ["started", "ended", "started", "ended", "reset"]
     pool = Performers(Settings(limbs=True))
     pool.announce("ann", one)
     assert pool.push(Frames(frames, times, performer="ann"))
+
+
+def test_limbs_that_come_back_do_not_number_their_repetitions_anew():
+    take = performance(fps=30.0, seconds=24.0, moves=["wave_left"] * 16)
+    segmenter, events = Segmenter(take.skeleton, Settings(limbs=True, repetitions=True)), []
+    for k in range(0, len(take.frames.times), 30):
+        if k == 360:
+            events += segmenter.change(limbs=False) + segmenter.change(limbs=True)
+        events += segmenter.push(take.frames.positions[k : k + 30], take.frames.times[k : k + 30])
+    told = [(e.id, e.rev) for e in events + segmenter.end_take() if isinstance(e, RepetitionEvent)]
+    assert {e.channel for e in events if isinstance(e, RepetitionEvent)} > {"body"}
+    assert len(told) == len(set(told)) > 10
