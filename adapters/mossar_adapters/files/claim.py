@@ -32,7 +32,8 @@ class Claim:
         self._lock: filelock.BaseFileLock | None = None
         with contextlib.suppress(OSError, ValueError, NotImplementedError):
             target = target.resolve()
-            if target.is_file() or not target.exists():
+            # The lock's library would make a folder that is missing, and the file could be written in it then.
+            if target.parent.is_dir() and (target.is_file() or not target.exists()):
                 self._lock = _locked(path, target.with_name(f".{target.name}.lock"))
 
     def release(self) -> None:
