@@ -11,7 +11,9 @@ RETURNED = 0.7  # of the last swing, after which the extreme that is being made 
 
 @kernel
 def swing_range(scores, n, counts):
-    """Return the range from the 10th to the 90th percentile, from a histogram.
+    """Return the range from the 10th to the 90th percentile, from a histogram; 0 if a number is infinite.
+
+    What is no number is left out: snapshots from outside may hold it, and a histogram has no place for it.
 
     Args:
         scores: (n,) float32.
@@ -22,21 +24,23 @@ def swing_range(scores, n, counts):
     for i in range(n):
         low = min(low, scores[i])
         high = max(high, scores[i])
-    if high <= low:
+    if not 0.0 < high - low < np.inf:
         return np.float32(0.0)
     counts[:] = 0
     width = (high - low) / np.float32(BINS)
     for i in range(n):
-        counts[min(int((scores[i] - low) / width), BINS - 1)] += 1
+        place = (scores[i] - low) / width
+        if not np.isnan(place):
+            counts[min(int(place), BINS - 1)] += 1
     below, passed = 0, counts[0]
-    while passed <= 0.1 * n:
+    while passed <= 0.1 * n and below < BINS - 1:
         below += 1
         passed += counts[below]
     above, passed = 0, counts[BINS - 1]
-    while passed <= 0.1 * n:
+    while passed <= 0.1 * n and above < BINS - 1:
         above += 1
         passed += counts[BINS - 1 - above]
-    return width * np.float32(BINS - above - below - 1)
+    return width * np.float32(max(BINS - above - below - 1, 0))
 
 
 @kernel

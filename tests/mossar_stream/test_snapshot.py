@@ -213,6 +213,22 @@ def test_repetitions_that_cannot_be_are_refused(segmenter, name):
             Segmenter.restore(with_row(segmenter, change))
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -3e38])
+@pytest.mark.parametrize("step", [1, 5, 1001])
+def test_samples_that_are_no_numbers_keep_nothing_from_going_on(segmenter, core, value, step):
+    if not len(segmenter.row.counted):
+        pytest.skip("only where evidence decides")
+    positions, times = core.moving_people(1, frames=600, losses=False)
+
+    def change(row):
+        region(row, segmenter.row.plan.shape, "samples")[::step] = value
+
+    own = Segmenter.restore(with_row(segmenter, change))
+    own.push(positions[200:], times[200:])
+    own.snapshot()
+    assert own.end_take()[-1].event == "ended"
+
+
 @pytest.mark.parametrize("name", ["order", "unused"])
 def test_a_slot_used_twice_or_out_of_range_is_refused(segmenter, name):
     for value in (-1, 10**9, int(segmenter.row.state["open_segment"]["settled"])):
