@@ -53,27 +53,26 @@ class Taken(msgspec.Struct, frozen=True):
 
 
 class Camera:
-    """A camera that runs.
+    """A camera that runs, opened and read by a thread of its own: opening may take long, that of a pipe for ever.
 
     Args:
         options: Which one.
         clock: Monotonic, s.
 
     Attributes:
-        fps: Nominal rate, Hz; None if the camera does not say.
+        fps: Nominal rate, Hz; None if the camera does not say, or is not open yet.
 
     Raises:
-        PoseError: If it cannot be used; the message says why and what to do.
+        PoseError: If it is not there or forbidden; the message says why and what to do.
     """
 
     def __init__(self, options: CameraOptions, clock: Callable[[], float] = time.monotonic) -> None:
         self.device = numbered(options)
-        self._clock = clock
-        self._capture = _opened(self.device, options)
-        fps = float(self._capture.get(load_opencv().CAP_PROP_FPS))
-        self.fps = fps if 1.0 <= fps <= 1000.0 else options.fps
+        check_camera(options)
+        self.fps: float | None = None
+        self._options, self._clock = options, clock
         self._newest: Taken | None = None
-        self._is_lost = False
+        self._problem: PoseError | None = None  # why no more pictures come
         self._is_closing = threading.Event()
         self._changed = threading.Condition()
         # A daemon: a grab from a pipe that nobody writes to never returns.
@@ -84,13 +83,14 @@ class Camera:
         """Return the newest picture that was not returned before, None after `timeout` seconds without one.
 
         Raises:
+            PoseError: If it cannot be opened.
             CameraLost: If no more pictures come.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._newest is not None or self._is_lost, timeout)
+            self._changed.wait_for(lambda: self._newest is not None or self._problem is not None, timeout)
             taken, self._newest = self._newest, None
-            if taken is None and self._is_lost:
-                raise CameraLost("it gives no more pictures")
+            if taken is None and self._problem is not None:
+                raise self._problem
             return taken
 
     def close(self) -> None:
@@ -99,24 +99,32 @@ class Camera:
         self._thread.join(_FAREWELL)
 
     def _run(self) -> None:
+        problem: PoseError = CameraLost("it gives no more pictures")
         try:
-            self._grab()
+            capture = _opened(self.device, self._options)
+            try:
+                fps = float(capture.get(load_opencv().CAP_PROP_FPS))
+                self.fps = fps if 1.0 <= fps <= 1000.0 else self._options.fps
+                self._grab(capture)
+            finally:
+                capture.release()
+        except PoseError as error:
+            problem = error
         finally:
-            self._capture.release()
             with self._changed:
-                self._is_lost = True
+                self._problem = problem
                 self._changed.notify_all()
 
-    def _grab(self) -> None:
+    def _grab(self, capture: Any) -> None:
         """Keep the newest picture until the camera fails or is closed."""
         number = failures = 0
         while not self._is_closing.is_set() and failures < _FAILURES:
-            if not self._capture.grab():
+            if not capture.grab():
                 failures += 1
                 self._is_closing.wait(_BETWEEN)
                 continue
             moment = self._clock()
-            is_there, picture = self._capture.retrieve()
+            is_there, picture = capture.retrieve()
             if not is_there or picture is None or picture.ndim != 3:
                 failures += 1
                 continue
@@ -184,9 +192,6 @@ def check_camera(options: CameraOptions) -> None:
 
 def _opened(device: str, options: CameraOptions) -> Any:
     """Open a camera and have it give the size and rate that are wanted, if it can."""
-    obstacle = _obstacle(device)
-    if obstacle:
-        raise PoseError(obstacle)
     cv2 = load_opencv()
     try:
         capture = cv2.VideoCapture(int(device) if device.isdecimal() else device)

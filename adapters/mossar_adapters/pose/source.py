@@ -20,7 +20,7 @@ from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.live import Counters
 from mossar_adapters.pose.camera import Camera, Taken, check_camera
 from mossar_adapters.pose.pictures import Picture
-from mossar_adapters.pose.types import MAX_PEOPLE, Body, CameraLost, CameraOptions, PoseError
+from mossar_adapters.pose.types import MAX_PEOPLE, Body, CameraOptions, PoseError
 from mossar_adapters.pose.weights import MODELS, USUAL, weights
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, performer_name
@@ -189,18 +189,27 @@ class WebcamSource:
             return None
         try:
             return self._camera.newest(_IDLE)
-        except CameraLost as error:
-            self._camera.close()
-            self._camera, self._last = None, -1
-            self._estimator.forget()
-            self._pause, self._again = _SHORTEST_PAUSE, time.monotonic() + _SHORTEST_PAUSE
-            self._tell(
-                f"camera {self.options.name or self.options.device} was lost ({error}); waiting for it to come back"
-            )
+        except PoseError as error:
+            if not self.counters.received:
+                raise  # it never worked
+            self._lose(self._camera, error)
             return None
 
+    def _lose(self, camera: Camera, error: PoseError) -> None:
+        """Wait for a camera to come back, with growing pauses."""
+        camera.close()
+        if self._last >= 0:
+            self._pause = _SHORTEST_PAUSE
+            self._tell(f"camera {camera.device} was lost ({error}); waiting for it to come back")
+        else:
+            self.counters.last_error = str(error)
+            self._pause = min(2 * self._pause, _LONGEST_PAUSE)
+        self._camera, self._last = None, -1
+        self._again = time.monotonic() + self._pause
+        self._estimator.forget()
+
     def _reopen(self) -> None:
-        """Try to get a lost camera back, with growing pauses."""
+        """Try to get a lost camera back."""
         if time.monotonic() < self._again:
             return
         try:
