@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.noise import noise_level
+from mossar_stream.algorithm.facts import SMOOTHING
 from mossar_stream.algorithm.pose_history import SPEED_WINDOW
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import ACTIVITY, next_event
@@ -113,9 +113,23 @@ def rests_at_end(activity, time):
 
 
 @inline_kernel
-def noise_of_activity(noise, joints):
-    """Return what the sensor's noise adds to the speed where poses are not filtered, m/s."""
-    return noise_level(noise) / joints * noise.step / SPEED_WINDOW
+def noises_of_speed(noise, joints, is_filtered):
+    """Return what the sensor's noise adds to the speed, m/s: at its quietest of late, and as it is now.
+
+    Args:
+        noise: NOISE.
+        joints: How many can move relative to the centre.
+        is_filtered: Whether the speed is that of poses in the low-pass filter, see facts.noise_of_speed.
+    """
+    if noise.step <= 0.0:
+        return 0.0, 0.0
+    now = max(noise.estimate, noise.aside)
+    quietest = min(now, noise.quietest) if noise.quietest > 0.0 else now
+    added = noise.step / SPEED_WINDOW / joints
+    if is_filtered:
+        share = noise.step / (noise.step + SMOOTHING)
+        added *= np.sqrt(share / (2.0 - share))
+    return quietest * added, now * added
 
 
 @kernel

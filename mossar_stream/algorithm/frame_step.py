@@ -19,7 +19,7 @@ from mossar_stream.algorithm.activity import (
     BOUT,
     Activity,
     follow_activity,
-    noise_of_activity,
+    noises_of_speed,
     start_activity,
 )
 from mossar_stream.algorithm.arrival import welcome
@@ -44,7 +44,7 @@ from mossar_stream.algorithm.facts import (
 )
 from mossar_stream.algorithm.joints import Joints, is_empty, start_joints, step_joints
 from mossar_stream.algorithm.localising import localise, speed_to_come
-from mossar_stream.algorithm.noise import calm_noise, hear_noise, noise_floor, noise_level, start_noise
+from mossar_stream.algorithm.noise import calm_noise, hear_aside, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
@@ -289,7 +289,7 @@ def _velocity(state, a, frame, time, dt, first):
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
     else:
-        hear_noise(state.noise, body, plan.padded_joints, displacement, dt)
+        hear_aside(state.noise, body, plan.padded_joints, displacement, dt)
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
     if state.noise.loud == 1:
         velocity = _velocity_in_noise(state, a, time, dt)
@@ -377,15 +377,10 @@ def _describe(state, a, dt, first):
 @inline_kernel
 def _follow_activity(state, a, squares):
     """Let the activity follow; `squares` is the sum of the squared speeds, (m/s)²."""
-    plan, noise = state.plan, state.noise
-    if plan.evidence == 1:
-        level = noise_of_speed(noise, plan.moving_joints)
-    else:
-        level = noise_of_activity(noise, plan.moving_joints)
-    heard = noise_level(noise)
-    now = level * (noise.estimate / heard if heard > 0.0 else 1.0)
+    plan = state.plan
+    noises = noises_of_speed(state.noise, plan.moving_joints, plan.evidence == 1)
     speed = np.sqrt(squares / state.joints.moving)
-    follow_activity(a.activity, a.joints.body, speed, (level, now), state.clock.time, plan.rest_seconds)
+    follow_activity(a.activity, a.joints.body, speed, noises, state.clock.time, plan.rest_seconds)
 
 
 @inline_kernel

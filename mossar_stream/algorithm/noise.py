@@ -71,6 +71,10 @@ NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
         ("known", "i8"),  # whether it was ever calm
         ("heard", "f8"),  # s, of movement
         ("estimate", "f8"),  # m/s, path of the noise of all joints
+        (
+            "aside",
+            "f8",
+        ),  # m/s, the estimate where the setting noise_margin is 0: only the activity knows of it
         ("quietest", "f8"),  # m/s, path of all joints when it was quietest of late; 0 if that is not known
         ("loud", "i8"),  # whether the velocity is that of filtered poses
         ("floor", "f8"),  # m, the range does not fall below it
@@ -93,7 +97,7 @@ def start_noise(recent):
 
 def forget_noise(noise: Any) -> None:
     """Forget the sensor's noise, but not its rate, outside compiled code."""
-    for name in ("known", "heard", "estimate", "quietest", "loud", "floor"):
+    for name in ("known", "heard", "estimate", "aside", "quietest", "loud", "floor"):
         noise[name] = 0
 
 
@@ -140,6 +144,14 @@ def hear_noise(noise, body, padded_joints, displacement, dt):
         else:
             recent.squares = 0.0  # nothing can be compared with this displacement
         recent.time = 0.0
+
+
+@inline_kernel
+def hear_aside(noise, body, padded_joints, displacement, dt):
+    """Learn from a frame what the noise is without letting anything but the activity know."""
+    noise.estimate = noise.aside
+    hear_noise(noise, body, padded_joints, displacement, dt)
+    noise.aside, noise.estimate = noise.estimate, 0.0
 
 
 @inline_kernel

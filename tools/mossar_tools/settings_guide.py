@@ -83,7 +83,7 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     ),
     "rests": Guide(
         "",
-        "merge: the level decides whether a hold is a segment; keep: holds and rests of 0.6 s and more are",
+        "keep: holds and rests of 0.6 s and more are segments of their own; merge: the level alone decides",
     ),
     "repetitions": Guide("", "true: counts how often movements are repeated, and how fast"),
     "phase": Guide("", "true: with repetitions, tells of each frame where in the cycle it is"),

@@ -130,13 +130,13 @@ def witnessed(core, seed, life, levels=(), frames=300):
             if at == t:
                 segmenter.level = level
         for event in segmenter.push(positions[t], times[t]):
-            if event.__struct_config__.tag != "stream":
+            if event.__struct_config__.tag not in ("stream", "activity"):
                 assert event.__struct_config__.tag == "segment" or event.decided_frame <= t
                 witness.see(event)
         witness.closed_segments_follow_the_standing_key_frames(0)
     witness.ended = True
     for event in segmenter.end_take():
-        if event.__struct_config__.tag != "stream":
+        if event.__struct_config__.tag not in ("stream", "activity"):
             witness.see(event)
     witness.end(0, frames - 1)
     return witness
