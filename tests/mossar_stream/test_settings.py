@@ -201,6 +201,7 @@ ALONE = {  # values that no bundle has, one for each field; some are legal with 
     "max_speed": [7.0],
     "max_pause": [0.7],
     "rest_seconds": [0.7],
+    "rests": ["keep"],
     "repetitions": [True],
     "phase": [True],
     "limbs": [True],
