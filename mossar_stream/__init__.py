@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mossar_stream.angles import RangeOfMotion, joint_angles, ranges_of_motion
     from mossar_stream.engine.curve_state import CurveState
     from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from mossar_stream.steps.gait import Gait, Step, gait_of, step_table
 
 _NAMES = {
+    "angles": ("RangeOfMotion", "joint_angles", "ranges_of_motion"),
     "engine.curve_state": ("CurveState",),
     "precompiling": ("precompile",),
     "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
@@ -174,6 +176,7 @@ __all__ = [
     "MovesError",
     "Performers",
     "PhaseEvent",
+    "RangeOfMotion",
     "RangePolicy",
     "RepetitionEvent",
     "RepetitionStatus",
@@ -203,11 +206,13 @@ __all__ = [
     "VarianceFloor",
     "constant_times",
     "gait_of",
+    "joint_angles",
     "joint_places",
     "narrow",
     "on_first_compile",
     "performer_name",
     "precompile",
+    "ranges_of_motion",
     "segment_recording",
     "step_table",
     "to_json",

@@ -23,12 +23,15 @@ from mossar_stream import (
     BODY,
     MossarError,
     MoveEvent,
+    RangeOfMotion,
     RepetitionEvent,
     Result,
     Segment,
     Segmentation,
     Step,
     gait_of,
+    joint_angles,
+    ranges_of_motion,
     segment_recording,
     step_table,
 )
@@ -40,6 +43,7 @@ from mossar_tools.options import Options
 
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
 NAMED = ("name", "score")  # and with moves
+BENT = ("angle", "minimum", "maximum", "range", "up", "hold", "down", "asymmetry")  # and with angles
 STEPPED = ("step_time", "stance", "swing", "cadence", "step_length")  # and with steps
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start
@@ -124,6 +128,8 @@ def report_of(
         report["moves"] = result.moves
     if result.settings.repetitions:
         report["repetitions"] = result.repetitions
+    if options.angles:
+        report["angles"] = motion_of(loaded, result)
     if result.settings.steps:
         report["steps"] = result.steps
         report["gait"] = gait_of(result.steps)
@@ -147,6 +153,7 @@ def rows_of(
     counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
     rows += [_row_of_repetition(loaded, event) for event in counted]
     rows += [_row_of_move(loaded, event) for event in result.moves]
+    rows += [_row_of_angle(loaded, own) for own in (motion_of(loaded, result) if options.angles else ())]
     rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
     blank = dict.fromkeys(columns_of(options), "")
     return [blank | row for row in rows]
@@ -154,8 +161,9 @@ def rows_of(
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """Return the heading of what `--csv` has."""
-    counted = COUNTED if options.settings().repetitions else ()
+    counted: tuple[str, ...] = COUNTED if options.settings().repetitions else ()
     named = () if options.moves is None else NAMED
+    counted += BENT if options.angles else ()
     return COLUMNS + counted + named + (STEPPED if options.settings().steps else ())
 
 
@@ -169,6 +177,19 @@ def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[
 def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
     row = _row_of(loaded, event.take, (event.start, event.end), (), BODY)
     return row | {"state": "move", "limb": event.limb, "name": event.name, "score": _shown(event.score)}
+
+
+def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:
+    """Return how far each angle goes in each repetition of the body and of limbs."""
+    angles = joint_angles(loaded.positions, loaded.skeleton, loaded.up)
+    every = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
+    return ranges_of_motion(angles, loaded.times, every)
+
+
+def _row_of_angle(loaded: LoadedRecording, own: RangeOfMotion) -> dict[str, Any]:
+    row = _row_of(loaded, 0, (own.start, own.end), (), own.channel)
+    values = {name: _shown(getattr(own, name)) for name in BENT if name != "angle"}
+    return row | {"state": "range", "angle": own.angle, "count": own.count} | values
 
 
 def _row_of_step(loaded: LoadedRecording, step: Step) -> dict[str, Any]:

@@ -26,6 +26,7 @@ class Outputs(NamedTuple):
         picture: File to be drawn.
         exports: Files for annotation programs.
         clips: Folder for a recording of each segment.
+        curves: File for the angles of every frame.
     """
 
     json: str | None
@@ -33,6 +34,7 @@ class Outputs(NamedTuple):
     picture: Path | None
     exports: tuple[Path, ...] = ()
     clips: Path | None = None
+    curves: Path | None = None
 
     @classmethod
     def of(cls, options: Options) -> Self:
@@ -52,7 +54,7 @@ class Outputs(NamedTuple):
             picture = check_picture(options.plot)
         named = [
             name
-            for name in (options.json, options.csv, options.plot, *options.export)
+            for name in (options.json, options.csv, options.plot, options.curves, *options.export)
             if name not in {None, STANDARD_OUTPUT}
         ]
         if len(set(named)) < len(named):
@@ -74,7 +76,12 @@ class Outputs(NamedTuple):
 
             clips = Path(options.cut)
             check_clips(clips, replace=options.force)
-        return cls(options.json, options.csv, picture, exports, clips)
+        curves = None if options.curves is None else Path(options.curves)
+        if curves is not None and curves.suffix.lower() != ".csv":
+            from mossar_tools.figures import check_picture
+
+            check_picture(str(curves))
+        return cls(options.json, options.csv, picture, exports, clips, curves)
 
     @property
     def piped(self) -> bool:
@@ -84,7 +91,7 @@ class Outputs(NamedTuple):
     @property
     def silent(self) -> bool:
         """Whether there is nothing left to be shown as a table to read."""
-        return bool(self.json or self.csv or self.picture or self.exports or self.clips)
+        return bool(self.json or self.csv or self.picture or self.exports or self.clips or self.curves)
 
     def write_json(self, value: Mapping[str, Any], console: Console) -> None:
         """Write one JSON object, if that is wanted."""

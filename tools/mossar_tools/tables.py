@@ -6,12 +6,18 @@ from pathlib import Path
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import Result, Segmentation, gait_of
+from mossar_stream import RangeOfMotion, Result, Segmentation, gait_of
+from mossar_tools.batch import motion_of
 from mossar_tools.console import Console
 
 
 def segmentation_table(
-    whole: LoadedRecording, result: Result, chosen: Segmentation, console: Console
+    whole: LoadedRecording,
+    result: Result,
+    chosen: Segmentation,
+    console: Console,
+    *,
+    angles: bool = False,
 ) -> Iterator[str]:
     """Yield the lines of a table of segments.
 
@@ -20,6 +26,7 @@ def segmentation_table(
         result: What was found in it.
         chosen: The level to show.
         console: Tells what can be printed.
+        angles: Whether to say how far joints bend in repetitions.
     """
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     length = float(np.nanmax(whole.times) - np.nanmin(whole.times)) if len(whole.times) else 0.0
@@ -30,6 +37,8 @@ def segmentation_table(
     for name, own in result.limbs.items():
         if own.repetitions:
             yield from _repetitions(f" of {name.replace('_', ' ')}", own)
+    if angles:
+        yield from _angle_lines(whole, result)
     if result.settings.steps:
         yield from _gait_lines(result)
     for move in result.moves:
@@ -68,3 +77,19 @@ def _repetitions(of: str, result: Result) -> Iterator[str]:
         start, end = event.start or 0.0, event.end or 0.0  # what is counted has both
         tempo = "" if event.tempo is None else f", {event.tempo:.1f} a minute"
         yield f"  {event.total:>3}  from {start:.2f} s to {end:.2f} s, {event.count} in a row{tempo}"
+
+
+def _angle_lines(whole: LoadedRecording, result: Result) -> Iterator[str]:
+    """Yield the median range of each angle over the repetitions, the largest first."""
+    found: dict[str, list[RangeOfMotion]] = {}
+    for own in motion_of(whole, result):
+        found.setdefault(own.angle, []).append(own)
+    middle = {name: float(np.median([one.range for one in own])) for name, own in found.items()}
+    for name in sorted(found, key=lambda name: -middle[name]):
+        low, high = (
+            float(np.median([getattr(one, end) for one in found[name]])) for end in ("minimum", "maximum")
+        )
+        uneven = [one.asymmetry for one in found[name] if one.asymmetry is not None]
+        text = f", asymmetry {np.median(uneven):.0f} %" if uneven else ""
+        words = name.replace("_", " ")
+        yield f"{words}: {low:.0f} to {high:.0f} degrees, range {middle[name]:.0f} in the median repetition{text}"

@@ -39,6 +39,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
   mossar segment squats.bvh --repetitions --export squats.eaf
+  mossar segment squats.bvh --repetitions --angles --csv angles.csv --curves curves.png
   mossar segment walk.c3d --steps --csv steps.csv      foot strikes and offs, cadence, stance and swing
   mossar segment take.c3d --export take.events.c3d     a copy with key frames as events
   mossar segment take.bvh --moves moves.json --limbs --plot take.png
@@ -65,6 +66,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
     )
+    group.add_argument(
+        "--angles",
+        action="store_true",
+        help="with --repetitions: how far knees, hips, elbows and so on bend in each repetition, degrees",
+    )
+    group.add_argument(
+        "--curves",
+        metavar="FILE",
+        help="the angles of every frame: a table .csv, or a picture .png, .svg, .pdf",
+    )
     add_plot(group)
     add_part(group)
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
@@ -76,18 +87,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
-    options.settings(range="file")
+    settings = options.settings(range="file")
     files = _files(options)
     options = _until(options)
     if options.plot is None and (options.begin, options.until, options.width) != (None, None, WIDTH):
         raise UsageError("--from, --until and --width are of a picture; add --plot FILE")
+    if options.angles and not settings.repetitions:
+        raise UsageError("--angles are of repetitions; add --repetitions")
     outputs = Outputs.of(options)
     if len(files) == 1:
         return _one(msgspec.structs.replace(options, file=files[0]), outputs, console)
     if outputs.picture is not None:
         raise UsageError("--plot draws one recording; name one")
-    if outputs.exports or outputs.clips is not None:
-        raise UsageError("--export and --cut are of one recording; name one")
+    if outputs.exports or outputs.clips is not None or outputs.curves is not None:
+        raise UsageError("--export, --cut and --curves are of one recording; name one")
     return _several(files, options, outputs, console)
 
 
@@ -147,8 +160,13 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     if not outputs.silent:
         from mossar_tools.tables import segmentation_table
 
-        for line in segmentation_table(loaded, result, chosen, console):
+        for line in segmentation_table(loaded, result, chosen, console, angles=options.angles):
             console.line(line)
+    if outputs.curves is not None:
+        from mossar_tools.angle_curves import write_curves
+
+        write_curves(outputs.curves, loaded, result, palette(dark=options.dark))
+        console.say(f"written: {outputs.curves}")
     if outputs.exports:
         _export(options, outputs, loaded, result, chosen, console)
     if outputs.clips is not None:
