@@ -84,6 +84,7 @@ class Options(msgspec.Struct, frozen=True):
     json: str | None = None
     csv: str | None = None
     export: tuple[str, ...] = ()
+    video: str | None = None
     cut: str | None = None
     repetitions: bool = False
     limbs: str | None = None

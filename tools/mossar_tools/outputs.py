@@ -64,11 +64,12 @@ class Outputs(NamedTuple):
         exports = tuple(Path(name) for name in options.export)
         for path in exports:
             from mossar_adapters.annotations.c3d import check_source, is_c3d
+            from mossar_adapters.annotations.label_studio import is_label_studio
             from mossar_adapters.annotations.writing import check_annotations
 
             if is_c3d(path):
                 check_source(options.sources[0] if options.sources else "", path)
-            else:
+            elif not is_label_studio(path):
                 check_annotations(path)
         clips = None
         if options.cut is not None:

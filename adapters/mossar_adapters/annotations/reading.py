@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from mossar_adapters.annotations.c3d import read_c3d_events
-from mossar_adapters.annotations.tables import read_bids, read_table
+from mossar_adapters.annotations.tables import as_written, read_bids, read_table
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.annotations.writing import EXTRA
 from mossar_adapters.extras import needed
@@ -49,7 +49,7 @@ def read_annotations(path: str | Path) -> list[Tier]:
 
     Args:
         path: `.eaf` (ELAN), `.TextGrid` (Praat), `.txt` (Audacity labels), `.vtt` (WebVTT), `.tsv` (BIDS events), `.csv` (a
-            table with columns start and end), `.json` (an export of Label Studio) or `.c3d` (its events).
+            table with columns start and end), `.json` (Label Studio: annotations, or else predictions) or `.c3d` (its events).
 
     Raises:
         MossarError: If there is no such format, its library is missing, or the file cannot be read.
@@ -182,9 +182,9 @@ def _read_label_studio(path: Path) -> list[Tier]:
         tasks = msgspec.json.decode(path.read_bytes(), type=list[dict[str, Any]])
         tiers: dict[str, list[Mark]] = defaultdict(list)
         for task in tasks:
-            for annotation in task.get("annotations") or ():
+            for annotation in task.get("annotations") or task.get("predictions") or ():
                 for result in annotation.get("result") or ():
-                    name = str(result.get("from_name", "labels")).replace("_", " ")
+                    name = as_written(str(result.get("from_name", "labels")))
                     tiers[name] += _marks(path, result["value"], task.get("data") or {})
     except (msgspec.MsgspecError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise AnnotationError(f"{path}: no export of Label Studio: {error!r}") from None

@@ -34,7 +34,7 @@ def read_bids(path: Path) -> list[Tier]:
     for number, row in _rows(path, "\t", ("onset", "duration")):
         kind = row.get("trial_type") or ""
         kind = "" if kind in _NOTHING else kind
-        name = _as_written(kind) if kind else EVENTS
+        name = as_written(kind) if kind else EVENTS
         label = row.get("value") if (row.get("value") or "") not in _NOTHING else kind
         start = _number(path, number, row["onset"])
         length = 0.0 if row["duration"] in _NOTHING else _number(path, number, row["duration"])
@@ -42,8 +42,8 @@ def read_bids(path: Path) -> list[Tier]:
     return _tiers(tiers)
 
 
-def _as_written(name: str) -> str:
-    """Return the name of a tier of ours, whose spaces BIDS has as underscores."""
+def as_written(name: str) -> str:
+    """Return the name of a tier of ours, whose spaces other programs have as underscores."""
     name = re.sub(r"^segments_(?=.)", f"{SEGMENTS} ", name.replace("key_frames", "key frames"))
     return re.sub(rf"_({SEGMENTS}|{REPETITIONS})$", r" \1", name)
 

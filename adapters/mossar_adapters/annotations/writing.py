@@ -70,6 +70,26 @@ def _write_eaf(path: Path, tiers: Sequence[Tier], _: float) -> None:
     Elan.to_eaf(str(path), document)
 
 
+def _write_template(path: Path, tiers: Sequence[Tier], _: float) -> None:
+    """Write a template of ELAN: the tiers without marks, each with a controlled vocabulary of its labels."""
+    from pympi import Elan
+
+    document = Elan.Eaf(author="mossar-stream")
+    document.remove_tier("default")
+    for number, tier in enumerate(tiers, 1):
+        labels = list(dict.fromkeys(mark.label for mark in tier.marks))
+        kind, words = f"labels {number}", f"words of {tier.name}"
+        document.add_controlled_vocabulary(words)
+        document.add_language("und")
+        for entry, label in enumerate(labels):
+            document.add_cv_entry(words, f"w{number}_{entry}", [(label, "und", None)])
+        own = {"LINGUISTIC_TYPE_ID": kind, "TIME_ALIGNABLE": "true", "GRAPHIC_REFERENCES": "false"}
+        document.add_linguistic_type(kind, param_dict={**own, "CONTROLLED_VOCABULARY_REF": words})
+        document.add_tier(tier.name, kind)
+    path.unlink(missing_ok=True)
+    Elan.to_eaf(str(path), document)
+
+
 def _write_textgrid(path: Path, tiers: Sequence[Tier], duration: float) -> None:
     from pympi import Praat
 
@@ -146,6 +166,7 @@ class AnnotationFormat(NamedTuple):
 
 FORMATS = (
     AnnotationFormat(".eaf", "ELAN", _write_eaf, EXTRA),
+    AnnotationFormat(".etf", "ELAN template", _write_template, EXTRA),
     AnnotationFormat(".TextGrid", "Praat", _write_textgrid, EXTRA),
     AnnotationFormat(".txt", "Audacity labels", _write_audacity),
     AnnotationFormat(".vtt", "WebVTT", _write_vtt),

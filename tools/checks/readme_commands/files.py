@@ -64,6 +64,7 @@ def furnish(folder: Path) -> None:
         (place / "walk.npz").write_bytes(recordings.npz(300))
         (place / "walk.json").write_text(LABELS % "walk.npz")
     _annotate(folder / "take.eaf", 1400)
+    _annotate(folder / "corrected.eaf", 1450)
     for labeller, start in (("ann", 1400), ("bo", 1520)):
         _annotate(folder / f"{labeller}.eaf", start)
         (folder / labeller.upper()).mkdir()

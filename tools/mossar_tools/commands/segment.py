@@ -60,8 +60,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--export",
         metavar="FILE",
         action="append",
-        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS); .c3d: a copy "
-        "of a C3D recording with events",
+        help="for annotation programs: .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .json and .xml "
+        "(Label Studio: predictions, labelling interface), .etf (ELAN template); .c3d: a copy of a C3D recording with events",
+    )
+    group.add_argument(
+        "--video", metavar="URL", help="for --export FILE.json and .xml: the video that Label Studio shows"
     )
     group.add_argument(
         "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
@@ -195,6 +198,7 @@ def _export(
     console: Console,
 ) -> None:
     from mossar_adapters.annotations.c3d import is_c3d, write_c3d_events
+    from mossar_adapters.annotations.label_studio import is_label_studio, write_label_studio
     from mossar_adapters.annotations.writing import write_annotations
 
     console.status("segmenting at the other levels ...", now=True)
@@ -206,7 +210,11 @@ def _export(
             added = write_c3d_events(loaded.name, path, tiers)
             console.say(f"written: {path}, with {added} events more than {loaded.name}")
             continue
-        write_annotations(path, tiers, duration)
+        if is_label_studio(path):
+            fps = loaded.fps or (len(loaded.times) - 1) / max(duration, 1e-9)
+            write_label_studio(path, tiers, loaded.times, loaded.positions, options.video, fps)
+        else:
+            write_annotations(path, tiers, duration)
         console.say(f"written: {path}")
 
 
