@@ -40,6 +40,7 @@ from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.moves_file import read_moves
 from mossar_tools.options import Options
+from mossar_tools.sessions import columns_of_names, values_of_name
 
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
 NAMED = ("name", "score")  # and with moves
@@ -119,6 +120,7 @@ def report_of(
     report: dict[str, Any] = {
         "v": 1,
         "recording": loaded.name,
+        **values_of_name(options, loaded.name),
         "fps": loaded.fps,
         "level": options.settings().level if options.keep is None else None,
         "key_frames": result.key_frames,
@@ -155,7 +157,7 @@ def rows_of(
     rows += [_row_of_move(loaded, event) for event in result.moves]
     rows += [_row_of_angle(loaded, own) for own in (motion_of(loaded, result) if options.angles else ())]
     rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
-    blank = dict.fromkeys(columns_of(options), "")
+    blank = dict.fromkeys(columns_of(options), "") | values_of_name(options, loaded.name)
     return [blank | row for row in rows]
 
 
@@ -164,7 +166,14 @@ def columns_of(options: Options) -> tuple[str, ...]:
     counted: tuple[str, ...] = COUNTED if options.settings().repetitions else ()
     named = () if options.moves is None else NAMED
     counted += BENT if options.angles else ()
-    return COLUMNS + counted + named + (STEPPED if options.settings().steps else ())
+    return (
+        COLUMNS[:1]
+        + columns_of_names(options)
+        + COLUMNS[1:]
+        + counted
+        + named
+        + (STEPPED if options.settings().steps else ())
+    )
 
 
 def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:

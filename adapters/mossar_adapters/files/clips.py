@@ -1,22 +1,24 @@
-"""Clips: each segment of a recording as a recording of its own, and a table of them.
+"""Clips: each segment, repetition or move of a recording as a recording of its own, and a table of them.
 
-A clip has the frames from its first up to that with which the next one begins, the last clip also the last frame: one
+A clip of a segment has the frames from its first up to that with which the next one begins, the last clip also the last frame: one
 after the other they are the recording again.
 """
 
 import csv
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mossar_adapters.files.bvh_text import BvhText, bvh_text
+from mossar_adapters.files.bvh_text import bvh_text
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.files.registry import format_of
+from mossar_adapters.files.trials import trc_lines, trc_part, write_c3d_trial
 from mossar_stream import Segment
 
 TABLE = "clips.csv"
@@ -36,19 +38,40 @@ def check_clips(folder: Path, *, replace: bool) -> None:
         raise FileError(folder, "there are files in it already; --force writes among them")
 
 
+class Clip(NamedTuple):
+    """A part of a recording that becomes one of its own.
+
+    Args:
+        start: First frame.
+        end: The frame behind the last.
+        name: What it is; empty for a segment.
+    """
+
+    start: int
+    end: int
+    name: str = ""
+
+
+def clips_of_segments(segments: Sequence[Segment]) -> list[Clip]:
+    """Return a clip for each segment; the last one has the last frame, too."""
+    clips = [Clip(part.start_frame, part.end_frame) for part in segments]
+    clips[-1:] = [Clip(start, end + 1) for start, end, _ in clips[-1:]]
+    return clips
+
+
 def write_clips(
     folder: Path,
     whole: LoadedRecording,
-    segments: Sequence[Segment],
+    clips: Sequence[Clip],
     rows: Sequence[Mapping[str, Any]],
     options: ReadOptions,
 ) -> int:
-    """Write a clip for each segment: `.bvh` where the recording has rotations, otherwise `.npz`.
+    """Write each clip: `.bvh` where the recording has rotations, `.c3d` and `.trc` of such, otherwise `.npz`.
 
     Args:
         folder: Made if it is not there.
         whole: The recording.
-        segments: Of it, in the order of time.
+        clips: Of it.
         rows: What the table has of each.
         options: How the recording was read.
 
@@ -59,31 +82,45 @@ def write_clips(
         MossarError: If the recording cannot be read again, or a clip cannot be written.
     """
     path = Path(whole.name)
-    text = bvh_text(path, options) if path.exists() else None
+    suffix, write = _writer(path, whole, options)
     stem = path.stem if path.exists() else whole.performer
-    names = [f"{stem}-{n:04d}.{'npz' if text is None else 'bvh'}" for n in range(1, len(segments) + 1)]
-    spans = [(part.start_frame, part.end_frame) for part in segments]
-    spans[-1:] = [(start, end + 1) for start, end in spans[-1:]]
+    names = [f"{stem}-{n:04d}{_named(clip.name)}{suffix}" for n, clip in enumerate(clips, 1)]
     try:
         folder.mkdir(exist_ok=True)
-        if text is None:
-            for name, span in zip(names, spans, strict=True):
-                _write_npz(folder / name, whole, slice(*span))
-        else:
-            for name, content in zip(names, _parts(text, spans), strict=True):
-                (folder / name).write_text(content, encoding="utf-8")
+        for name, clip in zip(names, clips, strict=True):
+            write(folder / name, clip)
         _write_table(folder / TABLE, [{"clip": n, **row} for n, row in zip(names, rows, strict=True)])
     except OSError as error:
         raise OutputError(f"{folder}: clips cannot be written: {error.strerror or error}") from None
     return len(names)
 
 
-def _parts(text: BvhText, spans: Sequence[tuple[int, int]]) -> Iterator[str]:
-    """Yield the file of each span, in one pass over the recording."""
-    rows, done = text.rows(), 0
-    for start, end in spans:
-        yield text.part(list(itertools.islice(rows, start - done, end - done)))
-        done = end
+def _named(name: str) -> str:
+    """Return the part of a file's name that says what it is."""
+    plain = re.sub(r"[^\w.-]+", "_", name).strip("._")[:80]
+    return f"-{plain}" if plain else ""
+
+
+def _writer(
+    path: Path, whole: LoadedRecording, options: ReadOptions
+) -> tuple[str, Callable[[Path, Clip], object]]:
+    """Return the suffix of clips, and what writes one."""
+    form = format_of(path).name if path.exists() else ""
+    if form == "C3D":
+        return ".c3d", lambda target, clip: write_c3d_trial(path, target, clip.start, clip.end)
+    if form == "TRC":
+        head, rows = trc_lines(path)
+        if len(rows) == len(whole.times):
+            return ".trc", lambda target, clip: target.write_text(
+                trc_part(head, rows[clip.start : clip.end]), encoding="utf-8"
+            )
+    text = bvh_text(path, options) if path.exists() else None
+    if text is None:
+        return ".npz", lambda target, clip: _write_npz(target, whole, slice(clip.start, clip.end))
+    lines = list(text.rows())
+    return ".bvh", lambda target, clip: target.write_text(
+        text.part(lines[clip.start : clip.end]), encoding="utf-8"
+    )
 
 
 def _write_npz(path: Path, whole: LoadedRecording, span: slice) -> None:

@@ -46,6 +46,8 @@ def furnish(folder: Path) -> None:
         "take.bvh": short,
         "walk.bvh": short,
         "squats.bvh": short,
+        "ann_1_walk.bvh": short,
+        "bo_1_walk.bvh": short,
         "long.bvh": humanoid(700, rate=1.0),
         "86_01.amc": recordings.amc(300),
         "86.asf": recordings.ASF,

@@ -4,7 +4,7 @@ import argparse
 import glob
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec.structs
 
@@ -22,10 +22,12 @@ from mossar_tools.options import (
 )
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
+from mossar_tools.sessions import check_pattern
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
     from mossar_adapters.annotations.tiers import Tier
+    from mossar_adapters.files.clips import Clip
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Result, Segmentation
 
@@ -44,6 +46,8 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment take.c3d --export take.events.c3d     a copy with key frames as events
   mossar segment take.bvh --moves moves.json --limbs --plot take.png
   mossar segment walk.bvh --level cluster --cut clips/
+  mossar segment squats.bvh --repetitions --cut trials/ --of repetitions
+  mossar segment ann_1_walk.bvh bo_1_walk.bvh --pattern '{person}_{session}_{trial}' --csv study.csv
   mossar segment 'demo:?seed=3' --plot demo.pdf --dark
 """
 
@@ -67,7 +71,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--video", metavar="URL", help="for --export FILE.json and .xml: the video that Label Studio shows"
     )
     group.add_argument(
-        "--cut", metavar="DIR", help="a clip of each segment, .bvh or .npz, and a table of them, in a folder"
+        "--cut",
+        metavar="DIR",
+        help="a clip of each segment, .bvh, .c3d, .trc or .npz, and a table of them, in a folder",
+    )
+    group.add_argument(
+        "--of", choices=["segments", "repetitions", "moves"], help="what --cut cuts (default: segments)"
+    )
+    group.add_argument("--person", metavar="NAME", help="a column of the tables: of whom the recordings are")
+    group.add_argument("--session", metavar="NAME", help="a column of the tables: the session they are of")
+    group.add_argument(
+        "--pattern",
+        metavar="TEXT",
+        help="columns of the tables out of the files' names: '{person}_{session}_{trial}' for ann_2_walk.c3d",
     )
     group.add_argument(
         "--angles",
@@ -95,6 +111,13 @@ def run(options: Options, console: Console) -> int:
     options = _until(options)
     if options.plot is None and (options.begin, options.until, options.width) != (None, None, WIDTH):
         raise UsageError("--from, --until and --width are of a picture; add --plot FILE")
+    if options.of != "segments" and options.cut is None:
+        raise UsageError("--of says what --cut DIR cuts; add --cut")
+    if options.of == "repetitions" and not settings.repetitions:
+        raise UsageError("--of repetitions needs --repetitions")
+    if options.of == "moves" and options.moves is None:
+        raise UsageError("--of moves needs --moves FILE")
+    check_pattern(options)
     if options.angles and not settings.repetitions:
         raise UsageError("--angles are of repetitions; add --repetitions")
     outputs = Outputs.of(options)
@@ -144,7 +167,7 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import report_of, rows_of, rows_of_segments, segment_whole
+    from mossar_tools.batch import report_of, rows_of, segment_whole
     from mossar_tools.compiling import saying_if_cold
     from mossar_tools.signals import interruptibly
 
@@ -175,9 +198,8 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     if outputs.clips is not None:
         from mossar_adapters.files.clips import write_clips
 
-        count = write_clips(
-            outputs.clips, loaded, chosen.segments, rows_of_segments(loaded, chosen), options.reading()
-        )
+        clips, rows = _clips(options, loaded, result, chosen)
+        count = write_clips(outputs.clips, loaded, clips, rows, options.reading())
         console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
         from mossar_tools.plot import draw
@@ -187,6 +209,25 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         draw(outputs.picture, loaded, result, chosen, colours, options.keep, span=span, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE
+
+
+def _clips(
+    options: Options, loaded: "LoadedRecording", result: "Result", chosen: "Segmentation"
+) -> "tuple[list[Clip], list[dict[str, Any]]]":
+    """Return what `--of` cuts, and the row of each."""
+    from mossar_adapters.files.clips import Clip, clips_of_segments
+    from mossar_tools.batch import rows_of, rows_of_segments
+
+    if options.of == "segments":
+        return clips_of_segments(chosen.segments), rows_of_segments(loaded, chosen)
+    state = options.of.removesuffix("s")
+    rows = [row for row in rows_of(options, loaded, result, chosen) if row["state"] == state]
+    if not rows:
+        raise UsageError(f"--cut: there are no {options.of} in {loaded.name}")
+    last = len(loaded.times) - 1
+    ends = [(row["start_frame"], min(row["end_frame"], last) + 1) for row in rows]
+    names = [row["name"] if state == "move" else f"{row['channel']}_{row['count']}" for row in rows]
+    return [Clip(*span, name) for span, name in zip(ends, names, strict=True)], rows
 
 
 def _export(
