@@ -57,8 +57,8 @@ def test_the_configuration_may_name_sources_and_lists(options):
 
 
 def test_a_configuration_knows_options_by_the_names_that_users_know(segment_options, options):
-    assert segment_options("from = 2").plot_from == 2.0
-    assert options("demo:", config="from = 2").plot_from is None
+    assert segment_options("from = 2").begin == 2.0
+    assert options("demo:", config="from = 2").begin is None
     for ours in ("plot_from = 2", "begin = 2"):
         with pytest.raises(MossarError, match=r"there is no option .*; there are .*\bfrom\b"):
             options("demo:", config=ours)
