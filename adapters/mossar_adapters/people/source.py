@@ -47,6 +47,8 @@ class PeopleSource:
     def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:
         self.name, self.live = source.name, source.live
         self._source = source
+        if hasattr(source, "in_order"):
+            source.in_order = True  # readers keep chunks back, each performer's for itself
         self._slots = Slots(people, remember)
         self._lock = threading.Lock()  # requests come from other threads
         self._metas: OrderedDict[str, Meta] = OrderedDict()  # by id

@@ -44,6 +44,7 @@ class RecordingSource:
         self.pacer = Pacer(speed)
         self.recording = recording
         self.notes = recording.notes
+        self.in_order = self.live  # whether frames of several performers come in order of time
         self._loop = loop
         self._closed = False
         self._skip: Mapping[str, int] = {}
@@ -75,7 +76,7 @@ class RecordingSource:
 
     def _frames(self) -> Iterator[Frames]:
         chunks = self._rounds()
-        return in_order_of_time(chunks, len(self._names)) if self.live else chunks
+        return in_order_of_time(chunks, len(self._names)) if self.in_order else chunks
 
     def _rounds(self) -> Iterator[Frames]:
         """Yield all chunks, renamed, without the frames to skip, and in a loop with times that go on."""

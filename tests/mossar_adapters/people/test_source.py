@@ -1,9 +1,12 @@
+import json
+
 import numpy as np
 import pytest
 
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.people import PeopleSource
 from mossar_adapters.source import Came, Left, Meta
+from mossar_adapters.urls import open_source
 from mossar_stream import Frames, Skeleton
 
 
@@ -123,3 +126,20 @@ def test_a_run_that_goes_on_skips_what_was_used(tracked, script):
     assert {item.performer for item in found} == {"p1"}
     assert sum(map(len, found)) == 250
     assert found[0].times[0] == pytest.approx(350 / 60)
+
+
+def test_recordings_come_in_order_of_time_though_their_readers_hold_chunks_back(bodies, tmp_path):
+    maps = [{"v": 1, "type": "meta", "performer": n, "names": SKELETON.names, "parents": SKELETON.parents,
+             "root": SKELETON.root, "unit": "m"} for n in ("p7", "p9", "p12")]  # fmt: skip
+    for i in range(700):
+        ids = ("p7", "p9") if i < 300 else ("p9", "p7") if i < 500 else ("p9", "p12")
+        maps += [
+            {"v": 1, "type": "frame", "performer": ids[k], "t": i / 60, "xyz": bodies[k, i].tolist()}
+            for k in range(2)
+        ]
+    path = tmp_path / "two.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in maps))
+    found = [item for item in open_source(str(path), people=2).items() if isinstance(item, Frames)]
+    for k, name in enumerate(("p1", "p2")):
+        own = [item for item in found if item.performer == name]
+        assert np.array_equal(np.concatenate([item.positions for item in own]), bodies[k, :700])
