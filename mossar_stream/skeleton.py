@@ -67,7 +67,7 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             near = difflib.get_close_matches(str(name), self.names, 1)
             hint = f" - did you mean {near[0]}?" if near else ""
             raise FrameError(
-                f"no joint called {name!r}{hint}; there are {', '.join(self.names[:40])}"
+                f"no joint called {name!r}; there are {', '.join(self.names[:40])}{hint}"
             ) from None
 
     def with_root(self, name: str) -> "Skeleton":

@@ -403,7 +403,7 @@ def _unknown(name: str) -> str:
     fields = Settings.__struct_fields__
     near = difflib.get_close_matches(name, fields, 1)
     hint = f" - did you mean {near[0]}?" if near else ""
-    return f"no setting called {name[:40]!r}{hint}; there are {', '.join(fields)}"
+    return f"no setting called {name[:40]!r}; there are {', '.join(fields)}{hint}"
 
 
 def _explain(message: str, values: Mapping[str, object]) -> str:

@@ -315,7 +315,5 @@ def test_settings_survive_a_wire():
     ],
 )
 def test_an_unknown_field_is_answered_with_the_nearest_and_with_all(make, kind):
-    with pytest.raises(
-        kind, match=r"'windw' - did you mean window\?; there are rate_limit, window, smoothing"
-    ):
+    with pytest.raises(kind, match=r"'windw'; there are rate_limit, window, .* - did you mean window\?$"):
         make()

@@ -268,17 +268,17 @@ def test_a_performance_is_counted_whole(mossar):
     [
         (
             ("--limbs", "hands=LeftHnd,LeftLowerArm"),
-            "limb hands: no joint called 'LeftHnd' - did you mean LeftHand?",
+            ("limb hands: no joint called 'LeftHnd'; there are ", "did you mean LeftHand?"),
         ),
-        (("--joints", "LeftHnd"), "no joint called 'LeftHnd' - did you mean LeftHand?"),
-        (("--set", "windw=1"), "no setting called 'windw' - did you mean window?"),
+        (("--joints", "LeftHnd"), ("no joint called 'LeftHnd'; there are ", "did you mean LeftHand?")),
+        (("--set", "windw=1"), ("no setting called 'windw'; there are ", "did you mean window?")),
     ],
 )
 @pytest.mark.parametrize("command", [("run", "--speed", "max"), ("segment",)], ids=lambda given: given[0])
 def test_a_name_that_there_is_not_is_answered_with_the_nearest(mossar, command, wrong, said):
     status, _, err = mossar(command[0], "demo:?seconds=1", *command[1:], *wrong)
     assert status == 2
-    assert said in err
+    assert all(words in err for words in said)
 
 
 def test_libraries_of_the_system_do_not_speak_for_us():
