@@ -38,6 +38,8 @@ FLICKER = 0.15  # s; a bout that is shorter is none
 AROUND = 0.5  # s, before a bout begins or after it ends, in which its activity may be reported to begin
 NOISE = 0.005  # m, on each axis
 RATE = 30.0  # Hz
+RESTS = ("rest", "stand")  # moves of the performer
+LAST = 1.0  # s, that the rest after a bout must last before the recording ends
 PRESETS = ("default", "game", "paper")
 
 
@@ -87,13 +89,13 @@ def activity_of(events: Iterable[Event], end: float) -> Reported:
 
 
 def bouts_of_performer(seed: int, seconds: float) -> tuple[Skeleton, Frames, list[Bout]]:
-    """Return the built-in performer at 30 Hz, and the true bouts that begin and end between two rests."""
+    """Return the built-in performer at 30 Hz, and the true bouts that lie between two rests of a second and more."""
     played = performance(seed, fps=RATE, seconds=seconds)
     rests = [cut for cut in played.cuts if cut.kind == "rest"]
     bouts = [
         Bout(begin.time, end.time)
         for begin, end in pairwise(rests)
-        if begin.before in ("rest", "stand") and end.after in ("rest", "stand")
+        if begin.before in RESTS and end.after in RESTS and end.time + LAST <= played.frames.times[-1]
     ]
     return played.skeleton, played.frames, bouts
 
