@@ -223,7 +223,7 @@ def _clips(
     state = options.of.removesuffix("s")
     rows = [row for row in rows_of(options, loaded, result, chosen) if row["state"] == state]
     if not rows:
-        raise UsageError(f"--cut: there are no {options.of} in {loaded.name}")
+        LOGGER.warning("%s: there are no %s to be cut", loaded.name, options.of)
     last = len(loaded.times) - 1
     ends = [(row["start_frame"], min(row["end_frame"], last) + 1) for row in rows]
     names = [row["name"] if state == "move" else f"{row['channel']}_{row['count']}" for row in rows]
