@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm import facts, pose_history, scales, verdicts
 from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
-from mossar_stream.repetitions.state import RATE, STRIDE
+from mossar_stream.repetitions.state import LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity import evidence
 from mossar_stream.skeleton import Skeleton
@@ -26,7 +26,6 @@ from mossar_stream.skeleton import Skeleton
 HOLD = 1.4  # s until a key frame is decided
 CAPACITY = 20  # undecided key frames
 CERTAIN = math.log(2.0**evidence.CERTAIN - 1.0)  # log odds of a key frame that ends a repetition
-LOOKS_APART = STRIDE / RATE  # s, between two looks at what is repeated
 MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.repetitions.state import RATE, STRIDE, Kept
+from mossar_stream.repetitions.state import LOOKS_APART, Kept
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
 NEAREST = 0.6  # periods between two repetitions' ends
 SLOWNESS, SLOWNESS_OFFSET = 1.5, 0.1  # weight of the log speed, and the share of V added to the speed
-OFF_BOUND = 6.0  # weight of the time, in periods, from where one repetition ends and the next begins
+OFF_BOUND = 3.0  # weight of the time, in periods, from where one repetition ends and the next begins
 FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
 
 VERDICTS = np.dtype(
@@ -120,26 +120,26 @@ def _period_at(header, time):
     """Return the period of the bout that a time lies in, or goes on to, s; 0 if it lies in none."""
     if header.clear == 0:
         return 0.0
-    at = (time - header.origin) * RATE
+    at = time - header.origin
     for place in range(header.cycles - 1, -1, -1):
         cycle = header.cycle[place]
         period = _duration(cycle)
-        goes_on = place == header.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + STRIDE
+        goes_on = place == header.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + LOOKS_APART
         if at >= cycle.begins:
-            return period / RATE if at <= cycle.ends or goes_on else 0.0
+            return period if at <= cycle.ends or goes_on else 0.0
     return 0.0
 
 
 @inline_kernel
 def _duration(cycle):
-    """Return the period at a repetition, samples; of the first of a bout how long it took."""
+    """Return the period at a repetition, s; of the first of a bout how long it took."""
     return cycle.ends - cycle.begins if np.isnan(cycle.period) else cycle.period
 
 
 @kernel
 def _off_bound(header, time):
     """Return how far a time is from where a repetition begins or ends, after the last one from where one should, s."""
-    at = (time - header.origin) * RATE
+    at = time - header.origin
     off = np.inf
     for place in range(header.cycles - 1, -1, -1):
         cycle = header.cycle[place]
@@ -150,7 +150,7 @@ def _off_bound(header, time):
         off = min(off, abs(at - cycle.begins), abs(at - cycle.ends))
         if cycle.ends < at - off:  # those before are farther away
             break
-    return off / RATE
+    return off
 
 
 @inline_kernel

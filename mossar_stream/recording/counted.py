@@ -7,7 +7,6 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import pool_of_one
 from mossar_stream.frames import constant_times
-from mossar_stream.repetitions.state import RATE
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -38,5 +37,5 @@ def _table(headers: NDArray[np.void]) -> Array:
     cycles, origin = header["cycle"][: header["cycles"]], header["origin"]
     begins, ends, periods = (cycles[name] for name in ("begins", "ends", "period"))
     periods = np.where(np.isnan(periods), ends - begins, periods)
-    table: Array = np.stack([begins, ends, periods], axis=1) / RATE + [origin, origin, 0.0]
+    table: Array = np.stack([origin + begins, origin + ends, periods], axis=1)
     return table

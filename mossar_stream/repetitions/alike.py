@@ -10,15 +10,17 @@ import math
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import COMPONENTS, POSTURES
+from mossar_stream.repetitions.state import COMPONENTS, POSTURES, ring_place
 
 SHORTEST = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
 LEAST_AMPLITUDE_RATIO = 0.6
 LEAST_AGREEMENT = 0.26  # of two neighbours
 ENOUGH = 0.79  # of a run's pairs together
-STRONG = 0.9  # one such pair makes clear that this is a repeated movement,
-MUCH = 1.8  # or as much of a run's pairs together
+STRONG = 0.93  # one such pair makes clear that this is a repeated movement,
+SAME = 0.3  # of the way between the extremes, by which postures differ that are the same
+LONGEST_STOP = 0.5  # cycles, within what goes on
+MUCH = 1.5  # or as much of a run's pairs together
 
 
 @kernel
@@ -268,16 +270,66 @@ def recurring(scores, cycles, count):
 
 
 @kernel
-def dwelling_of(scores, start, far, end):
-    """Return how many samples of a cycle are in the quarter where it begins, and in that of its other extreme."""
+def goes_on(header, n, smooth, cycle, step, last):
+    """Return how much of a cycle is shown beyond its end (step 1), or before its begin (-1), and up to which sample.
+
+    Args:
+        header: `HEADER` record.
+        n: Samples in the window.
+        smooth: (COMPONENTS, n) scores.
+        cycle: (3,) start, far extreme, end.
+        step: 1 or -1.
+        last: Sample beyond which it is not looked for.
+    """
+    start, far, end = cycle[0], cycle[1], cycle[2]
+    here, there, goal = (end, start, end) if step == 1 else (start, end, start)
+    begun = there
+    most, lasted = (
+        SAME * distance(smooth, start, far),
+        header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)],
+    )
+    while here != last and there != goal:
+        one, other = (here, here + 1) if step == 1 else (here - 1, here)
+        if (
+            header.at[ring_place(header, n, other)] - header.left[ring_place(header, n, one)]
+            > LONGEST_STOP * lasted
+        ):
+            break
+        best, least = there, np.inf
+        for q in range(3):
+            place = there + q * step
+            if (goal - place) * step < 0:
+                break
+            apart = distance(smooth, here + step, place)
+            if apart < least:
+                best, least = place, apart
+        if least > most:
+            break
+        here, there = here + step, best
+    return abs(there - begun) / (end - start), here
+
+
+@kernel
+def distance(smooth, i, j):
+    """Return how far two samples of the window are apart, m over all joints."""
+    total = np.float32(0.0)
+    for k in range(COMPONENTS):
+        total += (smooth[k, i] - smooth[k, j]) ** 2
+    return math.sqrt(total)
+
+
+@kernel
+def dwelling_of(header, n, scores, start, far, end):
+    """Return how long a cycle is in the quarter where it begins, and in that of its other extreme, s."""
     begin, top = scores[start], scores[far]
     sign = np.float32(1.0) if top > begin else np.float32(-1.0)
     near = sign * (begin + np.float32(0.25) * (top - begin))
     away = sign * (begin + np.float32(0.75) * (top - begin))
-    home, distant = 0, 0
+    home, distant = 0.0, 0.0
     for q in range(start, end):
-        home += sign * scores[q] < near
-        distant += sign * scores[q] > away
+        lasted = header.at[ring_place(header, n, q + 1)] - header.at[ring_place(header, n, q)]
+        home += lasted if sign * scores[q] < near else 0.0
+        distant += lasted if sign * scores[q] > away else 0.0
     return home, distant
 
 

@@ -10,7 +10,7 @@ import math
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.alike import dwelling_of, home_distances
-from mossar_stream.repetitions.state import SAMPLES
+from mossar_stream.repetitions.state import ring_place, window_size
 
 DWELL, HOMEWARD = (
     0.3,
@@ -18,7 +18,7 @@ DWELL, HOMEWARD = (
 )  # how much speaks for an extreme where the movement dwells, and that is nearer to home
 STRAIGHTER = 0.16  # of the length of limbs: more hardly speaks louder
 LEAN = 0.15  # for leaving it as it is
-LONGEST_PAUSE = 0.5  # cycles, within a bout
+LONGEST_PAUSE = 1.5  # cycles, within a bout
 SEAM = 0.25  # of a cycle, by which neighbours of a chain may overlap or be apart: more shows that one was found anew
 
 
@@ -34,9 +34,10 @@ def weigh(header, samples, component, cycle, row):
         row: `CYCLE` record, in and out.
     """
     start, far, end = cycle[0], cycle[1], cycle[2]
-    home, away = dwelling_of(samples.smooth[component], start, far, end)
+    n = window_size(header)
+    home, away = dwelling_of(header, n, samples.smooth[component], start, far, end)
     near, distant = home_distances(samples, start, far)
-    row.resting = DWELL * (home - away) / max(home + away, 1)
+    row.resting = DWELL * (home - away) / max(home + away, 1e-3)
     row.resting += HOMEWARD * (distant - near) / max(near + distant, 1e-9)
     ends = 0.5 * (_straightness(header, samples, start) + _straightness(header, samples, end))
     row.straighter = ends - _straightness(header, samples, far)
@@ -54,10 +55,10 @@ def straightening(header, samples, cycles, count):
 @kernel
 def _straightness(header, samples, i):
     """Return the mean over a sample of the window and its neighbours."""
-    n = min(header.open, SAMPLES)
+    n = window_size(header)
     total, count = 0.0, 0
     for q in range(max(i - 1, 0), min(i + 2, n)):
-        total += float(samples.straight[(header.open - n + q) % SAMPLES])
+        total += float(samples.straight[ring_place(header, n, q)])
         count += 1
     return total / count
 

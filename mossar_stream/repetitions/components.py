@@ -7,9 +7,19 @@ are enough; the first look at a movement makes a few.
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.state import COMPONENTS, SAMPLES
+from mossar_stream.repetitions.sampling import MEDIAN
+from mossar_stream.repetitions.state import (
+    COMPONENTS,
+    LEAST_SAMPLES,
+    RECENT,
+    SAMPLES,
+    ring_place,
+    window_size,
+)
 
 STANDS_OUT = 2.56 * 1.1  # times the standard deviation of normal noise, with a margin
+SHARE = 0.3  # of the standard deviation of the movement, between samples
+LEAST_SWING = 0.03  # of the size of the body, rms over joints: who stands may sway as far
 
 
 @kernel
@@ -24,52 +34,50 @@ def find_components(header, samples, scratch):
     Returns:
         How many samples there are.
     """
-    n = min(header.open, SAMPLES)
+    n = window_size(header)
+    oldest = ring_place(header, n, 0)
     for j in range(samples.pose.size):
         for i in range(n):
-            samples.by_coordinate[j, i] = samples.by_sample[i, j]
+            samples.by_coordinate[j, i] = samples.by_sample[(oldest + i) % SAMPLES, j]
     lost = _begin_axes(samples, n)
     for _ in range(4 if lost else 2):
         _project(samples, n)
-        _turn_axes(samples, n)
+        _turn_axes(samples, n, oldest)
     _project(samples, n)
     for k in range(COMPONENTS):
         for j in range(samples.pose.size):
             samples.home_scores[k] += samples.axes[k, j] * samples.home[j]
-    scratch.least = max(header.least * np.sqrt(header.joints), _noise_swing(header, samples, n))
-    if header.open > SAMPLES:
-        _in_order(samples, header.open % SAMPLES, scratch.ring)
+    scratch.least = max(header.least * np.sqrt(header.joints), LEAST_SWING * np.sqrt(header.size))
+    scratch.least = max(scratch.least, _noise_swing(header, samples, n))
+    fine = max(header.fine - (header.open - n), n - RECENT, 0)
+    if n - fine >= LEAST_SAMPLES:
+        header.step = SHARE**2 * _spread(samples, fine, n)
     return n
+
+
+@kernel
+def _spread(samples, begin, n):
+    """Return the variance of the scores from a sample on, added up, m²."""
+    total, count = 0.0, n - begin
+    for k in range(COMPONENTS):
+        row, squares, mean = samples.scores[k], np.float32(0.0), np.float32(0.0)
+        for i in range(begin, n):
+            mean += row[i]
+            squares += row[i] * row[i]
+        total += float(squares) - float(mean) ** 2 / count
+    return total / count
 
 
 @kernel
 def _noise_swing(header, samples, n):
     """Return how far the scores of noise alone may swing, from the 10th to the 90th percentile.
 
-    What changes from one sample to the next, and the four components leave, is taken for noise. The root's noise is in
-    all J joints alike, which gives its components J times the variance of a coordinate's noise; n samples of D
-    coordinates show D / n more.
+    Half of what is known of it is the root's, which is in all J joints alike, and gives its components J times the
+    variance of a coordinate's noise; n samples of D coordinates show D / n more.
     """
-    left = 0.0
-    for j in range(samples.pose.size):
-        left += _change(samples.by_coordinate[j], n)
-    for k in range(COMPONENTS):
-        left -= _change(samples.scores[k], n)
-    others = samples.pose.size - (0 if header.travels == 1 else 3) - COMPONENTS
-    if others <= 0:
-        return 0.0
-    variance = max(left, 0.0) / (2.0 * others * (n - 1))
-    return STANDS_OUT * np.sqrt((header.joints + others / n) * variance)
-
-
-@kernel
-def _change(row, n):
-    """Return the sum of squared steps; of white noise, twice its variance times as many."""
-    total = np.float32(0.0)
-    for i in range(1, n):
-        step = row[i] - row[i - 1]
-        total += step * step
-    return float(total)
+    size = samples.pose.size
+    variance = 0.5 * MEDIAN * header.noise / size
+    return STANDS_OUT * np.sqrt((header.joints + 1.0 + size / n) * variance)
 
 
 @kernel
@@ -85,7 +93,7 @@ def _begin_axes(samples, n):
             begun = k
             i = (k + 1) * (n - 1) // COMPONENTS
             for j in range(samples.pose.size):
-                samples.axes[k, j] = samples.by_sample[i, j] - samples.by_sample[0, j]
+                samples.axes[k, j] = samples.by_coordinate[j, i] - samples.by_coordinate[j, 0]
     if begun >= 0:
         _orthonormalise(samples.axes)
     return begun == 0
@@ -102,7 +110,7 @@ def _is_zero(axis):
 
 @kernel
 def _project(samples, n):
-    """Set the centred scores of the window, in the order of the ring, and of a pose of zeros."""
+    """Set the centred scores of the window, and of a pose of zeros."""
     for k in range(COMPONENTS):
         row = samples.scores[k]
         row[:n] = np.float32(0.0)
@@ -122,13 +130,13 @@ def _project(samples, n):
 
 
 @kernel
-def _turn_axes(samples, n):
+def _turn_axes(samples, n, oldest):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
     scores = samples.scores
     one, two, three, four = samples.axes[0], samples.axes[1], samples.axes[2], samples.axes[3]
     samples.axes[:] = np.float32(0.0)
     for i in range(0, n - 1, 2):  # two samples at a time are quicker
-        now, then = samples.by_sample[i], samples.by_sample[i + 1]
+        now, then = samples.by_sample[(oldest + i) % SAMPLES], samples.by_sample[(oldest + i + 1) % SAMPLES]
         a, b, c, d = scores[0, i], scores[0, i + 1], scores[1, i], scores[1, i + 1]
         for j in range(one.size):
             one[j] = one[j] + a * now[j] + b * then[j]
@@ -138,7 +146,7 @@ def _turn_axes(samples, n):
             three[j] = three[j] + a * now[j] + b * then[j]
             four[j] = four[j] + c * now[j] + d * then[j]
     if n % 2 == 1:
-        pose = samples.by_sample[n - 1]
+        pose = samples.by_sample[(oldest + n - 1) % SAMPLES]
         for k in range(COMPONENTS):
             for j in range(one.size):
                 samples.axes[k, j] += scores[k, n - 1] * pose[j]
@@ -161,17 +169,6 @@ def _orthonormalise(axes):
         scale = np.float32(0.0) if square < np.float32(1e-12) else np.float32(1.0) / np.sqrt(square)
         for j in range(axes.shape[1]):
             axes[k, j] *= scale
-
-
-@kernel
-def _in_order(samples, oldest, ring):
-    """Turn the scores of a full ring so that the oldest sample comes first."""
-    for k in range(COMPONENTS):
-        row = samples.scores[k]
-        for i in range(SAMPLES):  # assigning arrays to arrays takes numba seconds to compile
-            ring[i] = row[i]
-        for i in range(SAMPLES):
-            row[i] = ring[(oldest + i) % SAMPLES]
 
 
 @kernel

@@ -16,6 +16,7 @@ from mossar_stream.repetitions.alike import (
     cycles_between,
     describe_all,
     duration,
+    goes_on,
     homing,
     join_pairs,
     keep_alike,
@@ -23,13 +24,22 @@ from mossar_stream.repetitions.alike import (
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
-from mossar_stream.repetitions.sampling import close_sample
-from mossar_stream.repetitions.state import COMPONENTS, CYCLES, RATE, SAMPLES, STRIDE, note_look, views
-from mossar_stream.repetitions.timing import time_cycles
+from mossar_stream.repetitions.sampling import append_sample
+from mossar_stream.repetitions.state import (
+    COMPONENTS,
+    CYCLES,
+    LEAST_SAMPLES,
+    RECENT,
+    SAMPLES,
+    note_look,
+    ring_place,
+    views,
+    window_size,
+)
+from mossar_stream.repetitions.timing import time_at, time_cycles
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
 PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
-LEAST_SAMPLES = 8
 OPEN_TO_CHANGE = 0.5  # of the window
 HOMEWARD = 0.4  # for beginning nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
@@ -37,10 +47,13 @@ BONUS = 0.34  # for beginning where cycles were counted before
 UPRIGHT = 0.6  # for beginning where limbs are straighter and upright
 RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
 MOST_PREFERRED = (1.0 + BONUS) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
-RECENT = 40  # samples: what swings much less there than in the window followed another posture,
-MUCH_LESS = 0.6  # of the range of the window
+MUCH_LESS = (
+    0.6  # of the range of the window, which the last `RECENT` samples swing if they followed another posture
+)
 NEAR = 0.15  # of a cycle
-OVERLAP = 0.45  # of a cycle, that may overlap the one before
+OVERLAP = 0.45  # of the shorter of two cycles, by which they may overlap
+LEAST_LEAD = 0.2  # of a cycle, that is shown before the first one,
+WHOLE = 0.75  # and with what is shown after the last one makes up one more
 LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
 GOES_ON = 0.54  # of a swing
 DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
@@ -75,38 +88,18 @@ def look(
     if time == np.inf:
         if header.begun == 0:
             return False
-        close_sample(header, samples)
-        return _look_once(header, samples, scratches[0])  # type: ignore[no-any-return]
-    first = -1  # of the take, that changed
-    _pass_over(header, samples, int((time - header.origin) * RATE) - header.open)
-    while time >= header.due:
-        while header.open < header.looked + STRIDE:
-            close_sample(header, samples)
-        if _look_once(header, samples, scratches[0]):
-            changed = header.dropped + header.changed
-            first = changed if first < 0 else min(first, changed)
-    if first >= 0:
-        header.changed = max(first - header.dropped, 0)
-    return first >= 0
-
-
-@kernel
-def _pass_over(header, samples, missing):
-    """Pass over most of a long gap: once the window holds one pose, nothing changes any more."""
-    if missing <= 3 * SAMPLES:
-        return
-    for _ in range(SAMPLES):
-        close_sample(header, samples)
-    header.open += missing - 2 * SAMPLES
-    note_look(header, header.open)
+        append_sample(header, samples, samples.before)
+    elif time < header.due:
+        return False
+    return _look_once(header, samples, scratches[0])  # type: ignore[no-any-return]
 
 
 @kernel
 def _look_once(header, samples, scratch):
     """Look at the window and renew what is counted in it; return whether anything changed."""
-    if header.open < LEAST_SAMPLES:
+    note_look(header)
+    if window_size(header) < LEAST_SAMPLES:
         return False
-    note_look(header, header.open)
     n = find_components(header, samples, scratch)
     _choose_proposal(header, samples, n, scratch)
     winner = scratch.winner
@@ -278,8 +271,9 @@ def _renew(header, samples, n, scratch):
         start, end = oldest + cycles[0, i], oldest + cycles[2, i]
         last, missed = start, 0
         if header.cycles > 0:
-            last = header.cycle[header.cycles - 1].end
-            if start < last - OVERLAP * (end - start):
+            before_it = header.cycle[header.cycles - 1]
+            last = before_it.end
+            if start < last - OVERLAP * min(end - start, last - before_it.start):
                 continue
             missed = _missed(samples.smooth[component], cycles[:, i], max(last - oldest, 0))
         for q in range(missed + 1):
@@ -292,16 +286,50 @@ def _renew(header, samples, n, scratch):
             before = _write(header, samples, component, proposed, oldest, before)
             row = header.cycle[header.cycles - 1]
             if q < missed:  # what was not alike does not say when it is half way
-                row.out, row.back = 0.75 * row.start + 0.25 * row.end, 0.25 * row.start + 0.75 * row.end
+                row.out = 0.75 * row.leaves + 0.25 * row.arrives
+                row.back = 0.25 * row.leaves + 0.75 * row.arrives
                 row.straighter = row.resting = 0.0
             else:
                 weigh(header, samples, component, proposed, row)
+        if i + 1 == scratch.winner.count or cycles[0, i + 1] > cycles[2, i]:
+            limit = n - 1 if i + 1 == scratch.winner.count else cycles[0, i + 1]
+            before = _go_on(header, samples, (n, oldest, component, limit), proposed, before)
     turn_chains(header)
     if header.changed < 0 and header.cycles != before:
         header.changed = header.cycles
     if header.changed > 0 and header.changed < header.cycles and header.cycle[header.changed].count > 1:
         header.changed -= 1  # its end is where this one begins
     return header.changed >= 0
+
+
+@kernel
+def _go_on(header, samples, what, cycle, before):
+    """Append one repetition more if what was shown before the first cycle and after the last make up one.
+
+    Cycles begin at an extreme, movements need not.
+
+    Args:
+        header: `HEADER` record.
+        samples: `Samples`.
+        what: How many samples there are, the number of the oldest, the component, the sample up to which to look.
+        cycle: (3,) start, far extreme, end of the last cycle.
+        before: How many cycles there were before the look.
+    """
+    n, oldest, component, limit = what
+    lead = header.cycle[header.cycles - 1].lead
+    if lead < LEAST_LEAD:
+        return before
+    shown, last = goes_on(header, n, samples.smooth, cycle, 1, limit)
+    if lead + shown < WHOLE or last <= cycle[2]:
+        return before
+    row = header.cycle[header.cycles - 1]
+    straighter, resting, lasts = row.straighter, row.resting, row.out - row.leaves
+    cycle[0], cycle[1], cycle[2] = cycle[2], last, last
+    before = _write(header, samples, component, cycle, oldest, before)
+    row = header.cycle[header.cycles - 1]
+    row.straighter, row.resting = straighter, resting
+    row.out, row.back = min(row.leaves + lasts, row.arrives), row.arrives
+    return before
 
 
 @kernel
@@ -336,22 +364,31 @@ def _write(header, samples, component, cycle, oldest, before):
     if not same and header.changed < 0:
         header.changed = place
     row.start, row.far, row.end = start, far, end
-    _measure(header, samples, component, cycle, oldest, row)
-    row.count = 1
+    _measure(header, samples, component, cycle, header.open - oldest, row)
+    row.count, row.lead = 1, 0.0
     if place > 0:
         last = header.cycle[place - 1]
-        if start - last.end <= LONGEST_PAUSE * (end - start):
-            row.count = last.count + 1
+        if row.leaves - last.arrives <= LONGEST_PAUSE * (row.arrives - row.leaves):
+            row.count, row.lead = last.count + 1, last.lead
+    if row.count == 1:
+        limit = 0 if place == 0 else max(header.cycle[place - 1].end - oldest, 0)
+        if limit < cycle[0]:
+            row.lead, _ = goes_on(header, header.open - oldest, samples.smooth, cycle, -1, limit)
     return before
 
 
 @kernel
-def _measure(header, samples, component, cycle, oldest, row):
+def _measure(header, samples, component, cycle, n, row):
     """Set times, amplitude and the leading joint of a cycle of which the window holds at least the end."""
     scores, smooth = samples.scores[component], samples.smooth[component]
     start, far, end = max(cycle[0], 0), max(cycle[1], 0), cycle[2]
-    row.out = oldest + crossing(smooth, start, far, 0.5)
-    row.back = oldest + crossing(smooth, np.int64(end), far, 0.5)
+    row.leaves = header.left[ring_place(header, n, start)]
+    row.out = time_at(header, n, crossing(smooth, start, far, 0.5))
+    place = ring_place(header, n, far)
+    row.turns = 0.5 * (header.at[place] + header.left[place])
+    row.back = time_at(header, n, crossing(smooth, np.int64(end), far, 0.5))
+    row.returning = int(end >= n - 2)
+    row.arrives = header.at[ring_place(header, n, end)]
     swing = abs(scores[far] - np.float32(0.5) * (scores[start] + scores[end]))
     row.amplitude = float(swing) / np.sqrt(float(header.joints))
     row.joint = _leading_joint(header, samples.axes[component])

@@ -4,14 +4,13 @@ import numpy as np
 
 from mossar_stream.events import BODY
 from mossar_stream.moves.joints import known_joints
-from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN, RATE, STRIDE
+from mossar_stream.repetitions.state import CHAINS, CYCLES, GIVEN
 from mossar_stream.skeleton import Skeleton
 
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
 FARTHEST = 2**48  # samples; no take is as long
-MOST_LATE = 2 * STRIDE  # samples
 
 
 def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
@@ -50,21 +49,23 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         prepared: The same as `prepare` leaves it.
     """
     same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)
-    counts = [int(header[name]) for name in ("frames", "open", "looked", "dropped", "cycles")]
+    counts = [int(header[name]) for name in ("frames", "open", "first", "looked", "dropped", "cycles")]
     cycles = header["cycle"]
     places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
-    times = [float(header[name]) for name in ("origin", "latest", "wanted", "due")]
-    late = (times[1] - times[0]) * RATE - counts[1]  # samples, of the latest frame after the complete ones
+    times = [float(header[name]) for name in ("origin", "latest", "wanted", "middle", "noise", "step")]
     return bool(
         same
         and all(0 <= count < FARTHEST for count in counts)
         and header["cycles"] <= CYCLES
-        and header["looked"] <= header["open"]
+        and max(header["first"], header["looked"]) <= header["open"]
+        and (not header["begun"] or header["frames"] == 0 or header["open"] > header["first"])
         and 0 <= header["changed"] + 1 <= CYCLES + 1
         and header["clear"] in (0, 1)
         and header["begun"] in (0, 1)
         and np.isfinite(times).all()
-        and (not header["begun"] or abs(late) < MOST_LATE)
+        and not np.isnan(header["due"])
+        and np.isfinite(header["at"]).all()
+        and np.isfinite(header["left"]).all()
         and np.all(np.abs(places) < FARTHEST)
         and np.all((cycles["joint"] >= 0) & (cycles["joint"] < header["joints"]))
     )

@@ -1,7 +1,8 @@
-"""Frames become samples at a constant rate: per coordinate the middle one of three frames of a sample.
+"""Poses become samples where the movement has gone on: a sample differs from the one before by a share of the movement.
 
-Joints are taken relative to the root; the root keeps its own path, since squats and jumps move it most. Of three
-frames the mean without the least and the most is their median, so a joint that leaps for one frame does not count.
+So a cycle has as many samples however long it takes, and a rest has one. Joints are taken relative to the root; the
+root keeps its own path, since squats and jumps move it most. Of three frames in a row each coordinate's median counts,
+so a joint that leaps for one frame does not.
 """
 
 import math
@@ -9,21 +10,31 @@ import math
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.repetitions.state import FRAMES, HOME, RATE, SAMPLES
+from mossar_stream.repetitions.state import HOME, LOOKS_APART, RATE, SAMPLES, STRIDE
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
 SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
+LEAST_STEP = 0.02  # of the size of the body, rms over joints, between samples
+STAYS = 0.1  # of the square of a step, within which a pose is still that of the sample
+MEDIAN = 0.45  # variance of the median of three, of theirs
+STANDS_OUT = 3.0  # times the square by which noise alone makes two samples differ
+FOLLOWS = 0.2  # of what three poses say of the noise
+TURNS_BACK = 1.5  # times the square of the way, by which the square of the bend is larger in noise (3) and not in motion
+RETURNED = 0.25  # of the square of how far it went, within which a pose has come back
+RETURNS = 3  # after which the step is made smaller,
+SHARE_OF_SMALL = 0.1  # to this share of that square
+LONGEST_REST = 30.0  # s; what was done before a longer one is not compared with what comes
 
 
 @kernel
 def next_wanted(origin, time):
-    """Return from when on the next frame is taken after one that was: `FRAMES` in a sample, evenly spread.
+    """Return from when on the next frame is looked at after one that was: at `RATE`.
 
     Args:
         origin: s, of the take.
         time: Of the frame, s.
     """
-    return origin + (math.floor((time - origin) * (RATE * FRAMES) + ROUNDING) + 1) / (RATE * FRAMES) - EARLY
+    return origin + (math.floor((time - origin) * RATE + ROUNDING) + 1) / RATE - EARLY
 
 
 @inline_kernel
@@ -36,27 +47,24 @@ def take_frame(header, samples, position, time):
         position: (J, 3) float32, m, NaN where missing.
         time: s.
     """
-    sample = int((time - header.origin) * RATE + 1e-6)
-    while header.open < sample:
-        close_sample(header, samples)
     header.latest = time
     if time >= header.wanted:
         header.wanted = next_wanted(header.origin, time)
-        take_pose(header, samples, position)
+        take_pose(header, samples, position, time)
 
 
 @kernel
-def take_pose(header, samples, positions):
-    """Add a frame to the open sample; what is missing stays where it was.
+def take_pose(header, samples, positions, time):
+    """Look at a frame; what is missing stays where it was.
 
     Args:
         header: `HEADER` record.
         samples: `Kept`.
         positions: (J, 3) float32, m, NaN where missing.
+        time: s.
     """
     r = header.root
     pose = samples.pose
-    fresh = header.frames == 0
     x, y, z = positions[r, 0], positions[r, 1], positions[r, 2]
     if header.unseen > 0:
         _appear(header, samples, positions)
@@ -71,19 +79,115 @@ def take_pose(header, samples, positions):
         pose[k] = pose[k] if np.isnan(x) else x
         pose[k + 1] = pose[k + 1] if np.isnan(y) else y
         pose[k + 2] = pose[k + 2] if np.isnan(z) else z
-    sums, least, most = samples.sums, samples.least, samples.most
-    for k in range(pose.size):
-        value = pose[k]
-        sums[k] = value if fresh else sums[k] + value
-        least[k] = value if fresh or value < least[k] else least[k]
-        most[k] = value if fresh or value > most[k] else most[k]
+    since = time - header.origin
+    if header.frames == 0:
+        for k in range(pose.size):
+            samples.before[k] = samples.older[k] = pose[k]
+        header.middle = since
+        header.size = _size(header, samples.pose)
+        append_sample(header, samples, samples.before)
+    else:
+        _follow(header, samples)
+    header.middle = since
     header.frames += 1
+    if header.frames <= HOME:
+        share = np.float32(1.0 / header.frames)
+        for k in range(pose.size):
+            samples.home[k] += np.float32(0.0) if np.isnan(pose[k]) else share * (pose[k] - samples.home[k])
+
+
+@kernel
+def _follow(header, samples):
+    """Let noise and samples follow the newest pose."""
+    pose, before, older = samples.pose, samples.before, samples.older
+    last = samples.by_sample[(header.open - 1) % SAMPLES]
+    bend = way = moved = np.float32(0.0)
+    for k in range(pose.size):
+        a, b, c = older[k], before[k], pose[k]
+        low, high = min(a, b), max(a, b)
+        middle = max(low, min(high, c))
+        older[k] = middle
+        turn, went = (a - b) + (c - b), c - a
+        apart = middle - last[k]
+        bend += np.float32(0.0) if np.isnan(turn) else turn * turn
+        way += np.float32(0.0) if np.isnan(went) else went * went
+        moved += np.float32(0.0) if np.isnan(apart) else apart * apart
+    if header.frames > 1:
+        noise = float(bend) / 6.0
+        if noise < header.noise or bend > TURNS_BACK * way:
+            header.noise += FOLLOWS * (noise - header.noise)
+    least = LEAST_STEP**2 * header.size
+    still = STANDS_OUT * 2.0 * MEDIAN * header.noise
+    step = max(header.step, least)
+    if moved > still + step:
+        append_sample(header, samples, older)
+        header.wander, header.returns = 0.0, 0
+    else:
+        if moved <= still + STAYS * step:
+            header.left[(header.open - 1) % SAMPLES] = header.middle
+        _wander(header, moved - still, least)
+    for k in range(pose.size):
+        older[k] = before[k]
+        before[k] = pose[k]
+
+
+@kernel
+def _wander(header, square, least):
+    """Make the step smaller if the pose goes out and back again and again, without a step.
+
+    Args:
+        header: `HEADER` record.
+        square: m², how far it is from the last sample.
+        least: m², the smallest step.
+    """
+    if square > header.wander:
+        header.wander = square
+    elif header.wander > 4.0 * least and square < RETURNED * header.wander:
+        header.returns += 1
+        if header.returns == RETURNS:
+            header.step = SHARE_OF_SMALL * header.wander
+            header.fine = header.open - 1
+            header.returns = 0
+        header.wander = 0.0
+
+
+@kernel
+def _size(header, pose):
+    """Return the square of how far joints are from their centre, added up, m²."""
+    total, n = 0.0, pose.size // 3
+    for c in range(3):
+        mean, squares, seen = 0.0, 0.0, 0
+        for j in range(n):
+            value = np.float32(0.0) if j == header.root else pose[3 * j + c]
+            if not np.isnan(value):
+                mean += float(value)
+                squares += float(value) ** 2
+                seen += 1
+        if seen > 0:
+            total += (squares - mean * mean / seen) * n / seen
+    return total
+
+
+@kernel
+def append_sample(header, samples, pose):
+    """Put a pose into the ring, at the time of the middle frame."""
+    place = header.open % SAMPLES
+    if header.open > 0 and header.middle - header.left[(header.open - 1) % SAMPLES] > LONGEST_REST:
+        header.first = header.open - 1
+    for k in range(pose.size):
+        samples.by_sample[place, k] = np.float32(0.0) if np.isnan(pose[k]) else pose[k]
+    header.at[place] = header.left[place] = header.middle
+    samples.straight[place] = _straightness(header, samples.by_sample[place])
+    header.open += 1
+    if header.open >= header.looked + STRIDE:
+        header.due = header.latest
+    else:
+        header.due = min(header.due, header.latest + LOOKS_APART)
 
 
 @kernel
 def _appear(header, samples, positions):
     """Let coordinates that are seen for the first time have been there all along."""
-    n = np.float32(header.frames)
     for j in range(header.joints):
         for c in range(3):
             k = 3 * j + c
@@ -94,30 +198,7 @@ def _appear(header, samples, positions):
             header.unseen -= 1
             for i in range(SAMPLES):
                 samples.by_sample[i, k] = value
-            samples.home[k] = value
-            samples.sums[k] = n * value
-            samples.least[k] = samples.most[k] = value
-
-
-@kernel
-def close_sample(header, samples):
-    """Put the open sample into the ring; without frames it repeats the latest pose."""
-    place = header.open % SAMPLES
-    n = header.frames
-    for k in range(samples.pose.size):
-        value = samples.pose[k]
-        if n > 2:
-            value = (samples.sums[k] - samples.least[k] - samples.most[k]) / np.float32(n - 2)
-        elif n > 0:
-            value = samples.sums[k] / np.float32(n)
-        if np.isnan(value):
-            value = np.float32(0.0)
-        samples.by_sample[place, k] = value
-        if header.open < HOME:
-            samples.home[k] += (value - samples.home[k]) / np.float32(header.open + 1)
-    samples.straight[place] = _straightness(header, samples.by_sample[place])
-    header.frames = 0
-    header.open += 1
+            samples.home[k] = samples.before[k] = samples.older[k] = value
 
 
 @kernel

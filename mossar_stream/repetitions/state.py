@@ -1,7 +1,7 @@
 """State of one performer's repetitions: a record of fixed size and one array of samples.
 
-Poses are kept at `RATE` by sample. A look lays them out by coordinate, too, so that both products of a power iteration
-run along contiguous memory.
+A sample is a pose that has moved far enough from the sample before (sampling.py). A look lays samples out by coordinate,
+too, so that both products of a power iteration run along contiguous memory.
 """
 
 from typing import Any, NamedTuple
@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 
-RATE = 10.0  # Hz, of the samples
-FRAMES = 3  # that make a sample, if there are as many, evenly spread: the others are passed over
-SAMPLES = 120  # kept, which is 12 s
-STRIDE = 10  # samples between two looks at the window
+RATE = 30.0  # Hz, of the frames that are looked at, at most
+SAMPLES = 120  # kept
+LEAST_SAMPLES = 8  # in a window that is looked at
+RECENT = 40  # samples: what swings much less there than in the window followed another posture
+STRIDE = 10  # samples after which the window is looked at,
+LOOKS_APART = 1.0  # s, at the latest, if there is a new one
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
-HOME = 5  # samples from which on it is known where movements begin
-CYCLES = 64  # remembered; more than fit into the window
+HOME = 15  # frames from which on it is known where movements begin
+CYCLES = 32  # remembered; more than fit into the window
 CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
 
 POSTURES = 9  # that describe a cycle
@@ -29,8 +31,15 @@ CYCLE = np.dtype(
         ("start", "i8"),  # sample at which the cycle begins, counted from the start of the take
         ("far", "i8"),  # sample of the other extreme
         ("end", "i8"),
-        ("out", "f8"),  # samples, where it passes half way to the other extreme, and
-        ("back", "f8"),  # half way back: better timed than the extremes
+        (
+            "leaves",
+            "f8",
+        ),  # s since the take began, like all times: when it leaves the pose in which it begins,
+        ("out", "f8"),  # passes half way to the other extreme,
+        ("turns", "f8"),  # is there, in the middle of its stay,
+        ("back", "f8"),  # passes half way back,
+        ("arrives", "f8"),  # and arrives
+        ("returning", "i8"),  # 1 if it may be on its way back yet
         ("amplitude", "f8"),  # m, rms over joints, from one extreme to the other
         ("count", "i8"),  # in its bout, from 1
         ("joint", "i8"),  # that moves most
@@ -39,10 +48,11 @@ CYCLE = np.dtype(
             "f8",
         ),  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
         ("resting", "f8"),  # how much more the movement dwells there and is at home, from -1 to 1
+        ("lead", "f8"),  # share of a cycle that was shown before the first one of its bout
         ("turned", "i8"),  # 1 if repetitions begin at the other extreme
-        ("begins", "f8"),  # samples, where the repetition begins, and
+        ("begins", "f8"),  # s, where the repetition begins, and
         ("ends", "f8"),  # where it ends, see timing.py
-        ("period", "f8"),  # samples, NaN of the first in a bout
+        ("period", "f8"),  # s, NaN of the first in a bout
     ]
 )
 
@@ -57,12 +67,22 @@ HEADER = np.dtype(
         ("begun", "i8"),  # 1 after the first frame of a take
         ("origin", "f8"),  # s, time of that frame
         ("latest", "f8"),  # s, time of the latest frame
-        ("wanted", "f8"),  # s, from when on a frame is taken into a sample
+        ("wanted", "f8"),  # s, from when on a frame is looked at
         ("unseen", "i8"),  # coordinates that no frame of the take had
-        ("frames", "i8"),  # in the open sample
-        ("open", "i8"),  # number of the open sample; as many are complete
-        ("looked", "i8"),  # complete samples at the last look
+        ("frames", "i8"),  # looked at
+        ("middle", "f8"),  # s, time of the frame before, which is the middle one of three
+        ("noise", "f8"),  # m², of the sensor: variance of a pose, added up over all coordinates
+        ("size", "f8"),  # m², square of how far joints are from their centre, added up, as the take began
+        ("step", "f8"),  # m², by which a pose must differ from the last sample, added up likewise
+        ("wander", "f8"),  # m², how far the pose went from the last sample, and
+        ("returns", "i8"),  # how often it came back: small movements, of which a large step shows nothing
+        ("fine", "i8"),  # first sample since the step was last made smaller
+        ("open", "i8"),  # samples of the take
+        ("first", "i8"),  # that belongs to the window: before it there was a long rest
+        ("looked", "i8"),  # samples at the last look
         ("due", "f8"),  # s, when the next look is due
+        ("at", "f8", (SAMPLES,)),  # s since the take began, times of the samples, ring buffer
+        ("left", "f8", (SAMPLES,)),  # s, until when the pose stayed there
         ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is told before
         ("dropped", "i8"),  # cycles that are no longer remembered
         ("cycles", "i8"),  # remembered ones
@@ -90,7 +110,6 @@ SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since thos
         ),  # sums of each component of them, and of all squares
         ("alike", "f8", (SAMPLES // 2,)),  # agreement of each cycle with the next
         ("counts", "i4", (BINS,)),  # of a histogram
-        ("ring", "f4", (SAMPLES,)),  # of scores
         ("least", "f8"),  # swing of scores; what swings by less is not counted
         ("winner", WINNER),
     ]
@@ -112,10 +131,9 @@ class Kept(NamedTuple):
     by_sample: np.ndarray  # (SAMPLES, D), m, ring buffer
     axes: np.ndarray  # (COMPONENTS, D), unit vectors
     straight: np.ndarray  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `by_sample`
-    sums: np.ndarray  # (D,) of the open sample's frames
-    least: np.ndarray  # (D,) of them
-    most: np.ndarray  # (D,) of them
-    home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` samples
+    older: np.ndarray  # (D,) m, pose of the frame before `before`
+    before: np.ndarray  # (D,) m, pose of the frame before
+    home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` frames
     pose: np.ndarray  # (D,) latest known, NaN before a joint was seen
 
 
@@ -125,9 +143,8 @@ class Samples(NamedTuple):
     by_sample: np.ndarray  # as in `Kept`
     axes: np.ndarray
     straight: np.ndarray
-    sums: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
+    older: np.ndarray
+    before: np.ndarray
     home: np.ndarray
     pose: np.ndarray
     by_coordinate: np.ndarray  # (D, SAMPLES), as `by_sample`
@@ -138,7 +155,7 @@ class Samples(NamedTuple):
 
 def length(joints: int) -> int:
     """Return how many float32 are kept of a performer's samples."""
-    return 3 * joints * (SAMPLES + COMPONENTS + 5) + SAMPLES
+    return 3 * joints * (SAMPLES + COMPONENTS + 4) + SAMPLES
 
 
 def new_room(joints: int) -> np.ndarray:
@@ -162,7 +179,6 @@ def kept_views(memory, joints):
         part(memory, 4 * (c + d), np.float32, (d,)),
         part(memory, 4 * (c + 2 * d), np.float32, (d,)),
         part(memory, 4 * (c + 3 * d), np.float32, (d,)),
-        part(memory, 4 * (c + 4 * d), np.float32, (d,)),
     )
 
 
@@ -178,9 +194,8 @@ def views(memory, room, joints):
         kept.by_sample,
         kept.axes,
         kept.straight,
-        kept.sums,
-        kept.least,
-        kept.most,
+        kept.older,
+        kept.before,
         kept.home,
         kept.pose,
         part(room, 0, np.float32, (d, SAMPLES)),
@@ -203,7 +218,9 @@ def begin(header, samples, time):
     header.origin = header.latest = header.wanted = time
     header.unseen = 3 * header.joints
     header.frames = header.open = header.clear = header.dropped = header.cycles = header.changed = 0
-    note_look(header, 0)
+    header.first = header.fine = header.returns = 0
+    header.noise = header.size = header.step = header.wander = header.middle = 0.0
+    note_look(header)
     samples.axes[:] = 0.0
     samples.home[:] = 0.0
     samples.pose[:] = np.nan
@@ -238,7 +255,19 @@ def adopt_counted(headers: NDArray[np.void], bodies: NDArray[np.void]) -> None:
 
 
 @kernel
-def note_look(header, looked):
-    """Note how many complete samples there are at a look, and when the next one is due."""
-    header.looked = looked
-    header.due = header.origin + (looked + STRIDE) / RATE - 1e-6 / RATE
+def note_look(header):
+    """Note that all samples were looked at; the next one says when a look is due again."""
+    header.looked = header.open
+    header.due = np.inf
+
+
+@inline_kernel
+def window_size(header):
+    """Return how many samples there are in the window."""
+    return min(header.open - header.first, SAMPLES)
+
+
+@inline_kernel
+def ring_place(header, n, i):
+    """Return where in the ring the i-th of the n samples in the window is."""
+    return (header.open - n + i) % SAMPLES

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event, PhaseEvent, RepetitionEvent, RepetitionStatus
-from mossar_stream.repetitions.state import CYCLES, RATE, STRIDE
+from mossar_stream.repetitions.state import CYCLES, LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.skeleton import Skeleton
 
@@ -42,9 +42,21 @@ class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def as_said_last(events: Iterable[Event]) -> list[RepetitionEvent]:
-    """Return the repetitions that events tell of, each as it was said at last, without those that were withdrawn."""
+    """Return the repetitions that events report, each as it was reported at last, without those that were withdrawn.
+
+    Their `total` is that of the repetition: how many there were with it.
+    """
     latest = {event.id: event for event in events if isinstance(event, RepetitionEvent)}
-    return [event for event in latest.values() if event.status == "counted"]
+    return [
+        msgspec.structs.replace(event, total=number_of(event))
+        for event in latest.values()
+        if event.status == "counted"
+    ]
+
+
+def number_of(event: RepetitionEvent) -> int:
+    """Return the number of a repetition in its take, from 1."""
+    return int(event.id.rpartition("/r")[2])
 
 
 class Telling:
@@ -103,8 +115,8 @@ class Telling:
         if last < 0 or not clear:
             return None
         end, period = self._cycles[["ends", "period"]].tolist()[last]
-        since = (time - origin) * RATE - end
-        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + STRIDE else None
+        since = time - origin - end
+        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + LOOKS_APART else None
 
     def phase_news(self, take: int, time: float) -> list[Event]:
         """Return the phase of a frame, s, unless it was told, or nothing repeats and that was told."""
@@ -136,13 +148,13 @@ class Telling:
     def _facts(self, place: int) -> dict[str, Any]:
         """Return what an event says of a cycle."""
         cycle, origin = self._cycles[place], self._tally["origin"].item()
-        period = None if np.isnan(cycle["period"]) else float(cycle["period"]) / RATE
+        period = None if np.isnan(cycle["period"]) else float(cycle["period"])
         return {
             "count": int(cycle["count"]),
             "period": period,
             "tempo": None if period is None else 60.0 / period,
-            "start": origin + float(cycle["begins"]) / RATE,
-            "end": origin + float(cycle["ends"]) / RATE,
+            "start": origin + float(cycle["begins"]),
+            "end": origin + float(cycle["ends"]),
             "amplitude": float(cycle["amplitude"]),
             "joint": self._names[cycle["joint"]],
         }

@@ -1,14 +1,20 @@
 """Timing: where repetitions begin and end, and how long they take, from the cycles that are counted."""
 
+import math
+
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
+from mossar_stream.repetitions.sampling import STAYS
+from mossar_stream.repetitions.state import ring_place
 
 # Between cycles, whose median is the period: one that was missed does not count, and four, for where samples fall makes
 # those of fast movements longer and shorter in turn.
 INTERVALS = 4
 # Cycles without a new one, after which nothing repeats any more, besides the time between looks.
 LONGEST_SILENCE = 1.5
+LEAST_PERIOD = 0.1  # s
+NEARBY = math.sqrt(STAYS)  # of a step, within which a pose stays that of a sample
 LOWER, UPPER = np.arange(
     2
 )  # as numpy integers: a Python integer would make numba compile a version for each value
@@ -16,7 +22,7 @@ LOWER, UPPER = np.arange(
 
 @kernel
 def time_cycles(header, first):
-    """Set where the remembered repetitions begin and end, and their periods, samples.
+    """Set when the remembered repetitions begin and end, and their periods, s.
 
     Args:
         header: `HEADER` record.
@@ -29,6 +35,9 @@ def time_cycles(header, first):
             _end_of(header, place),
             _period(header, place),
         )
+        if place > 0:
+            row.begins = max(row.begins, header.cycle[place - 1].ends)
+        row.ends = max(row.ends, row.begins + LEAST_PERIOD)
 
 
 @kernel
@@ -43,12 +52,12 @@ def _period(header, place):
     end, beyond = place, min(begin + INTERVALS, header.cycles - 1)
     while end < beyond and header.cycle[end + 1].count > 1:
         end += 1
-    return max(0.25 * (_ranked(header, begin, end, LOWER) + _ranked(header, begin, end, UPPER)), 1.0)
+    return max(0.25 * (_ranked(header, begin, end, LOWER) + _ranked(header, begin, end, UPPER)), LEAST_PERIOD)
 
 
 @kernel
 def _ranked(header, begin, end, upper):
-    """Return the lower or upper median of what passes between cycles, twice in samples."""
+    """Return the lower or upper median of what passes between cycles, twice, s."""
     count = end - begin
     rank = (count - 1 + upper) // 2
     for i in range(count):
@@ -64,8 +73,17 @@ def _ranked(header, begin, end, upper):
 
 @kernel
 def _passed(header, place):
-    """Return how much later the next cycle is half way out and back, samples, added up."""
+    """Return how much later the next cycle is half way out and back, s, added up.
+
+    The first cycle of a bout may come out of another posture, and the last one may not be back yet.
+    """
     one, other = header.cycle[place], header.cycle[place + 1]
+    if one.count == 1 and other.returning == 1:
+        return 2.0 * (other.turns - one.turns)
+    if one.count == 1:
+        return 2.0 * (other.back - one.back)
+    if other.returning == 1:
+        return 2.0 * (other.out - one.out)
     return other.out + other.back - one.out - one.back
 
 
@@ -75,10 +93,10 @@ def _begin_of(header, place):
     row = header.cycle[place]
     if place > 0 and row.count > 1 and header.cycle[place - 1].turned == row.turned:
         before = header.cycle[place - 1]
-        return _middle(before) if row.turned else 0.5 * (before.back + row.out + 1)
-    begin = 2.0 * row.start - row.far if row.turned else max(row.start, 2.0 * row.out - row.far)
+        return _middle(before) if row.turned else 0.5 * (before.back + row.out)
+    begin = 2.0 * row.leaves - row.turns if row.turned else max(row.leaves, 2.0 * row.out - row.turns)
     earliest = 0.0 if place == 0 else _own_end(header.cycle[place - 1])
-    return max(begin, earliest) + 0.5
+    return max(begin, earliest)
 
 
 @kernel
@@ -89,17 +107,29 @@ def _end_of(header, place):
         after = header.cycle[place + 1]
         if after.count > 1 and not after.turned:
             return _begin_of(header, place + 1)
-    return _own_end(row) + 0.5
+    return _own_end(row)
 
 
 @kernel
 def _own_end(row):
-    """Return where a repetition ends that nothing follows, half a sample early."""
+    """Return when a repetition ends that nothing follows."""
     # Where it rests the extreme is anywhere: movements end as long after half way as they began before it.
-    return _middle(row) - 0.5 if row.turned else min(float(row.end), 2.0 * row.back - row.far)
+    return _middle(row) if row.turned else min(row.arrives, 2.0 * row.back - row.turns)
 
 
 @kernel
 def _middle(row):
     """Return the middle between passing half way out and half way back."""
-    return 0.5 * (row.out + row.back + 1.0)
+    return 0.5 * (row.out + row.back)
+
+
+@kernel
+def time_at(header, n, place):
+    """Return when the pose was between two samples of the window of n, s since the take began."""
+    below = int(place)
+    share = place - below
+    one = ring_place(header, n, below)
+    if share < NEARBY:
+        return header.at[one] + share / NEARBY * (header.left[one] - header.at[one])
+    share = (share - NEARBY) / (1.0 - NEARBY)
+    return (1.0 - share) * header.left[one] + share * header.at[ring_place(header, n, below + 1)]
