@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.engine.intake import given_positions
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Pools
+from mossar_stream.engine.pool import Pools, Row
 from mossar_stream.engine.together import process_together
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
@@ -136,28 +136,44 @@ class Performers:
         if known is not None and known.skeleton == skeleton:
             return []
         self._check_memory(name, skeleton, fps)
-        recognition = self._recognition_of(name, skeleton)
+        segmenter = self._new_segmenter(
+            name, skeleton, fps
+        )  # all that may fail comes before anything is changed
         events = self._dismiss(name, "another skeleton") if known is not None else []
         while len(self._segmenters) >= self._most:
             events += self._dismiss(next(iter(self._segmenters)), "too many performers")
-        rows = self._pools_for(skeleton, fps, self._settings)
-        segmenter = Segmenter.of_row(
-            rows.allocate(name),
-            recognition,
-            lambda plan: self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate_alone(
-                name
-            ),
-        )
-        if segmenter.level != self._level:
-            segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
         before = self._absent.pop(name, None)
         if before is not None:
             segmenter.carry_on(before.counts)
-            segmenter.change(**before.changes)
         elif self._first_take:
             segmenter.carry_on({**segmenter.counts, "take": self._first_take})
         self._segmenters[name] = segmenter
         return events
+
+    def _new_segmenter(self, name: str, skeleton: Skeleton, fps: float | None) -> Segmenter:
+        """Return a segmenter for a performer, with the performer's own settings."""
+        recognition = self._recognition_of(name, skeleton)
+        row = self._pools_for(skeleton, fps, self._settings).allocate(name)
+
+        def new_row(plan: Plan) -> Row:
+            return self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate_alone(name)
+
+        try:
+            segmenter = Segmenter.of_row(row, recognition, new_row)
+            if segmenter.level != self._level:
+                segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
+            segmenter.change(**self._own_changes(name))
+        except BaseException:
+            row.release()
+            raise
+        return segmenter
+
+    def _own_changes(self, name: str) -> dict[str, object]:
+        """Return what a performer's own settings change of those of all."""
+        if name not in self._segmenters:
+            return self._absent[name].changes if name in self._absent else {}
+        own, common = (msgspec.structs.asdict(s) for s in (self._segmenters[name].settings, self.settings))
+        return {field: value for field, value in own.items() if value != common[field]}
 
     @property
     def moves(self) -> Moves | None:
@@ -205,10 +221,8 @@ class Performers:
 
     def _dismiss(self, name: str, reason: str) -> list[Event]:
         """End a performer's take and free its memory, but keep in mind where it was."""
-        segmenter = self._segmenters[name]
+        segmenter, fields = self._segmenters[name], tuple(self._own_changes(name))
         events = self.remove(name, reason)
-        own, common = (msgspec.structs.asdict(settings) for settings in (segmenter.settings, self.settings))
-        fields = tuple(field for field, value in own.items() if value != common[field])
         self._absent[name] = _Absent(segmenter.counts, segmenter.settings if fields else None, fields)
         if len(self._absent) > MOST_ABSENT:
             forgotten = self._absent.pop(next(iter(self._absent)))
@@ -348,8 +362,8 @@ class Performers:
         return events
 
     def snapshot(self) -> dict[str, bytes]:
-        """Return what all segmenters know, by performer."""
-        return {name: segmenter.snapshot() for name, segmenter in self._segmenters.items()}
+        """Return what all segmenters know, by performer, without the examples of moves: those are the pool's."""
+        return {name: segmenter.snapshot(with_moves=False) for name, segmenter in self._segmenters.items()}
 
     def lasting(self) -> bytes:
         """Return what the pool knows besides: settings as they are now, and the takes of those who made room."""
@@ -358,6 +372,9 @@ class Performers:
     def restore(self, blobs: Mapping[str, bytes], lasting: bytes = b"") -> None:
         """Go on where the segmenters of a snapshot were, in place of those that are here.
 
+        The moves of this pool are recognised from then on. If they are others than when the snapshot was made, a move that
+        was confirmed and not final yet is forgotten.
+
         Args:
             blobs: Of `snapshot`.
             lasting: Of `lasting`, at the same time; nothing to keep the settings that there are.
@@ -365,7 +382,10 @@ class Performers:
         Raises:
             SnapshotError: If one of them is damaged; nothing is changed then.
         """
-        segmenters = {name: Segmenter.restore(blob) for name, blob in blobs.items()}
+        segmenters = {
+            name: Segmenter.restore(blob, self._moves, with_moves=self._moves is not None)
+            for name, blob in blobs.items()
+        }
         if lasting:
             try:
                 known = msgspec.msgpack.decode(lasting, type=_Lasting)

@@ -95,7 +95,7 @@ def pack_snapshot(
 
 
 def unpack_snapshot(
-    blob: bytes, moves: Moves | None = None, channel: str = BODY
+    blob: bytes, moves: Moves | None = None, channel: str = BODY, *, with_moves: bool = True
 ) -> tuple[Plan, str, LevelName | float, list[Event], NDArray[np.uint8], Recognition | None, Following]:
     """Return plan, performer, level, pending events, row, recognition and what else follows of a snapshot.
 
@@ -103,6 +103,7 @@ def unpack_snapshot(
         blob: The snapshot.
         moves: For one that was made without them.
         channel: The body's, or of a limb.
+        with_moves: Whether moves are recognised from now on, if they were before.
 
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
@@ -133,7 +134,7 @@ def unpack_snapshot(
     if not is_sound(row, plan):
         raise SnapshotError("the snapshot's state contradicts itself")
     name = performer_name(content.performer)
-    recognition = _recognition(content, name, moves)
+    recognition = _recognition(content, name, moves) if with_moves else None
     return plan, name, content.level, content.pending, row, recognition, content.following
 
 

@@ -369,21 +369,26 @@ class Segmenter:
         return pack_snapshot(row.plan, row.name, self.steps.level, pending, row.memory[0], following)
 
     @classmethod
-    def restore(cls, blob: bytes, moves: Moves | None = None) -> "Segmenter":
+    def restore(cls, blob: bytes, moves: Moves | None = None, *, with_moves: bool = True) -> "Segmenter":
         """Return a segmenter that goes on exactly where the one that made `blob` was.
 
         Args:
             blob: Of `snapshot`.
             moves: Of a snapshot without them; others than it was made with are recognised from now on.
+            with_moves: Whether moves are recognised at all from now on, if they were before.
 
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version, or lack the moves.
         """
-        return cls._restored(blob, moves)
+        return cls._restored(blob, moves, with_moves=with_moves)
 
     @classmethod
-    def _restored(cls, blob: bytes, moves: Moves | None = None, *, channel: str = BODY) -> "Segmenter":
-        plan, performer, level, pending, content, recognition, known = unpack_snapshot(blob, moves, channel)
+    def _restored(
+        cls, blob: bytes, moves: Moves | None = None, *, channel: str = BODY, with_moves: bool = True
+    ) -> "Segmenter":
+        plan, performer, level, pending, content, recognition, known = unpack_snapshot(
+            blob, moves, channel, with_moves=with_moves
+        )
         if channel != BODY and plan.given.limbs:
             raise SnapshotError("the snapshot's limbs have limbs")
         row = pool_of_one(plan, performer, content)

@@ -15,8 +15,8 @@ import msgspec
 from mossar_adapters.regular import check_regular
 from mossar_stream import SnapshotError
 
-VERSION = 2
-MAX_BYTES = 1 << 28  # a performer takes a quarter of a megabyte
+VERSION = 3
+MAX_BYTES = 1 << 30  # a performer with limbs takes half a megabyte, and there may be 1024
 
 
 class Position(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -44,6 +44,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         pool: What the pool knows besides: settings that control changed, takes of those who made room for others.
         sinks: Bytes written, for sinks that can go on there.
         run: Name of the run, which goes on under it.
+        moves: Digest of the moves that were recognised; the examples are in a file of their own.
     """
 
     settings: bytes
@@ -53,6 +54,7 @@ class Snapshot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     pool: bytes = b""
     sinks: dict[str, int | None] = {}
     run: str = ""
+    moves: bytes = b""
 
 
 _MAGIC = b"MSNAP"
@@ -64,13 +66,19 @@ def write_snapshot(path: Path, snapshot: Snapshot) -> None:
     """Write a snapshot in place of an older one.
 
     Raises:
-        SnapshotError: If it cannot be written.
+        SnapshotError: If it cannot be written, or is larger than what can be read; the older one stays then.
     """
+    content = sealed(msgspec.msgpack.encode(snapshot))
+    if len(content) > MAX_BYTES:
+        raise SnapshotError(
+            f"{path}: the snapshot has {len(content) >> 20} MiB, more than the {MAX_BYTES >> 20} MiB that can be read; "
+            "it is not written"
+        )
     beside = path.with_name(path.name + ".new")
     try:
         beside.unlink(missing_ok=True)
         with beside.open("xb") as file:
-            file.write(sealed(msgspec.msgpack.encode(snapshot)))
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
@@ -108,7 +116,7 @@ def read_snapshot(path: Path) -> Snapshot | None:
     except OSError as error:
         raise SnapshotError(f"{path}: the snapshot cannot be read: {error.strerror or error}") from None
     if len(data) > MAX_BYTES:
-        raise SnapshotError(f"{path}: larger than {MAX_BYTES >> 20} MB; this is no snapshot")
+        raise SnapshotError(f"{path}: larger than {MAX_BYTES >> 20} MiB; this is no snapshot")
     try:
         return _decoder.decode(_opened(data))
     except SnapshotError as error:

@@ -1,5 +1,6 @@
 """Upkeep: what a pipeline does between frames, on the wall clock: stalls, silence, stats, snapshots."""
 
+import hashlib
 import logging
 import time
 from collections.abc import Container
@@ -13,7 +14,7 @@ from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
-from mossar_stream import MossarError, SnapshotError, StatsEvent, StreamChange, StreamEvent
+from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent, StreamChange, StreamEvent
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline.pipeline import Pipeline
@@ -44,6 +45,8 @@ class Upkeep:
         self._path = snapshot
         self._period = period
         self._unwritten = False  # whether the latest snapshot could not be written
+        self._moves: Moves | None = None  # those of the digest:
+        self._moves_digest = b""
         self._watch = Watch(lambda _: 1.0)
         self._looked = 0.0  # monotonic s
         self._stats_due = float("inf")
@@ -174,11 +177,20 @@ class Upkeep:
         if snapshot.settings != msgspec.json.encode(pipeline.settings):
             raise SnapshotError("the snapshot was made with other settings; delete it to start anew")
         pipeline.pool.restore(snapshot.performers, snapshot.pool)
+        if snapshot.moves != self._digest(pipeline.pool.moves):
+            _log.warning("moves are not those of the snapshot; those of now are recognised from here on")
         pipeline.naming.resume(snapshot.sources)
         for feed, position in zip(pipeline.feeds, snapshot.sources, strict=True):
             skip = getattr(feed.source, "resume", None)
             if callable(skip):
                 skip(position.frames)
+
+    def _digest(self, moves: Moves | None) -> bytes:
+        """Return what tells moves from others; nothing if there are none."""
+        if moves is not self._moves:
+            self._moves = moves
+            self._moves_digest = b"" if moves is None else hashlib.sha256(moves.to_json()).digest()
+        return self._moves_digest
 
     def _write(self, pipeline: "Pipeline", *, complete: bool) -> None:
         """Write a snapshot, after the outputs that it counts on."""
@@ -195,6 +207,7 @@ class Upkeep:
                 sources=pipeline.naming.positions(),
                 performers=pipeline.pool.snapshot(),
                 pool=pipeline.pool.lasting(),
+                moves=self._digest(pipeline.pool.moves),
                 sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
                 run=pipeline.run_id,
             )
