@@ -252,9 +252,9 @@ def _report_start(row: Row) -> None:
     """Report that a take has begun."""
     started = stream_event(row, "started")
     row.is_live = True
-    row.look_for_place()
     if row.plan.channel == BODY:
         row.pending += [started]
+    row.look_for_place()
 
 
 def stream_event(row: Row, change: StreamChange, reason: str = "", take: int | None = None) -> StreamEvent:

@@ -42,8 +42,8 @@ def test_every_damaged_byte_is_noticed(tmp_path):
 def test_a_newer_snapshot_is_refused_by_its_version(tmp_path):
     path = tmp_path / "state"
     write_snapshot(path, Snapshot(b"{}", complete=False))
-    path.write_bytes(path.read_bytes().replace(b"MSNAP\x02", b"MSNAP\x03"))
-    with pytest.raises(SnapshotError, match="of version 3, this program reads version 2"):
+    path.write_bytes(path.read_bytes().replace(b"MSNAP\x02", b"MSNAP\x04"))
+    with pytest.raises(SnapshotError, match="of version 4, this program reads version 3"):
         read_snapshot(path)
 
 
@@ -59,3 +59,12 @@ def test_a_link_in_the_place_of_the_file_beside_is_not_followed(tmp_path):
     write_snapshot(tmp_path / "state", Snapshot(b"{}", complete=True))
     assert dear.read_text() == "dear to somebody"
     assert read_snapshot(tmp_path / "state").complete
+
+
+def test_what_could_not_be_read_is_not_written(tmp_path, monkeypatch):
+    path = tmp_path / "state"
+    write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": b"something"}))
+    monkeypatch.setattr("mossar_adapters.pipeline.snapshot.MAX_BYTES", 1000)
+    with pytest.raises(SnapshotError, match="more than .* can be read; it is not written"):
+        write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": bytes(1001)}))
+    assert read_snapshot(path).performers == {"p1": b"something"}
