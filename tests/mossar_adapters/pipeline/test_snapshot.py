@@ -65,6 +65,6 @@ def test_what_could_not_be_read_is_not_written(tmp_path, monkeypatch):
     path = tmp_path / "state"
     write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": b"something"}))
     monkeypatch.setattr("mossar_adapters.pipeline.snapshot.MAX_BYTES", 1000)
-    with pytest.raises(SnapshotError, match="more than .* can be read; it is not written"):
+    with pytest.raises(SnapshotError, match="can be read; it is not written"):
         write_snapshot(path, Snapshot(b"{}", complete=False, performers={"p1": bytes(1001)}))
     assert read_snapshot(path).performers == {"p1": b"something"}
