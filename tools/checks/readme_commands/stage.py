@@ -36,11 +36,18 @@ NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run 
     "python -m checks.flink_load": "needs an environment of its own",
     "python -m checks.peer_settings": "needs the peers, in an environment of their own",
     "python -m checks.readme_commands": "runs already",
+    "mossar run webcam:": "there is no camera",
+    "mossar view webcam:": "there is no camera",
+    "mossar webcam": "serves a page until it is stopped; fetches weights",
+    "mossar segment dance.mp4": "there is no video with a person; tests make one",
+    "mossar teach moves.json dance.mp4": "there is no video with a person; tests make one",
+    "python -m checks.webcam": "needs a video with a person",
     "python -m checks.peers DIR": "needs the peers, in an environment of their own",
 }
 FAILS_HERE: Final[dict[str, str]] = {  # the same for commands that rightly end with status 1 here
     "mossar adapters --check osc://": "nobody sends",
     "mossar adapters --check oak:": "there is no camera",
+    "mossar adapters --check webcam:": "there is no camera",
 }
 
 
