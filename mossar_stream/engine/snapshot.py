@@ -25,7 +25,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 18  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 19  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
