@@ -11,6 +11,12 @@ CORE = Path(mossar_stream.__file__).parent
 ROOT = CORE.parent
 KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel"}
 MOST_PARAMETERS = 6
+DEEPER = {
+    # A stopwatch: what steps cost by themselves.
+    "tools/checks/steps.py: mossar_stream.steps.stepping",
+    # The check of signals keeps or removes compiled kernels, whose folder is named by their digest.
+    "tools/checks/signals.py: mossar_stream.jit.sources",
+}
 
 
 def files(folder):
@@ -71,7 +77,7 @@ def test_nobody_outside_imports_deeper_than_the_public_face(folder):
         for module in imported_by(file)
         if module != "mossar_stream"
     }
-    assert not deep
+    assert deep == {name for name in DEEPER if name.startswith(f"{folder}/")}
 
 
 def circle_in(graph):

@@ -16,6 +16,13 @@ from mossar_adapters.pipeline.snapshot import Snapshot, read_snapshot, write_sna
 from mossar_stream import SnapshotError
 
 
+def without_run(path):
+    """Return the events of a file without what differs from run to run."""
+    events = [json.loads(line) for line in path.read_text().splitlines()]
+    assert {len(event.pop("run")) for event in events if "run" in event} == {12}
+    return events
+
+
 def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, disk_of_128k, tmp_path):
     events, take = tmp_path / "e.jsonl", disk_of_128k / "take.msk"
     run = ("run", "demo:", "--speed", "max", "--seconds", "60")
@@ -24,7 +31,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_stream(mossar, disk_of_128k,
     assert f"{take}: cannot be written: No space left on device" in err
     assert "Traceback" not in err
     mossar(*run, "--to", tmp_path / "quiet.jsonl")
-    assert events.read_text() == (tmp_path / "quiet.jsonl").read_text()
+    assert without_run(events) == without_run(tmp_path / "quiet.jsonl")
     assert open_recording(take).frame_count > 100
 
 

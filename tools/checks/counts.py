@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import RepetitionEvent, Segmenter, Settings, Skeleton
-from mossar_stream.repetitions.telling import as_said_last
 from mossar_tools.console import Console
 from mossar_tools.evaluation.matching import Cut, match
 
@@ -84,7 +83,8 @@ def count(series: Series) -> Counted:
     segmenter = Segmenter(series.skeleton, Settings(repetitions=True), fps=series.fps)
     events = segmenter.push(series.positions) + segmenter.end_take()
     said = [event for event in events if isinstance(event, RepetitionEvent)]
-    last = as_said_last(said)
+    latest = {event.id: event for event in said}
+    last = [event for event in latest.values() if event.status == "counted"]
     spans = [(event.start or 0.0, event.end or 0.0) for event in last]
     ends: list[float] = []
     for time in (time for span in spans for time in span):
