@@ -102,8 +102,8 @@ def test_a_reset_ends_the_takes(running):
     [
         ({}, '"set", "get" and "do"'),
         ({"get": "stats", "do": "reset"}, '"set", "get" and "do"'),
-        ({"get": "nothing"}, "settings and stats"),
-        ({"do": "dance"}, "there is reset"),
+        ({"get": "nothing"}, "settings, stats and people"),
+        ({"do": "dance"}, "there are reset, exchange, pin and unpin"),
         ({"set": {"level": "strong"}}, "posture, motion, cluster"),
         ({"set": {"nothing": 1}}, "no setting called 'nothing'"),
         ({"set": {"level": "motion"}, "performer": "p9"}, "no performer called 'p9'; there are p1, p2"),

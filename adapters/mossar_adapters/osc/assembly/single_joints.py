@@ -9,6 +9,7 @@ Nothing marks the end of a frame in these protocols. A frame is closed, whicheve
 - when nothing comes after the joint that ended the frame before, or nothing at all for a tenth of a second.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
@@ -20,6 +21,7 @@ from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, 
 from mossar_adapters.osc.profiles.profile import Context, Message
 from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.receiving.senders import MAX_SENDERS
 from mossar_adapters.source import Left
 from mossar_stream import MAX_NAME, FrameError, Skeleton, performer_name
 
@@ -28,7 +30,8 @@ _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 
 NO_POSES: Sequence[Pose] = ()
 Parents = Callable[[Sequence[str]], tuple[tuple[int, ...], int]]
-Scaling = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], Scale]]
+Scaled = tuple[NDArray[np.float64], Scale]  # (3,) metres per unit, and how it was found
+Scaling = Callable[[NDArray[np.float64]], Scaled]
 
 
 class SingleJoints:
@@ -36,13 +39,15 @@ class SingleJoints:
 
     Args:
         context: What is known of the source.
-        scaling: Takes (n, J, 3) raw positions of the first frames and returns factor (3,) and the scale.
+        scaling: Takes (n, J, 3) raw positions of the first frames and returns factor (3,) and the scale. The first
+            performer of a sender is measured; one sensor has one unit, and the same place is the same for all ids.
         parents: Finds parents and root of named joints.
     """
 
     def __init__(self, context: Context, scaling: Scaling, parents: Parents = with_known_parents) -> None:
         self._senders = context.senders
         self._scaling = scaling
+        self._scales: OrderedDict[str, Scaled] = OrderedDict()  # by sender
         self._parents = parents
         self._performers: dict[str, _Performer] = {}
 
@@ -75,7 +80,21 @@ class SingleJoints:
                 if message.arrival - self._performers[silent].last < SILENT:
                     raise FrameError(f"{MAX_PERFORMERS} performers are known and all of them move")
                 del self._performers[silent]
-            found = self._performers[name] = _Performer(name, self._scaling, self._parents)
+            sender = message.sender
+            found = self._performers[name] = _Performer(
+                name, lambda raw: self._scaled(sender, raw), self._parents
+            )
+        return found
+
+    def _scaled(self, sender: str, raw: NDArray[np.float64]) -> Scaled:
+        """Return factor and scale of a sender, measured on its first performer whose height can be measured."""
+        found = self._scales.get(sender)
+        if found is None:
+            found = self._scaling(raw)
+            if height(raw) > 0:
+                self._scales[sender] = found
+                if len(self._scales) > MAX_SENDERS:
+                    self._scales.popitem(last=False)
         return found
 
     def leave(self, message: Message, person: str, reason: str) -> list[Pose | Left]:
@@ -198,7 +217,7 @@ def isotropic(choose: Callable[[float], Scale]) -> Scaling:
         choose: Makes the scale of the height of the skeleton.
     """
 
-    def scaling(positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], Scale]:
+    def scaling(positions: NDArray[np.float64]) -> Scaled:
         scale = choose(height(positions))
         return np.full(3, scale.metres), scale
 
