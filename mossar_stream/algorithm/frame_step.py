@@ -42,7 +42,7 @@ from mossar_stream.algorithm.facts import (
     smoothing_weights,
     start_facts,
 )
-from mossar_stream.algorithm.joints import Joints, is_empty, start_joints, step_joints
+from mossar_stream.algorithm.joints import Joints, count_nobody, is_empty, start_joints, step_joints
 from mossar_stream.algorithm.localising import localise, speed_to_come
 from mossar_stream.algorithm.noise import calm_noise, hear_aside, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -146,7 +146,7 @@ def advance(
                 return STOPS * i + TAKE_ENDS
             if empty and clock.open == 0:  # a take begins with somebody
                 count_frame(clock, state.counters)
-                state.counters.unseen += 1
+                count_nobody(state.counters, points[i * plan.joints : (i + 1) * plan.joints])
                 continue
         if place != IN_VAIN and _is_look_due(state, a.counted, time):
             return STOPS * i + LOOK_DUE

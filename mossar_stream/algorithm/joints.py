@@ -229,6 +229,19 @@ def is_empty(frame):
 
 
 @kernel
+def count_nobody(counters, frame):
+    """Count a frame without any joint that no take takes in.
+
+    Args:
+        counters: COUNTERS.
+        frame: (J,) POINT.
+    """
+    counters.unseen += 1
+    for j in range(len(frame)):
+        counters.outliers += 1 if _is_far(frame[j]) else 0
+
+
+@kernel
 def _keep(body, k, joint):
     """Note where a joint is."""
     body[k + GOOD_X], body[k + GOOD_Y], body[k + GOOD_Z] = joint.x, joint.y, joint.z

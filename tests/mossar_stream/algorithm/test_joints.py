@@ -11,12 +11,13 @@ BODY = Skeleton(("hip", "left", "right", "head"), (-1, 0, 0, 0))
 
 
 def velocities(positions, settings=ROOM, skeleton=BODY, fps=FPS):
-    """Return the curve, m per frame as the window holds one displacement, and the counters."""
+    """Return the curve of open takes, m per frame as the window holds one displacement, and the counters."""
     segmenter = Segmenter(skeleton, settings, fps=fps)
     curve = []
     for frame in np.asarray(positions, np.float32):
         segmenter.push(frame)
-        curve.append(segmenter.state.value)
+        if segmenter.state is not None:  # no take is open while no joint is there
+            curve.append(segmenter.state.value)
     return np.array(curve), segmenter.stats
 
 
@@ -138,8 +139,9 @@ def test_frames_without_anybody_are_counted(nowhere):
     positions[10:] = nowhere
     _, stats = velocities(positions)
     assert stats["unseen"] == len(positions) - 10
-    _, stats = velocities(np.full_like(positions, nowhere))
+    curve, stats = velocities(np.full_like(positions, nowhere))
     assert stats["unseen"] == len(positions)
+    assert len(curve) == 0
     assert (stats["outliers"] > 0) == (not np.isnan(nowhere))
     some = walkers()
     some[:, 1] = nowhere
