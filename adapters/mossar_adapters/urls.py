@@ -32,6 +32,7 @@ class OpenOptions(msgspec.Struct, frozen=True):
         force: Whether to replace a recording that is there.
         loop: Whether to play a recording again and again.
         position: Byte at which to go on with a file.
+        people: For whom slots are kept, None without slots; see `open_source`.
     """
 
     options: ReadOptions = ReadOptions()
@@ -40,6 +41,7 @@ class OpenOptions(msgspec.Struct, frozen=True):
     force: bool = False
     loop: bool = False
     position: int | None = None
+    people: People | None = None
 
 
 class Scheme(msgspec.Struct, frozen=True):
@@ -101,7 +103,7 @@ def open_source(
     given = _merged(options or ReadOptions(), address)
     # With slots, --performer is one of them, and not an id of the sender.
     inner = given if people is None else msgspec.structs.replace(given, performer=None)
-    wanted = OpenOptions(inner, speed, listener, loop=loop)
+    wanted = OpenOptions(inner, speed, listener, loop=loop, people=people)
     if scheme.source is None:
         raise address.error(f"{address.scheme}: cannot be read from")
     source = scheme.source(address, wanted)
@@ -322,7 +324,7 @@ def _oak(address: Address, wanted: OpenOptions) -> Source:
 def _webcam(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.pose.source import WebcamSource
 
-    return WebcamSource.from_address(address, wanted.options)
+    return WebcamSource.from_address(address, wanted.options, wanted.people)
 
 
 SCHEMES: tuple[Scheme, ...] = (

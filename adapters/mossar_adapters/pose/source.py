@@ -18,6 +18,7 @@ from mossar_adapters.extras import needed
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.live import Counters
+from mossar_adapters.people import People
 from mossar_adapters.pose.camera import Camera, Taken, check_camera
 from mossar_adapters.pose.pictures import Picture
 from mossar_adapters.pose.types import MAX_PEOPLE, Body, CameraOptions, PoseError
@@ -30,7 +31,7 @@ OPTIONS: Final = {
     "model": "lite, full or heavy; default: full",
     "size": "WIDTHxHEIGHT in pixels, as 640x480",
     "fps": "pictures per second",
-    "people": "how many people to follow, 1 to 4; default: 1",
+    "people": "how many people to look for, 1 to 4; default: as many as --people has slots, else 1",
     "performer": "name of the first person",
     "picture": "yes: the dashboard shows the picture, mirrored, with the skeleton on it",
 }
@@ -119,18 +120,21 @@ class WebcamSource:
         )  # s, and monotonic s of the next attempt to get it back
 
     @classmethod
-    def from_address(cls, address: Address, options: ReadOptions | None = None) -> "WebcamSource":
+    def from_address(
+        cls, address: Address, options: ReadOptions | None = None, slots: People | None = None
+    ) -> "WebcamSource":
         """Return the source that a URL describes, as `webcam:1?model=lite&size=640x480`.
 
         Args:
             address: Its options take precedence over the others.
             options: The user's fps.
+            slots: What slots are kept for; so many people are looked for, at most 4; for `nearest` and `first` 4.
 
         Raises:
             SettingsError: If an option is unknown or its value impossible; names the legal ones.
             MossarError: See the class.
         """
-        camera, model, people = wanted(address, options)
+        camera, model, people = wanted(address, options, slots)
         return cls(
             camera,
             model=model,
@@ -255,12 +259,15 @@ def _size(address: Address) -> tuple[int, int] | None:
     return int(sides[0]), int(sides[1])
 
 
-def wanted(address: Address, options: ReadOptions | None = None) -> tuple[CameraOptions, str, int]:
+def wanted(
+    address: Address, options: ReadOptions | None = None, slots: People | None = None
+) -> tuple[CameraOptions, str, int]:
     """Return the camera, the model and the number of people that a URL asks for.
 
     Args:
         address: `webcam:`, `webcam:1`, `webcam:/dev/video2`, with options.
         options: The user's fps.
+        slots: What slots are kept for; see `WebcamSource.from_address`.
 
     Raises:
         SettingsError: If an option is unknown or its value impossible; names the legal ones.
@@ -271,7 +278,8 @@ def wanted(address: Address, options: ReadOptions | None = None) -> tuple[Camera
     named = address.options.get("name", "")
     if named and address.path:
         raise address.error("a camera is named by its number or by name=, not by both")
-    people = address.choice("people", tuple(str(n + 1) for n in range(MAX_PEOPLE)), "1")
+    usual = 1 if slots is None else min(slots, MAX_PEOPLE) if isinstance(slots, int) else MAX_PEOPLE
+    people = address.choice("people", tuple(str(n + 1) for n in range(MAX_PEOPLE)), str(usual))
     fps = address.number("fps", *_RATES, (options or ReadOptions()).fps)
     camera = CameraOptions(address.path or "0", named, _size(address), fps)
     return camera, address.choice("model", tuple(MODELS), USUAL), int(people)

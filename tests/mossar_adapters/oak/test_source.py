@@ -15,6 +15,7 @@ from mossar_adapters.demo import performance
 from mossar_adapters.oak.camera import load_sdk
 from mossar_adapters.oak.source import CONFIDENCE, SKELETON, OakSource
 from mossar_adapters.oak.types import CameraError, CameraLost, OakOptions
+from mossar_adapters.people import PeopleSource
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, SettingsError
 
@@ -69,6 +70,38 @@ def test_people_who_cross_and_who_come_back_keep_their_names(studio):
     assert len(two) == sum(len(people) == 2 for _, _, people in pictures)
     assert all(f.positions[0, 17, 2] == pytest.approx(-2.8, abs=0.2) for f in one)
     assert all(f.positions[0, 17, 2] == pytest.approx(-3.6, abs=0.3) for f in two)
+
+
+def away_and_back(studio, body):
+    """Yield pictures of a tall and a short person; both leave for 4 s and come back at each other's side."""
+    at_origin = body - body[11:13].mean(0) * (1, 0, 1)
+    tall, short = at_origin * 1.05, at_origin * 0.8
+    for number in range(60):
+        side = 0.7 if number < 20 else -0.7
+        at = number if number < 20 else number + 96
+        people = [tall + np.array((side, 0, -3.0)), short + np.array((-side, 0, -3.0))]
+        yield number, studio.START + at / studio.FPS, people[:: 1 if number < 20 else -1]
+
+
+def test_slots_know_who_comes_back_where_the_numbers_of_the_camera_follow_places(studio):
+    stage = studio.Stage(noise=0.05)
+    _, items = studio.shown(stage, list(away_and_back(studio, studio.standing())))
+
+    class Shown:
+        name, live = "oak:", True
+
+        def items(self):
+            yield from items
+
+    def height(frame):
+        return np.nanmax(frame.positions[0, :, 1]) - np.nanmin(frame.positions[0, :, 1])
+
+    assert height(studio.frames_of(items, "p1")[-1]) < 1.4 < height(studio.frames_of(items, "p1")[0])
+    slots = [item for item in PeopleSource(Shown(), 2).items() if isinstance(item, Frames)]
+    for name, low, high in (("p1", 1.4, 2.0), ("p2", 1.0, 1.4)):
+        own = [item for item in slots if item.performer == name]
+        assert len(own) == 60
+        assert all(low < height(item) < high for item in own)
 
 
 def test_the_root_is_a_virtual_pelvis_between_the_hips_and_y_is_up(studio):

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 
+from checks.fuzz.recordings import WRITERS
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.people import PeopleSource
 from mossar_adapters.source import Came, Left, Meta
@@ -143,3 +144,15 @@ def test_recordings_come_in_order_of_time_though_their_readers_hold_chunks_back(
     for k, name in enumerate(("p1", "p2")):
         own = [item for item in found if item.performer == name]
         assert np.array_equal(np.concatenate([item.positions for item in own]), bodies[k, :700])
+
+
+def test_the_stream_of_an_xdf_recording_gets_the_first_slot(tmp_path):
+    name, content = WRITERS["xdf"]
+    path = tmp_path / name
+    path.write_bytes(content())
+    plain = [item for item in open_source(str(path)).items() if isinstance(item, Frames)]
+    slots = [item for item in open_source(str(path), people=2).items() if isinstance(item, Frames)]
+    assert {item.performer for item in slots} == {"p1"}
+    assert np.array_equal(
+        np.concatenate([item.positions for item in slots]), np.concatenate([item.positions for item in plain])
+    )

@@ -9,9 +9,11 @@ import time
 import numpy as np
 import pytest
 
+from mossar_adapters.address import parse_url
 from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.pose.camera import Camera, refusal
-from mossar_adapters.pose.types import CameraLost, CameraOptions, PoseError
+from mossar_adapters.pose.source import wanted
+from mossar_adapters.pose.types import MAX_PEOPLE, CameraLost, CameraOptions, PoseError
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_source
 from mossar_stream import Frames, MossarError, SettingsError
@@ -88,6 +90,33 @@ def test_a_person_before_the_camera_gives_frames(device, pan):
     assert abs(time.monotonic() - times[-1]) < 5.0  # the clock at the grab
     assert frames(items)[0].positions.shape == (1, 33, 3)
     assert frames(items)[0].confidence.shape == (1, 33)
+
+
+@pytest.mark.parametrize(
+    ("url", "slots", "people"),
+    [
+        ("webcam:", None, 1),
+        ("webcam:", 2, 2),
+        ("webcam:", 9, MAX_PEOPLE),
+        ("webcam:", "nearest", MAX_PEOPLE),
+        ("webcam:?people=3", "first", 3),
+    ],
+)
+def test_as_many_people_are_looked_for_as_there_are_slots(url, slots, people):
+    assert wanted(parse_url(url), None, slots)[2] == people
+
+
+@needs_weights
+def test_two_people_before_the_camera_have_two_slots(device, pan):
+    # The second is somebody of another size, beside the first: a picture of 960 x 480.
+    pictures = [np.hstack([one, cv2.copyMakeBorder(one[::2, ::2], 120, 120, 120, 120, 0)]) for one in pan]
+    device.play(pictures * 6, rate=15.0)
+    source = open_source(f"webcam:{device.path}", people=2)
+    found = frames(read(source, lambda items: sum(f.performer == "p2" for f in frames(items)) >= 10))
+    assert {item.performer for item in found} == {"p1", "p2"}
+    first, second = ({float(f.times[0]) for f in found if f.performer == name} for name in ("p1", "p2"))
+    assert len(first & second) >= 9  # in the same pictures
+    assert [row["slot"] for row in source.table()] == ["p1", "p2"]
 
 
 @needs_weights
