@@ -105,7 +105,7 @@ def joint_places(skeleton: Skeleton) -> dict[str, tuple[int, int]]:
         skeleton: With names of any of the usual conventions.
 
     Returns:
-        Two joints for each of `hips`, `spine`, `chest`, `neck`, `head` and "left_" and "right_" `shoulder`, `elbow`,
+        Two joints for each of `hips`, `spine`, `chest`, `neck`, `head` and, with "left" or "right" before them, `shoulder`, `elbow`,
         `wrist`, `hand`, `hip`, `knee`, `ankle`, `foot` that is found: it lies in the middle of the two, which are mostly
         the same.
 
