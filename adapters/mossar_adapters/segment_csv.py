@@ -1,13 +1,12 @@
 """Segments as a table that spreadsheets and ELAN open: one row for each segment; the same for streams and whole files."""
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
+from mossar_adapters.table_text import csv_text
 from mossar_stream import BODY, Event, KeyFrameEvent, Segment, SegmentEvent
 
 COLUMNS = (
@@ -50,10 +49,10 @@ def segment_row(
     ending: Ending,
     channel: str = BODY,
 ) -> Sequence[object]:
-    """Return the cells of a segment, in the order of `COLUMNS`; times in s on the source's clock."""
+    """Return the cells of a segment, not yet guarded, in the order of `COLUMNS`; times in s on the source's clock."""
     return (
-        _text(recording),
-        _text(performer),
+        recording,
+        performer,
         take,
         f"{part.start_time:.4f}",
         f"{part.end_time:.4f}",
@@ -64,15 +63,10 @@ def segment_row(
         ending.kind,
         _number(ending.strength),
         _number(part.similarity),
-        _text(" ".join(part.active_joints)),
+        " ".join(part.active_joints),
         channel,
         part.limb or "",
     )
-
-
-def _text(name: str) -> str:
-    """Return a name as a cell that no spreadsheet takes for a formula: names come from files and networks."""
-    return f"'{name}" if name[:1] in {"=", "+", "-", "@", "\t", "\r"} else name
 
 
 def _number(value: float | None) -> str:
@@ -144,7 +138,5 @@ class SegmentCsvSink:
 
     def _write(self, rows: Sequence[Sequence[object]]) -> None:
         head = [COLUMNS] if self._file.tell() == 0 else []  # late: a file with nothing in it may be replaced
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows([*head, *rows])
-        self._file.write(text.getvalue().encode())
+        self._file.write(csv_text([*head, *rows]).encode())
         self._file.flush()

@@ -206,7 +206,6 @@ ALONE = {  # values that no bundle has, one for each field; some are legal with 
     "feet": ["left=a right=b"],
     "step_sensitivity": [0.7],
     "up": ["z"],
-    "rests": ["keep"],
     "repetitions": [True],
     "phase": [True],
     "limbs": [True],

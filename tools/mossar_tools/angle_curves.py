@@ -1,12 +1,12 @@
 """Angle curves: the angles of every frame as a table, or as a picture with the repetitions behind them."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.table_text import csv_text
 from mossar_stream import Result, joint_angles
 from mossar_tools.errors import UsageError
 from mossar_tools.palette import Palette
@@ -32,11 +32,10 @@ def write_curves(path: Path, whole: LoadedRecording, result: Result, palette: Pa
     if path.suffix.lower() == ".csv":
         try:
             with path.open("w", encoding="utf-8", newline="") as file:
-                table = csv.writer(file, lineterminator="\n")
-                table.writerow(["time", *angles])
+                file.write(csv_text([["time", *angles]]))
                 for time, *values in zip(whole.times, *angles.values(), strict=True):
                     cells = ["" if np.isnan(value) else f"{value:.2f}" for value in values]
-                    table.writerow([f"{time:.4f}", *cells])
+                    file.write(csv_text([[f"{time:.4f}", *cells]]))
         except OSError as error:
             raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
         return

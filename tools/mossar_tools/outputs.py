@@ -1,8 +1,6 @@
 """Outputs: where results go, as JSON, as a table or as a picture; the same for every command."""
 
 import contextlib
-import csv
-import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -10,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import msgspec
 
 from mossar_adapters.files.output import OutputError
+from mossar_adapters.table_text import csv_text
 from mossar_tools.console import Console
 from mossar_tools.errors import UsageError
 from mossar_tools.options import STANDARD_OUTPUT, Options
@@ -135,9 +134,7 @@ def _check(path: Path, *, force: bool) -> None:
 
 
 def _csv_text(columns: Sequence[str], rows: Rows) -> str:
-    text = io.StringIO()
-    csv.DictWriter(text, columns, lineterminator="\n").writerows(rows)
-    return text.getvalue()
+    return csv_text([row.get(column, "") for column in columns] for row in rows)
 
 
 @contextlib.contextmanager

@@ -5,6 +5,7 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from mossar_adapters.annotations.tiers import (
     EVENTS,
@@ -15,6 +16,7 @@ from mossar_adapters.annotations.tiers import (
     Mark,
     Tier,
 )
+from mossar_adapters.table_text import without_guard
 
 _NAMES = ("name", "label", "trial_type", "state")  # columns that may hold the label, the first that is there
 _OWN = {
@@ -87,9 +89,13 @@ def _rows(path: Path, separator: str, needed: tuple[str, ...]) -> list[tuple[int
                 raise AnnotationError(
                     f"{path}: a table of labels has a column {missing[0]}; this one has none"
                 )
-            return [(table.line_num, row) for row in table]
+            return [(table.line_num, _unguarded(row)) for row in table]
     except (UnicodeDecodeError, csv.Error) as error:
         raise AnnotationError(f"{path}: no table: {error}") from None
+
+
+def _unguarded(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: without_guard(text) if isinstance(text, str) else text for name, text in row.items()}
 
 
 def _number(path: Path, line: int, text: str | None) -> float:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from mossar_adapters.annotations.tiers import AnnotationError, Mark, Tier
 from mossar_adapters.extras import installed, needed
+from mossar_adapters.table_text import cell
 
 EXTRA, _LIBRARY = "annotate", "pympi"
 
@@ -114,7 +115,7 @@ def _write_audacity(path: Path, tiers: Sequence[Tier], _: float) -> None:
 def _write_vtt(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write WebVTT cues; moments are left out, because a cue must last."""
     cues = [
-        f"{_clock(mark.start)} --> {_clock(mark.end)}\n{name}: {_escaped(mark.label)}\n"
+        f"{_clock(mark.start)} --> {_clock(mark.end)}\n{_escaped(name)}: {_escaped(mark.label)}\n"
         for mark, name in _in_order(tiers)
         if round(mark.end * 1000) > round(mark.start * 1000)
     ]
@@ -124,14 +125,23 @@ def _write_vtt(path: Path, tiers: Sequence[Tier], _: float) -> None:
 def _write_bids(path: Path, tiers: Sequence[Tier], _: float) -> None:
     """Write the events table of the Brain Imaging Data Structure."""
     rows = [
-        f"{m.start:.6f}\t{m.end - m.start:.6f}\t{name.replace(' ', '_')}\t{m.label}\n"
+        f"{m.start:.6f}\t{m.end - m.start:.6f}\t{cell(name.replace(' ', '_'))}\t{cell(m.label)}\n"
         for m, name in _in_order(tiers)
     ]
     path.write_text("".join(["onset\tduration\ttrial_type\tvalue\n", *rows]), encoding="utf-8")
 
 
 def _in_order(tiers: Sequence[Tier]) -> list[tuple[Mark, str]]:
-    return sorted((mark, tier.name) for tier in tiers for mark in tier.marks)
+    """Return all marks for formats whose lines end a mark and whose tabs part its cells."""
+    return sorted(
+        (Mark(mark.start, mark.end, _in_one_line(mark.label)), _in_one_line(tier.name))
+        for tier in tiers
+        for mark in tier.marks
+    )
+
+
+def _in_one_line(text: str) -> str:
+    return " ".join(text.replace("\t", "\n").splitlines())
 
 
 def _clock(seconds: float) -> str:

@@ -4,7 +4,6 @@ A clip of a segment has the frames from its first up to that with which the next
 after the other they are the recording again.
 """
 
-import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -19,6 +18,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.output import OutputError
 from mossar_adapters.files.registry import format_of
 from mossar_adapters.files.trials import trc_lines, trc_part, write_c3d_trial
+from mossar_adapters.table_text import csv_text
 from mossar_stream import Segment
 
 TABLE = "clips.csv"
@@ -135,7 +135,6 @@ def _write_npz(path: Path, whole: LoadedRecording, span: slice) -> None:
 
 
 def _write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]) if rows else ["clip"], lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    columns = list(rows[0]) if rows else ["clip"]
+    text = csv_text([columns, *([row.get(column, "") for column in columns] for row in rows)])
+    path.write_bytes(text.encode())

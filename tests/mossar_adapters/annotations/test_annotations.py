@@ -112,6 +112,37 @@ def test_nothing_is_lost_on_the_way_there_and_back(tiers: list[Tier], suffix: st
         assert [mark.end for mark in found] == pytest.approx(ends, abs=1e-6)
 
 
+HOSTILE = [
+    Tier("=1+1 segments", (Mark(0.0, 1.0, "-kick"), Mark(1.0, 2.0, "'=2"))),
+    Tier("<b>&", (Mark(3.0, 4.0, "@x"),)),
+]
+
+
+def test_events_of_bids_hold_no_formulas_and_read_back_as_they_were(tmp_path: Path) -> None:
+    path = tmp_path / "take.tsv"
+    write_annotations(path, HOSTILE, 4.0)
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file, delimiter="\t"))
+    assert not [text for row in rows for text in row if text[:1] in set("=+-@")]
+    assert read_annotations(path) == HOSTILE
+
+
+def test_names_of_cues_are_escaped(tmp_path: Path) -> None:
+    path = tmp_path / "take.vtt"
+    write_annotations(path, HOSTILE, 4.0)
+    assert "&lt;b&gt;&amp;: @x" in path.read_text()
+    assert read_annotations(path) == HOSTILE
+
+
+@pytest.mark.parametrize("suffix", [".txt", ".vtt", ".tsv"])
+def test_a_name_with_tabs_and_lines_adds_no_cells_and_no_lines(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"take{suffix}"
+    write_annotations(path, [Tier("arm\t=1\n\nNOTE", (Mark(0.0, 1.0, "a\r\n2\tb\u2028c"),))], 4.0)
+    (tier,) = read_annotations(path)
+    assert tier.name.split(" ") == (["arm_=1__NOTE"] if suffix == ".tsv" else ["arm", "=1", "", "NOTE"])
+    assert tier.marks == (Mark(0.0, 1.0, "a 2 b c"),)
+
+
 def test_events_of_bids_are_opened_by_pandas_with_every_stretch_and_moment(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     table = pandas.read_csv(written(tmp_path, ".tsv"), sep="\t")

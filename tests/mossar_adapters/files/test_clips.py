@@ -7,7 +7,7 @@ import pytest
 
 from mossar_adapters.files import FileError, ReadOptions, open_motion, open_recording, read
 from mossar_adapters.files.bvh_text import zyx_angles
-from mossar_adapters.files.clips import TABLE, check_clips, write_clips
+from mossar_adapters.files.clips import TABLE, check_clips, clips_of_segments, write_clips
 from mossar_adapters.files.kinematics import euler_rotations, joint_positions
 from mossar_stream import Segment
 
@@ -21,8 +21,8 @@ def segment(start, end):
 def cut(path, folder, spans, **options):
     """Write the clips of spans of frames and return their paths."""
     rows = [{"start_frame": start} for start, _ in spans]
-    segments = [segment(*span) for span in spans]
-    assert write_clips(folder, read(path, **options), segments, rows, ReadOptions(**options)) == len(spans)
+    clips = clips_of_segments([segment(*span) for span in spans])
+    assert write_clips(folder, read(path, **options), clips, rows, ReadOptions(**options)) == len(spans)
     with (folder / TABLE).open(newline="") as file:
         table = list(csv.DictReader(file))
     assert [int(row["start_frame"]) for row in table] == [start for start, _ in spans]

@@ -157,11 +157,13 @@ def test_names_in_a_table_are_no_formulas(tmp_path):
     sink = open_sink(str(path))
     sink.announce(Meta("=1+1", META.skeleton, recording="@take.bvh"))
     sink.send([msgspec.structs.replace(SEGMENT, performer="=1+1", active_joints=("-hand", "foot"))])
+    sink.send([msgspec.structs.replace(SEGMENT, channel="@arm", limb="+arm", start_time=-2.5)])
     sink.close()
     with path.open(newline="") as file:
-        (row,) = csv.DictReader(file)
+        row, of_limb = csv.DictReader(file)
     assert (row["recording"], row["performer"], row["active_joints"]) == (
         "'@take.bvh",
         "'=1+1",
         "'-hand foot",
     )
+    assert (of_limb["channel"], of_limb["limb"], of_limb["start"]) == ("'@arm", "'+arm", "-2.5000")
