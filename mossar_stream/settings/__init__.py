@@ -99,7 +99,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         max_pause: A gap or a step back in time longer than this starts a new take, s.
         repetitions: Whether to count how often movements are repeated.
         rest_seconds: How long the speed must have been below the line until an activity event reports `resting`, s.
-        rests: Whether holds and rests of 0.6 s and more are segments of their own (`keep`), or the level decides (`merge`).
+        rests: Whether holds and rests of 0.6 s and more are segments of their own (`keep`, that of level `motion`), or the level
+            decides (`merge`).
         phase: Whether to tell of each frame where in the cycle of a repeated movement it is; needs `repetitions`.
         limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
             else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
@@ -151,7 +152,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     max_speed: float = 15.0
     max_pause: float = 1.0
     rest_seconds: float = 0.25
-    rests: Rests = "merge"
+    rests: Rests | None = None
     repetitions: bool = False
     phase: bool = False
     limbs: bool | str = False
@@ -227,9 +228,10 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     def bundle_values(self) -> dict[str, object]:
         """Return what the level's bundle gives to each field that is left to it.
 
-        Three follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
+        Four follow another field. `range_floor` is a speed, so it is proportional to `window`. `location` is `none` with the
         path kernel, whose summaries have no sums from which poses could be subtracted. `rate_limit` is 0 with a `fixed`
-        range, where key frames are exactly those of Algorithm 2 on the velocity of all frames.
+        range, where key frames are exactly those of Algorithm 2 on the velocity of all frames. `rests` is `merge` with other
+        similarities than evidence, where Algorithm 3 alone decides.
         """
         values = dict(BUNDLES[self.bundle])
         usual = float(str(values["window"]))
@@ -239,6 +241,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             values["location"] = "none"
         if self.range == "fixed":
             values["rate_limit"] = 0.0
+        if self.similarity not in (None, "evidence"):
+            values["rests"] = "merge"
         return values
 
     def at_level(self, level: LevelName | float) -> "Settings":
@@ -301,6 +305,7 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     post_roll: float
     tempo: bool
     remerge_seconds: float
+    rests: Rests
 
 
 SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
@@ -310,7 +315,7 @@ SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
     "similarity": (*get_args(SimilarityName), None),
     "kernel_form": get_args(KernelForm),
     "location": (*get_args(Location), None),
-    "rests": get_args(Rests),
+    "rests": (*get_args(Rests), None),
     "up": get_args(Up),
 }
 SWITCHES = ("tempo", "repetitions", "phase", "steps")

@@ -24,6 +24,7 @@ PRESETS: dict[str, dict[str, object]] = {
         "tempo": False,
         "remerge_window": 8,
         "remerge_seconds": 2.5,
+        "rests": "merge",
     },
     # For games: a short window and an early decision.
     "game": {"remerge_seconds": 1.0},
@@ -43,6 +44,7 @@ _MOTION: dict[str, object] = {
     "tempo": False,
     "remerge_window": 20,
     "remerge_seconds": 1.4,
+    "rests": "keep",
 }
 _POSTURE: dict[str, object] = {
     "similarity": "likelihood",
@@ -57,6 +59,7 @@ _POSTURE: dict[str, object] = {
     "tempo": True,
     "remerge_window": 8,
     "remerge_seconds": 2.5,
+    "rests": "merge",
 }
 _CLUSTER: dict[str, object] = {
     "similarity": "likelihood",
@@ -71,6 +74,7 @@ _CLUSTER: dict[str, object] = {
     "tempo": False,
     "remerge_window": 8,
     "remerge_seconds": 4.4,
+    "rests": "merge",
 }
 BUNDLES: dict[str, dict[str, object]] = {"motion": _MOTION, "posture": _POSTURE, "cluster": _CLUSTER}
 RANGE_FLOOR_SPEED = 2.0  # m/s, mean speed of the joints below which the range does not fall

@@ -167,6 +167,24 @@ def test_a_named_level_brings_its_bundle_and_what_is_given_stays(name):
     assert kept.range_floor == pytest.approx(resolved.range_floor * 0.4 / resolved.window)
 
 
+@pytest.mark.parametrize(
+    ("preset", "level", "rests"),
+    [
+        ("default", "motion", "keep"),
+        ("default", 2.0, "keep"),
+        ("game", "motion", "keep"),
+        ("default", "posture", "merge"),
+        ("game", "cluster", "merge"),
+        ("paper", "motion", "merge"),
+    ],
+)
+def test_level_motion_keeps_rests_unless_the_preset_is_the_papers(preset, level, rests):
+    settings = Settings.build(preset, {"level": level})
+    assert settings.resolved().rests == rests
+    assert settings.replace(rests="merge").resolved().rests == "merge"
+    assert settings.replace(rests="keep").resolved().rests == "keep"
+
+
 ALONE = {  # values that no bundle has, one for each field; some are legal with others only
     "rate_limit": [17.0],
     "window": [0.33],
@@ -211,7 +229,7 @@ ALONE = {  # values that no bundle has, one for each field; some are legal with 
     "limbs": [True],
 }
 # What follows another field, as `mossar settings` shows.
-FOLLOWS = {"range_floor": "window", "location": "similarity", "rate_limit": "range"}
+FOLLOWS = {"range_floor": "window", "location": "similarity", "rate_limit": "range", "rests": "similarity"}
 
 
 def resolved_alone(make, name, value, **others):

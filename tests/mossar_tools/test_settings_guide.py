@@ -54,9 +54,12 @@ def test_where_a_value_comes_from_is_said(mossar):
 def test_what_options_of_their_own_set_comes_from_you(mossar):
     rows = {
         row["name"]: row
-        for row in csv.DictReader(mossar("settings", "--limbs", "--repetitions", "--csv")[1].splitlines())
+        for row in csv.DictReader(
+            mossar("settings", "--limbs", "--repetitions", "--rests", "merge", "--csv")[1].splitlines()
+        )
     }
-    assert [rows[name]["from"] for name in ("limbs", "repetitions", "phase")] == ["you", "you", "default"]
+    origins = [rows[name]["from"] for name in ("limbs", "repetitions", "rests", "phase")]
+    assert origins == ["you", "you", "you", "default"]
 
 
 @pytest.mark.parametrize(
@@ -68,6 +71,9 @@ def test_what_options_of_their_own_set_comes_from_you(mossar):
         (["range=fixed", "range_max=2"], "rate_limit", "0", "range=fixed"),
         (["level=cluster", "similarity=path_kernel"], "location", "none", "similarity=path_kernel"),
         (["level=cluster"], "location", "free", "level cluster"),
+        ([], "rests", "keep", "level motion"),
+        (["level=posture"], "rests", "merge", "level posture"),
+        (["similarity=likelihood"], "rests", "merge", "similarity=likelihood"),
     ],
 )
 def test_a_value_says_what_it_follows(mossar, given, name, value, origin):

@@ -226,7 +226,7 @@ def add_settings(
     )
     group.add_argument(
         "--rests",
-        choices=SETTING_CHOICES["rests"],
+        choices=[choice for choice in SETTING_CHOICES["rests"] if choice],
         help="keep: holds and rests of 0.6 s and more are segments of their own; merge: the level decides",
     )
     if not body_only:

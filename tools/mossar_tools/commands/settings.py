@@ -27,6 +27,8 @@ LEGAL = {  # what is neither a number, nor a choice, nor true or false
     "variance_floor": "parts",
     "limbs": "true, false or groups as in arm=LeftElbow,LeftHand",
 }
+# What follows another setting where it is left to the bundle.
+FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "range", "rests": "similarity"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -89,9 +91,13 @@ def explained(options: Options) -> dict[str, dict[str, Any]]:
 def _origin(name: str, options: Options, chosen: Settings) -> str:
     if name in {full.partition(".")[0] for full in options.set}:
         return "you"
-    if {"level": options.level, "repetitions": options.repetitions or None, "limbs": options.limbs}.get(
-        name
-    ) is not None:
+    given = {
+        "level": options.level,
+        "repetitions": options.repetitions or None,
+        "limbs": options.limbs,
+        "rests": options.rests,
+    }
+    if given.get(name) is not None:
         return "you"
     if getattr(chosen, name) is None and getattr(chosen.resolved(), name) is not None:
         return _followed(name, chosen) or f"level {chosen.bundle}"
@@ -104,7 +110,7 @@ def _followed(name: str, chosen: Settings) -> str:
     own = Settings(level=chosen.level).bundle_values()[name]
     if chosen.bundle_values()[name] == own:
         return ""
-    leader = {"range_floor": "window", "location": "similarity", "rate_limit": "range"}[name]
+    leader = FOLLOWED[name]
     return f"{leader}={_shown(getattr(chosen, leader))}"
 
 
