@@ -47,7 +47,7 @@ class RangeOfMotion(msgspec.Struct, frozen=True):
         count: Of the repetition in its bout.
         start: Of the repetition, s.
         end: s.
-        angle: Its name, such as `left_knee_flexion`.
+        angle: Its name, such as "left_knee_flexion".
         minimum: Degrees.
         maximum: Degrees.
         range: Degrees.
