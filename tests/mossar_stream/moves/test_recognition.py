@@ -274,3 +274,21 @@ def test_a_real_session_on_command():
         for here, after in zip(commands, [*commands[1:], None], strict=True)
         if not after or here[2] != after[2]
     )
+
+
+@pytest.mark.parametrize("size", [1, 7, 1000])
+def test_moves_end_with_the_take_of_a_body_that_nobody_sees(moves, take, size):
+    positions, _, truth = take
+    left = truth[0][2] + 2  # frame; the first move is over, and hardly anything follows it
+    nobody = np.full((round(3 * FPS), *positions.shape[1:]), np.nan, np.float32)
+    seen = np.concatenate([positions[:left], nobody, positions[left:]])
+    events = events_of(Segmenter(PERSON, moves=moves, fps=FPS), seen, np.arange(len(seen)) / FPS, size)
+    ended = next(k for k, event in enumerate(events) if getattr(event, "reason", "") == "nobody seen")
+    before = [event for event in events[:ended] if isinstance(event, MoveEvent)]
+    after = [event for event in events[ended + 1 :] if isinstance(event, MoveEvent)]
+    assert [(event.name, event.status, event.take) for event in before] == [
+        (truth[0][0], "confirmed", 0),
+        (truth[0][0], "final", 0),
+    ]
+    assert all(event.take == 1 and event.start * FPS >= left + len(nobody) for event in after)
+    assert [event.name for event in moves_among(after)] == [name for name, _, _ in truth[1:]]
