@@ -6,10 +6,9 @@ import sys
 import pytest
 
 from checks import supply
-from checks.supply import Part, audit, bill, main, merged, resolve, vulnerable
+from checks.supply import Part, audit, audited, bill, main, merged, resolve
 
 pytest.importorskip("pip_audit", reason="pip-audit is not installed (dependency group dev)")
-BAD = {"name": "bad", "version": "1.0", "vulns": [{"id": "PYSEC-1", "fix_versions": ["1.1"]}]}
 
 
 @pytest.fixture
@@ -45,12 +44,54 @@ def test_without_anybody_to_ask_it_says_so():
     assert said
 
 
-@pytest.mark.parametrize(("extra", "status"), [("view", 1), ("flink", 0)])
-def test_a_known_vulnerability_fails_unless_others_hold_it_back(monkeypatch, capsys, extra, status):
+@pytest.mark.parametrize(
+    ("requirement", "mended_in", "status", "said"),
+    [
+        ("bad<1.1", ["1.1"], 1, "a limit of pyproject.toml keeps the mended version out"),
+        ("bad<1.2", ["1.1"], 0, "held back by others"),
+        ("other", ["1.1"], 0, "held back by others"),
+        ("Bad<1.1", [], 0, "no version mends it"),
+    ],
+)
+def test_only_a_vulnerability_that_can_be_mended_here_fails(
+    monkeypatch, tmp_path, capsys, requirement, mended_in, status, said
+):
+    lines = ["[project]", f'dependencies = ["{requirement}"]', "[project.optional-dependencies]"]
+    (tmp_path / "pyproject.toml").write_text("\n".join(lines))
+    bad = {"name": "bad", "version": "1.0", "vulns": [{"id": "PYSEC-1", "fix_versions": mended_in}]}
+    monkeypatch.setattr(supply, "ROOT", tmp_path)
     monkeypatch.setattr(supply, "resolve", lambda _, extra: [Part("bad", "1.0", extras=[extra])])
-    monkeypatch.setattr(supply, "audit", lambda _: vulnerable([BAD]))
-    assert run(monkeypatch, "--extras", extra) == status
-    assert "bad 1.0: PYSEC-1, mended in 1.1" in capsys.readouterr().out
+    monkeypatch.setattr(supply, "audit", lambda _: audited([bad]))
+    assert run(monkeypatch) == status
+    assert f"vulnerable, {said}: bad 1.0: PYSEC-1" in capsys.readouterr().out
+
+
+class Answer:
+    """What pip-audit prints."""
+
+    stderr = ""
+
+    def __init__(self, *dependencies):
+        self.stdout = json.dumps({"dependencies": dependencies})
+
+
+SKIPPED = {"name": "lost", "skip_reason": "Dependency not found on PyPI and could not be audited"}
+
+
+def test_what_the_database_does_not_have_is_printed_as_not_checked(monkeypatch, capsys):
+    monkeypatch.setattr(supply, "resolve", lambda *_: [Part("good", "1.0"), Part("lost", "1.0")])
+    answer = Answer({"name": "good", "version": "1.0", "vulns": []}, SKIPPED)
+    monkeypatch.setattr(supply.subprocess, "run", lambda *_, **__: answer)
+    assert run(monkeypatch, "--extras", "view") == 0
+    out = capsys.readouterr().out
+    assert "not in the database, so not checked: lost" in out
+    assert "1 of 2 distributions checked, 0 known vulnerabilities" in out
+    assert run(monkeypatch, "--extras", "view", "--strict") == 1
+
+
+def test_a_database_that_has_nothing_was_not_asked(monkeypatch):
+    monkeypatch.setattr(supply.subprocess, "run", lambda *_, **__: Answer(SKIPPED))
+    assert audit([Part("lost", "1.0")]) == "the database has none of the distributions"
 
 
 def test_what_two_extras_bring_stands_once_in_the_bill():

@@ -6,12 +6,15 @@
 
 pip says which versions each extra would get today, and installs nothing; extras exclude one another, so each is resolved by
 itself. Where there is no index, or nobody to ask for vulnerabilities, that is printed, and the status is 0: machines without
-a network run the same checks; `--strict` makes it 1. Ends with status 1 if a version has a known vulnerability, unless only
-engines and peers bring it: which versions they take is up to them, so that is printed, and what uses them is for users to
-decide.
+a network run the same checks; `--strict` makes it 1. The same holds for distributions that the database does not have.
+
+Ends with status 1 if a version has a known vulnerability, a later version mends it, and a limit of pyproject.toml keeps that
+version out: raise the limit. What no version mends, or what others hold back, is printed, and the status is 0: a commit
+does not turn red for what it cannot change.
 """
 
 import argparse
+import itertools
 import json
 import re
 import subprocess
@@ -24,12 +27,13 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0  # s, for one extra
 AT_ONCE = 4
 PLAIN = "(none)"  # what is required without any extra
-OTHERS_PIN = {"flink", "archive", "peers"}  # extras whose libraries hold back what they need
+OURS = "a limit of pyproject.toml keeps the mended version out"
 
 
 class Part(msgspec.Struct, order=True):
@@ -48,6 +52,39 @@ class Part(msgspec.Struct, order=True):
     sha256: str = ""
     licence: str = ""
     extras: list[str] = []
+
+
+class Vulnerability(msgspec.Struct, frozen=True, order=True):
+    """What is known to be wrong with a version.
+
+    Args:
+        name: Of the distribution.
+        version: The same.
+        known_as: In the database.
+        mended_in: Versions without it.
+    """
+
+    name: str
+    version: str
+    known_as: str
+    mended_in: tuple[str, ...] = ()
+
+    @property
+    def line(self) -> str:
+        """What is printed of it."""
+        return f"{self.name} {self.version}: {self.known_as}, mended in {', '.join(self.mended_in) or 'no version'}"
+
+
+class Audit(msgspec.Struct, frozen=True):
+    """What pip-audit knows.
+
+    Args:
+        vulnerable: What is wrong, in the order of names.
+        unknown: Names and versions that the database does not have.
+    """
+
+    vulnerable: list[Vulnerability] = []
+    unknown: list[str] = []
 
 
 def main() -> int:
@@ -77,11 +114,24 @@ def main() -> int:
     if isinstance(found, str):
         print(f"vulnerabilities were not asked for: {found}")
         return int(options.strict)
-    ours = {(part.name, part.version) for part in parts if not OTHERS_PIN.issuperset(part.extras)}
-    for line, part in found.items():
-        print(f"{'vulnerable' if part in ours else 'vulnerable, held back by others'}: {line}")
-    print(f"{len(parts)} distributions, {len(found)} known vulnerabilities")
-    return int(not ours.isdisjoint(found.values()) or (options.strict and bool(missing)))
+    verdicts = [verdict(project, bad) for bad in found.vulnerable]
+    for bad, said in zip(found.vulnerable, verdicts, strict=True):
+        print(f"vulnerable, {said}: {bad.line}")
+    if found.unknown:
+        print(f"not in the database, so not checked: {', '.join(found.unknown)}")
+    checked = len(parts) - len(found.unknown)
+    print(f"{checked} of {len(parts)} distributions checked, {len(verdicts)} known vulnerabilities")
+    return int(OURS in verdicts or (options.strict and bool(missing or found.unknown)))
+
+
+def verdict(project: dict[str, Any], bad: Vulnerability) -> str:
+    """Return what keeps a vulnerable version in use; pip has chosen the latest one that all requirements allow."""
+    if not bad.mended_in:
+        return "no version mends it"
+    every = [*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())]
+    limits = [one.specifier for one in map(Requirement, every) if _normal(one.name) == _normal(bad.name)]
+    kept_out = any(not any(limit.contains(version) for version in bad.mended_in) for limit in limits)
+    return OURS if kept_out else "held back by others"
 
 
 def resolve(project: dict[str, Any], extra: str) -> list[Part] | str:
@@ -104,8 +154,11 @@ def _part(item: dict[str, Any], extra: str) -> Part:
     classified = [one for one in facts.get("classifier", ()) if one.startswith("License ::")]
     licence = facts.get("license_expression") or (classified[0].rpartition(" :: ")[2] if classified else "")
     hashes = item["download_info"].get("archive_info", {}).get("hashes", {})
-    name = re.sub(r"[-_.]+", "-", facts["name"]).lower()
-    return Part(name, facts["version"], hashes.get("sha256", ""), licence, [extra])
+    return Part(_normal(facts["name"]), facts["version"], hashes.get("sha256", ""), licence, [extra])
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def merged(resolved: dict[str, list[Part]]) -> list[Part]:
@@ -146,9 +199,9 @@ def _component(part: Part) -> dict[str, Any]:
     return component
 
 
-def audit(parts: Sequence[Part]) -> dict[str, tuple[str, str]] | str:
-    """Return what pip-audit knows: a line for each vulnerability, with name and version; or why it could not be asked."""
-    lines: dict[str, tuple[str, str]] = {}
+def audit(parts: Sequence[Part]) -> Audit | str:
+    """Return what pip-audit knows, or why it could not be asked."""
+    said: list[dict[str, Any]] = []
     for pinned in _without_doubles(parts):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "requirements.txt")
@@ -159,13 +212,13 @@ def audit(parts: Sequence[Part]) -> dict[str, tuple[str, str]] | str:
                 done = subprocess.run(  # noqa: S603
                     command, capture_output=True, text=True, timeout=PATIENCE, check=False
                 )
-                found = json.loads(done.stdout)["dependencies"]
+                said += json.loads(done.stdout)["dependencies"]
             except subprocess.TimeoutExpired:
                 return f"pip-audit took longer than {PATIENCE:.0f} s"
             except (ValueError, KeyError):
                 return (done.stderr.strip().splitlines() or ["pip-audit said nothing"])[-1][:200]
-        lines |= vulnerable(found)
-    return dict(sorted(lines.items()))
+    known = audited(said)
+    return known if len(known.unknown) < len(parts) else "the database has none of the distributions"
 
 
 def _without_doubles(parts: Sequence[Part]) -> list[list[Part]]:
@@ -180,16 +233,14 @@ def _without_doubles(parts: Sequence[Part]) -> list[list[Part]]:
     return lists
 
 
-def vulnerable(found: Sequence[dict[str, Any]]) -> dict[str, tuple[str, str]]:
-    """Return a line for each vulnerability in what pip-audit prints, with name and version of what has it."""
-    return {
-        f"{one['name']} {one['version']}: {bad['id']}, mended in {', '.join(bad['fix_versions']) or 'no version'}": (
-            one["name"],
-            one["version"],
-        )
-        for one in found
+def audited(said: Sequence[dict[str, Any]]) -> Audit:
+    """Return what pip-audit prints of distributions; it skips those that the database does not have."""
+    bad = {
+        Vulnerability(one["name"], one["version"], bad["id"], tuple(bad["fix_versions"]))
+        for one in said
         for bad in one.get("vulns", ())
     }
+    return Audit(sorted(bad), sorted({one["name"] for one in said if "skip_reason" in one}))
 
 
 if __name__ == "__main__":

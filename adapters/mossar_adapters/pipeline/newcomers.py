@@ -1,13 +1,17 @@
 """Newcomers: how much that is new a live source may bring in a second, so that a stranger does not cost the others.
 
 A new performer, and another skeleton of a known one, stop the thread that segments all performers: for 2 ms with 21 joints,
-for 60 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Performers who
-stay as they are need none.
+for 60 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Joints beyond
+those of a person are paid for out of a second one that holds less: a crowd begins at once, while large skeletons begin one
+after the other, with time for everybody between them. Performers who stay as they are need none.
 """
 
-AT_ONCE = 16_384  # joints: 15 of the largest skeletons, or 256 performers of 32 joints
-A_SECOND = 1024.0  # joints: one of the largest skeletons, or 16 performers of 32 joints
+AT_ONCE = 16_384  # joints: 256 performers of 32 joints
+A_SECOND = 1024.0  # joints: 16 performers of 32 joints
 EACH = 32  # joints that every newcomer counts for, besides its own
+ORDINARY = 128  # joints of a person, with fingers or as a set of markers
+LARGE_AT_ONCE = 2_048  # joints beyond the ordinary: two of the largest skeletons, or 11 of 300 markers
+LARGE_A_SECOND = 448.0  # one of the largest skeletons in two seconds
 
 
 class Allowance:
@@ -16,11 +20,12 @@ class Allowance:
     Example:
         >>> allowance = Allowance()
         >>> sum(allowance.grants(1024, at) for at in [0.0] * 100), allowance.grants(1024, 0.4), allowance.grants(21, 0.4)
-        (15, False, True)
+        (2, False, True)
     """
 
     def __init__(self) -> None:
         self._left = float(AT_ONCE)
+        self._large_left = float(LARGE_AT_ONCE)
         self._looked = float("-inf")  # s
 
     def grants(self, joints: int, now: float) -> bool:
@@ -30,9 +35,13 @@ class Allowance:
             joints: Of the new skeleton, or performer.
             now: Monotonic s.
         """
-        self._left = min(AT_ONCE, self._left + A_SECOND * max(0.0, now - self._looked))
+        since = max(0.0, now - self._looked)
+        self._left = min(AT_ONCE, self._left + A_SECOND * since)
+        self._large_left = min(LARGE_AT_ONCE, self._large_left + LARGE_A_SECOND * since)
         self._looked = max(self._looked, now)
-        if joints + EACH > self._left:
+        cost, large = joints + EACH, max(0, joints - ORDINARY)
+        if cost > self._left or large > self._large_left:
             return False
-        self._left -= joints + EACH
+        self._left -= cost
+        self._large_left -= large
         return True

@@ -232,11 +232,14 @@ def _send(wire, lines):
     wire.sendall(b"".join(line + b"\n" for line in lines))
 
 
+PATIENCE = 120_000  # ms: with the first records Flink starts a worker, which loads compiled kernels
+
+
 def _hear(receiver, until):
     """Return events up to one of a kind."""
     found = []
     while not found or found[-1]["event"] != until:
-        assert receiver.poll(20_000), f"only {found} came"
+        assert receiver.poll(PATIENCE), f"only {found} came"
         found.append(json.loads(receiver.recv_multipart()[1]))
     return found
 

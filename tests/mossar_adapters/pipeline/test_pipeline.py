@@ -9,7 +9,7 @@ import pytest
 
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
-from mossar_adapters.pipeline.newcomers import AT_ONCE, EACH
+from mossar_adapters.pipeline.newcomers import LARGE_AT_ONCE, ORDINARY, Allowance
 from mossar_adapters.source import Left, Meta
 from mossar_stream import (
     Frames,
@@ -391,9 +391,27 @@ def test_a_stranger_with_ever_new_skeletons_is_put_off_and_the_others_are_follow
     assert pipeline.pool["p1"].stats["frames"] == 150
     assert pipeline.pool["late"].stats["frames"] == 60
     began = sum(e.event == "started" for e in sink.of(StreamEvent) if e.performer == "z")
-    assert AT_ONCE // (joints + EACH) <= began < 150
+    assert LARGE_AT_ONCE // (joints - ORDINARY) <= began < 150
     assert pipeline.unusable["z"] == 150 - began
     assert caplog.text.count("more new performers or skeletons come than are taken in a second") == 1
+
+
+@pytest.mark.parametrize(
+    ("joints", "at_once", "in_ten_seconds"),
+    [(21, 256, 256), (32, 256, 256), (128, 102, 150), (300, 11, 35), (1024, 2, 6)],
+)
+def test_a_crowd_begins_at_once_and_large_skeletons_one_after_the_other(joints, at_once, in_ten_seconds):
+    allowance = Allowance()
+    began = sum(allowance.grants(joints, 0.0) for _ in range(256))
+    assert began == at_once
+    began += sum(allowance.grants(joints, at / 20) for at in range(1, 201) if began < 256)
+    assert in_ten_seconds <= began
+
+
+def test_whoever_brings_large_skeletons_keeps_no_ordinary_performer_out():
+    allowance = Allowance()
+    assert not all(allowance.grants(1024, at / 20) for at in range(100))
+    assert all(allowance.grants(32, 5.0) for _ in range(100))
 
 
 def test_a_recording_may_change_its_skeleton_as_often_as_it_likes(stage):
