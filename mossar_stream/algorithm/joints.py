@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_within
 from mossar_stream.memory.joint_pages import (
+    FARTHEST,
     GOOD_X,
     GOOD_Y,
     GOOD_Z,
@@ -36,7 +37,6 @@ from mossar_stream.memory.joint_pages import (
     place,
 )
 
-FARTHEST = 1e5  # m; a coordinate beyond this is no position
 JOINTS = np.dtype(
     [
         ("complete", "i8"),  # whether all joints were there in the last frame

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm.frame_step import DONE, HAPPENED, LOOK_DUE, STOPS, WINDOW_FULL
 from mossar_stream.algorithm.row import ROW, new_memory
 from mossar_stream.engine.buffers import IN_USE, Buffers
+from mossar_stream.engine.middle import put_middle
 from mossar_stream.engine.plan import new_scratch
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.run import FOLLOWS, advance_by_name, update_window_by_name
@@ -75,7 +76,7 @@ def advance_all(
         return ~code  # type: ignore[no-any-return]
     if clock.taken_time != taken:
         counted = part(body[0], whole.at.counted, HEADER, (whole.plan.repetitions,))
-        _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame)
+        _gather(part(block, head.order, np.int64, (head.joints,)), positions, frame, body)
         for i in range(head.limbs):
             state = part(block, limbs[i].row, ROW, (1,))[0]
             _catch_up(state.clock, clock, state.plan.max_pause)
@@ -117,13 +118,20 @@ def _take_in(
 
 
 @inline_kernel
-def _gather(order: NDArray[np.int64], positions: NDArray[np.float32], frame: NDArray[np.float32]) -> None:
-    """Set the joints of all limbs."""
+def _gather(
+    order: NDArray[np.int64],
+    positions: NDArray[np.float32],
+    frame: NDArray[np.float32],
+    body: NDArray[np.uint8],
+) -> None:
+    """Set the joints of all limbs, after the body processed the frame."""
     for k in range(len(order)):
         joint = order[k]
         if joint >= 0:
             for axis in range(3):
                 frame[k, axis] = positions[0, joint, axis]
+        else:
+            put_middle(body, frame[k])
 
 
 @inline_kernel
@@ -146,7 +154,7 @@ class LimbRows:
     Args:
         body: The performer's row.
         rows: One for each limb; they lie in the block from now on.
-        joints: Of the performer, of each limb; a negative one is set by the caller.
+        joints: Of the performer, of each limb; a negative one is the middle of the body.
 
     Attributes:
         block: Bytes.

@@ -15,6 +15,7 @@ from mossar_stream.jit.views import part
 
 PAGE = WIDTH  # joints
 POINT = np.dtype([("x", "f4"), ("y", "f4"), ("z", "f4")])  # m; a frame is J of these
+FARTHEST = 1e5  # m; a coordinate beyond this is no position
 X, Y, Z = 0, 32, 64  # m, where the joint is taken to be, in the source's space
 GOOD_X, GOOD_Y, GOOD_Z = 96, 128, 160  # m, where it was last there
 MOVED_X, MOVED_Y, MOVED_Z = 192, 224, 256  # m, displacement in this frame, relative to the centre

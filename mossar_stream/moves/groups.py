@@ -13,7 +13,7 @@ from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.skeleton import Skeleton
 
-MEAN = -1  # in place of a joint: the mean of all that are there
+MEAN = -1  # in place of a joint: the mean of all
 _ANCHORS = ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
 
 
@@ -101,29 +101,23 @@ def _hangs_on(skeleton: Skeleton, members: tuple[int, ...]) -> int:
     return tops[0] if tops[0] >= 0 else skeleton.root
 
 
-def positions_of(limb: Limb, frames: NDArray[np.float32]) -> NDArray[np.float32]:
+def positions_of(
+    limb: Limb, frames: NDArray[np.float32], middles: NDArray[np.float32] | None = None
+) -> NDArray[np.float32]:
     """Return the joints of a limb.
 
     Args:
         limb: Which.
         frames: (n, J, 3) m, of the performer.
+        middles: (n, 3) m, the mean of the performer's joints in each frame, for a limb that hangs on it.
 
     Returns:
         (n, K, 3) m, contiguous.
     """
     found = frames[:, list(limb.joints)]
     if limb.joints[0] == MEAN:
-        found[:, 0] = mean_of(frames)
+        found[:, 0] = middles
     return found
-
-
-def mean_of(frames: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the mean of the joints that are there, (n, 3) m; NaN where none is."""
-    there = np.isfinite(frames).all(axis=2, keepdims=True)
-    count = there.sum(axis=1, dtype=np.float32)
-    sums = np.where(there, frames, np.float32(0.0)).sum(axis=1, dtype=np.float32)
-    mean: NDArray[np.float32] = np.where(count > 0, sums / np.maximum(count, 1), np.float32(np.nan))
-    return mean
 
 
 def limbs_by_joint(limbs: Sequence[Limb]) -> dict[str, str]:

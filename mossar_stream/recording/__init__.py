@@ -19,6 +19,7 @@ from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.intake import FLOAT32, given_positions, has_said_size, less, place_of
+from mossar_stream.engine.middle import set_middle
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
 from mossar_stream.errors import FrameError
@@ -36,7 +37,7 @@ from mossar_stream.events import (
     StepEvent,
 )
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
+from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.recording import notebook
@@ -284,13 +285,16 @@ def _segmented(
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
     row.looks = [] if chosen.limbs else None
-    states, told = _push_all(row, frames, moments, looks, curves=curves)
+    groups = groups_of(skeleton, chosen.limbs)
+    hang = any(limb.joints[0] == MEAN for limb in groups)
+    middles = np.empty((len(frames) if hang else 0, 3), np.float32)
+    states, told = _push_all(row, frames, moments, looks, middles, curves=curves)
     told += engine.update(row, RANK)
     found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings)
     limbs = {}
-    for limb in groups_of(skeleton, chosen.limbs):
-        seen = given_positions(positions_of(limb, frames))
+    for limb in groups:
+        seen = given_positions(positions_of(limb, frames, middles))
         limbs[limb.name] = _segmented(
             seen, moments, limb.skeleton, own, fps, curves=curves, channel=limb.name, looks=row.looks or ()
         )
@@ -333,10 +337,19 @@ def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
 
 
 def _push_all(
-    row: Row, frames: NDArray[np.float32], times: NDArray[np.float64], looks: Looks, *, curves: bool
+    row: Row,
+    frames: NDArray[np.float32],
+    times: NDArray[np.float64],
+    looks: Looks,
+    middles: NDArray[np.float32],
+    *,
+    curves: bool,
 ) -> tuple[list[CurveState], list[Event]]:
-    """Take all frames in, of a limb with what was counted of its body; return the curve, if it is wanted, and the events."""
-    bounds = {*range(0, len(times), 1 if curves else max(1, len(times))), len(times)}
+    """Process all frames, of a limb with what was counted of its body; return the curve, if it is wanted, and the events.
+
+    `middles`, (n, 3) or (0, 3) m, are set if there are any.
+    """
+    bounds = {*range(0, len(times), 1 if curves or len(middles) else max(1, len(times))), len(times)}
     counted = {int(np.argmax(times >= time)): header for time, header in looks if time < np.inf}
     bounds |= set(counted)
     states: list[CurveState] = []
@@ -347,6 +360,8 @@ def _push_all(
         events += engine.push(row, frames[begin:end], times[begin:end])
         if curves:
             states.append(curve_state(row.memory[0], row.plan))
+        if len(middles):
+            set_middle(row.memory, middles[begin])
     if looks:
         row.adopt_repetitions(looks[-1][1])
     return states, events

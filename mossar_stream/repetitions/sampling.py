@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.memory.joint_pages import FARTHEST
 from mossar_stream.repetitions.state import HOME, LOOKS_APART, RATE, SAMPLES, STRIDE
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
@@ -55,7 +56,7 @@ def take_frame(header, samples, position, time):
 
 @kernel
 def take_pose(header, samples, positions, time):
-    """Look at a frame; what is missing stays where it was.
+    """Look at a frame; what is missing, or too far off to be true, stays where it was.
 
     Args:
         header: `HEADER` record.
@@ -65,12 +66,12 @@ def take_pose(header, samples, positions, time):
     """
     r = header.root
     pose = samples.pose
-    x, y, z = positions[r, 0], positions[r, 1], positions[r, 2]
+    x, y, z = _place(positions[r, 0]), _place(positions[r, 1]), _place(positions[r, 2])
     if header.unseen > 0:
         _appear(header, samples, positions)
     for j in range(header.joints):
         k = 3 * j
-        a, b, c = positions[j, 0] - x, positions[j, 1] - y, positions[j, 2] - z
+        a, b, c = _place(positions[j, 0]) - x, _place(positions[j, 1]) - y, _place(positions[j, 2]) - z
         pose[k] = pose[k] if np.isnan(a) else a
         pose[k + 1] = pose[k + 1] if np.isnan(b) else b
         pose[k + 2] = pose[k + 2] if np.isnan(c) else c
@@ -94,6 +95,12 @@ def take_pose(header, samples, positions, time):
         share = np.float32(1.0 / header.frames)
         for k in range(pose.size):
             samples.home[k] += np.float32(0.0) if np.isnan(pose[k]) else share * (pose[k] - samples.home[k])
+
+
+@inline_kernel
+def _place(coordinate):
+    """Return a coordinate, m; NaN for one that is no position: its square would leave nothing else of a pose."""
+    return coordinate if abs(coordinate) <= FARTHEST else np.float32(np.nan)
 
 
 @kernel
@@ -192,7 +199,8 @@ def _appear(header, samples, positions):
         for c in range(3):
             k = 3 * j + c
             own = j == header.root and header.travels == 1
-            value = positions[j, c] if own else positions[j, c] - positions[header.root, c]
+            value = _place(positions[j, c])
+            value -= np.float32(0.0) if own else _place(positions[header.root, c])
             if np.isnan(value) or not np.isnan(samples.pose[k]):
                 continue
             header.unseen -= 1

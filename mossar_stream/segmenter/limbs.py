@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from mossar_stream.engine import engine
 from mossar_stream.engine.curve_state import CurveState
 from mossar_stream.engine.limb_rows import SILENT, LimbRows
+from mossar_stream.engine.middle import set_middle
 from mossar_stream.engine.pool import Row
 from mossar_stream.errors import SnapshotError
-from mossar_stream.moves.groups import MEAN, groups_of, mean_of
+from mossar_stream.moves.groups import MEAN, groups_of
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -140,8 +141,6 @@ class Limbs:
         """
         if not self._goes_on:
             return False
-        if self._means and not self.hold(float(time[0])):
-            self._rows.frame[0, self._means] = mean_of(position)
         done = self._rows.advance(position, time, self._body)
         self._taken = float(self._body.taken_time[0])
         if 0 <= done < len(self._segmenters):
@@ -159,8 +158,8 @@ class Limbs:
             self._lay()
         if self._body.clock["open"] and self._body.taken_time[0] == time[0]:
             np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
-            if self._means:
-                self._rows.frame[0, self._means] = mean_of(positions)
+            for k in self._means:
+                set_middle(self._body.memory, self._rows.frame[0, k])
             self._push_apart(time)
 
     def _push_apart(self, time: NDArray[np.float64], begin: int = 0) -> None:

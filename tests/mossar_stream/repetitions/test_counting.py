@@ -57,6 +57,25 @@ def pushed(positions: np.ndarray, times: np.ndarray, size: int, settings: Settin
     return events + segmenter.end_take()
 
 
+@pytest.mark.filterwarnings("ignore:performer p1 is:UserWarning")
+@pytest.mark.parametrize("joint", [0, 2])
+@pytest.mark.parametrize("far", [np.inf, 1e38, 2e6])
+@pytest.mark.parametrize("at", [0, 100])
+def test_a_coordinate_that_is_no_position_counts_as_missing(at: int, far: float, joint: int) -> None:
+    """Its square leaves nothing of a pose: in a take's first frame, nothing was counted, and its snapshot was refused."""
+    positions, times = raises([1.2] * 6)
+    spoilt, missing = positions.copy(), positions.copy()
+    spoilt[at, joint], missing[at, joint] = far, np.nan
+    assert len(as_said_last(pushed(missing, times, 7))) == 6
+    assert [to_json(e) for e in counted(pushed(spoilt, times, 7))] == [
+        to_json(e) for e in counted(pushed(missing, times, 7))
+    ]
+    segmenter = Segmenter(SKELETON, COUNTING)
+    segmenter.push(spoilt[:150], times[:150])
+    blob = segmenter.snapshot()
+    assert Segmenter.restore(blob).snapshot() == blob
+
+
 def test_ten_raises_of_the_hand_are_ten() -> None:
     events = counted(pushed(*raises([1.5] * 10), 64))
     assert events[-1].total == 10

@@ -392,6 +392,39 @@ def test_joints_that_hang_on_nothing_move_against_the_mean_of_all():
     assert all("center_" not in e.active_joints for e in found if isinstance(e, SegmentEvent))
 
 
+@pytest.mark.parametrize("wrong", [np.nan, 2e6, np.inf])
+def test_a_limb_that_hangs_on_the_mean_does_not_move_as_other_joints_are_missing_or_far_off(wrong):
+    rng, markers = np.random.default_rng(1), Skeleton(tuple(f"m{k}" for k in range(10)), root=-1)
+    frames = rng.normal(0, 0.3, (10, 3)) + rng.normal(0, 2e-4, (600, 10, 3))
+    times = np.arange(600) / FPS
+    swing = 0.4 * np.sin(np.linspace(0, 8 * np.pi, 300)) * np.sin(np.linspace(0, np.pi, 300))
+    frames[150:450, 1, 0] += swing
+    frames[150:450, 2, 0] += 1.3 * swing
+    spoilt = frames.copy()
+    spoilt[1::3, 9] = wrong
+    spoilt[2::3, 8] = wrong
+    settings = Settings(limbs="arm=m1,m2", level="posture")
+
+    def live(given, size):
+        found = events_of(settings, given.astype(np.float32), times, size, markers)
+        return [
+            e.time
+            for e in found
+            if isinstance(e, KeyFrameEvent) and e.status == "final" and e.channel == "arm"
+        ]
+
+    def recorded(given):
+        result = segment_recording(given, FPS, markers, settings, times=times)
+        return [key.time for key in result.limbs["arm"].at("posture").key_frames]
+
+    clean = live(frames, 1)
+    assert len(clean) >= 8
+    assert live(spoilt, 1) == live(spoilt, 64)
+    for one, other in ((clean, live(spoilt, 64)), (recorded(frames), recorded(spoilt))):
+        assert len(one) == len(other)
+        assert np.abs(np.subtract(one, other)).max() <= 0.1
+
+
 def test_a_limb_knows_what_its_body_repeats_live_and_in_recordings():
     frames, times = standing(KINECT_20, 900), np.arange(900) / FPS
     lift = np.clip(np.sin(2 * np.pi * np.maximum(times - 3.0, 0.0) / 2.5), 0.0, None) ** 2
