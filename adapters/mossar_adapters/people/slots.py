@@ -200,7 +200,7 @@ class Slots:
             return UNDECIDED, 0
         if known.refused and times[-1] >= known.due and not self._has_room(known):
             known.due = max(known.due, float(times[-1]) + _AGAIN)
-        count = int(np.searchsorted(times, known.due))
+        count = int(times.searchsorted(known.due))
         if count:
             known.last = float(times[count - 1])
             self._now = max(self._now, known.last)

@@ -219,7 +219,7 @@ class PeopleSource:
         self._now = max(self._now, float(times[-1]))
         end = len(frames)
         if pending:
-            end = int(np.searchsorted(times, min(float(f.times[0]) for f in pending.values())))
+            end = int(times.searchsorted(min(float(f.times[0]) for f in pending.values())))
         begin = yield from self._run(frames, end)
         if begin < len(frames):
             pending[ident] = frames if begin == 0 else part(frames, begin, len(frames))
@@ -253,7 +253,7 @@ class PeopleSource:
             for ident in list(pending):
                 frames = pending.pop(ident)
                 others = [float(f.times[0]) for f in pending.values()]
-                end = int(np.searchsorted(frames.times, min(others))) if others else len(frames)
+                end = int(frames.times.searchsorted(min(others))) if others else len(frames)
                 begin = yield from self._run(frames, end)
                 if begin < len(frames):
                     pending[ident] = part(frames, begin, len(frames))
