@@ -1,13 +1,25 @@
-"""Segments as a table that spreadsheets and ELAN open: one row for each segment; the same for streams and whole files."""
+"""A table that spreadsheets and ELAN open: a row for each segment, repetition and move; of streams and of whole files."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import msgspec
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
 from mossar_adapters.source import Meta
 from mossar_adapters.table_text import csv_text
-from mossar_stream import BODY, Event, KeyFrameEvent, Segment, SegmentEvent
+from mossar_stream import (
+    BODY,
+    Event,
+    KeyFrameEvent,
+    MoveEvent,
+    RepetitionEvent,
+    Segment,
+    SegmentEvent,
+    StreamEvent,
+)
 
 COLUMNS = (
     "recording",
@@ -26,6 +38,10 @@ COLUMNS = (
     "channel",
     "limb",
 )
+COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns of repetitions
+NAMED = ("name", "score")  # and of moves
+OF_STREAMS = COLUMNS + COUNTED + NAMED  # settings may change while one runs
+SETTLED = 32  # repetitions later one is sure: so many at most may still be withdrawn or moved
 _KEPT = 10_000  # key frames kept whose segment is still open
 
 
@@ -69,12 +85,65 @@ def segment_row(
     )
 
 
+def stretch_row(
+    recording: str,
+    performer: str,
+    take: int,
+    ends: tuple[float, float],
+    state: str,
+    *,
+    channel: str = BODY,
+    frames: tuple[int, int] | None = None,
+    joints: Sequence[str] = (),
+) -> dict[str, object]:
+    """Return the cells, by column, of a stretch of time that is no segment.
+
+    Args:
+        recording: Its name.
+        performer: The same.
+        take: Number.
+        ends: Begin and end, s on the source's clock.
+        state: What it is.
+        channel: `body` or a limb.
+        frames: First and last frame, if they are known.
+        joints: That move.
+    """
+    start, end = ends
+    return {
+        "recording": recording,
+        "performer": performer,
+        "take": take,
+        "start": f"{start:.4f}",
+        "end": f"{end:.4f}",
+        "duration": f"{end - start:.4f}",
+        "start_frame": "" if frames is None else frames[0],
+        "end_frame": "" if frames is None else frames[1],
+        "state": state,
+        "active_joints": " ".join(joints),
+        "channel": channel,
+    }
+
+
+def repetition_cells(event: RepetitionEvent) -> dict[str, object]:
+    """Return the cells in which repetitions differ from other stretches."""
+    number = {"count": event.count, "total": event.total}
+    return number | {name: _number(getattr(event, name)) for name in COUNTED[2:]}
+
+
+def move_cells(event: MoveEvent) -> dict[str, object]:
+    """Return the cells in which moves differ from other stretches."""
+    return {"limb": event.limb, "name": event.name, "score": _number(event.score)}
+
+
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4f}"
 
 
 class SegmentCsvSink:
-    """Writes final segments; implements `Sink`. The strength is that of the key frame at the segment's end.
+    """Writes what is final of segments, repetitions and moves; implements `Sink`.
+
+    The strength is that of the key frame at the segment's end. A repetition waits until no later look can change it: for
+    `SETTLED` more, or for the end of its take. Those that wait are not part of a snapshot.
 
     Args:
         address: Path of the file.
@@ -91,6 +160,7 @@ class SegmentCsvSink:
         self._file = OutputFile(address.path, replace=force, position=position)
         self._endings: dict[str, Ending] = {}  # by id of the key frame
         self._recordings: dict[str, str] = {}  # by performer
+        self._waiting: dict[tuple[str, str], dict[int, RepetitionEvent]] = {}  # by performer, channel; number
         self._closed = False
 
     def announce(self, meta: Meta) -> None:
@@ -98,14 +168,30 @@ class SegmentCsvSink:
         if meta.recording:
             self._recordings[meta.performer] = meta.recording
 
+    def begin_take(self, performer: str, take: int, time: float) -> None:  # noqa: ARG002 - sinks share it
+        """Write the repetitions of the take before: nothing changes them any more."""
+        if rows := self._settled_of(performer):
+            self._write(rows)
+
     def send(self, events: Sequence[Event]) -> None:
-        """Write the segments among the events that are final."""
-        rows: list[Sequence[object]] = []
+        """Write the segments, repetitions and moves among the events that are final."""
+        rows: list[dict[str, object]] = []
         for event in events:
-            if isinstance(event, KeyFrameEvent) and event.strength is not None:
-                self._remember(event.id, Ending(event.kind, event.strength))
-            elif isinstance(event, SegmentEvent) and event.status == "final":
-                rows.append(self._row(event))
+            match event:
+                case KeyFrameEvent() if event.strength is not None:
+                    self._remember(event.id, Ending(event.kind, event.strength))
+                case SegmentEvent(status="final"):
+                    rows.append(dict(zip(COLUMNS, self._row(event), strict=True)))
+                case RepetitionEvent():
+                    rows += self._follow(event)
+                case StreamEvent(event="ended"):
+                    rows += self._settled_of(event.performer)
+                case MoveEvent(status="final"):
+                    recording, ends = self._recordings.get(event.performer, ""), (event.start, event.end)
+                    row = stretch_row(recording, event.performer, event.take, ends, "move")
+                    rows.append(row | move_cells(event))
+                case _:
+                    pass
         if rows:
             self._write(rows)
 
@@ -121,7 +207,7 @@ class SegmentCsvSink:
         """Close the file. May be called twice."""
         if not self._closed:
             self._closed = True
-            self._write([])
+            self._write([row for performer, _ in list(self._waiting) for row in self._settled_of(performer)])
         self._file.close()
 
     def _row(self, event: SegmentEvent) -> Sequence[object]:
@@ -131,12 +217,54 @@ class SegmentCsvSink:
         recording = self._recordings.get(event.performer, "")
         return segment_row(recording, event.performer, event.take, event, ending, event.channel)
 
+    def _follow(self, event: RepetitionEvent) -> list[dict[str, object]]:
+        """Keep a repetition as it is now, and return the rows of those that nothing changes any more."""
+        key = event.performer, event.channel
+        waiting = self._waiting.setdefault(key, {})
+        former = bool(waiting) and next(iter(waiting.values())).take != event.take
+        rows = self._settled(key) if former else []
+        waiting = self._waiting.setdefault(key, {})
+        number = int(event.id.rpartition("/r")[2])
+        if event.status == "withdrawn":
+            waiting.pop(number, None)
+            return rows
+        waiting[number] = msgspec.structs.replace(event, total=number)
+        return rows + self._settled(key, number - SETTLED)
+
+    def _settled_of(self, performer: str) -> list[dict[str, object]]:
+        """Return the rows of all repetitions of a performer that wait."""
+        return [row for key in list(self._waiting) if key[0] == performer for row in self._settled(key)]
+
+    def _settled(self, key: tuple[str, str], until: float = math.inf) -> list[dict[str, object]]:
+        """Return the rows of the repetitions up to a number, which wait no longer."""
+        waiting = self._waiting.pop(key)
+        rest = {number: event for number, event in waiting.items() if number > until}
+        if rest:
+            self._waiting[key] = rest
+        rows = []
+        for number in sorted(set(waiting) - set(rest)):
+            event = waiting[number]
+            row = stretch_row(
+                self._recordings.get(event.performer, ""),
+                event.performer,
+                event.take,
+                (event.start or 0.0, event.end or 0.0),  # what is counted has both
+                "repetition",
+                channel=event.channel,
+                joints=(event.joint,) if event.joint else (),
+            )
+            rows.append(row | repetition_cells(event))
+        return rows
+
     def _remember(self, key: str, ending: Ending) -> None:
         if len(self._endings) == _KEPT and key not in self._endings:
             del self._endings[next(iter(self._endings))]
         self._endings[key] = ending
 
-    def _write(self, rows: Sequence[Sequence[object]]) -> None:
-        head = [COLUMNS] if self._file.tell() == 0 else []  # late: a file with nothing in it may be replaced
-        self._file.write(csv_text([*head, *rows]).encode())
+    def _write(self, rows: Sequence[dict[str, object]]) -> None:
+        head = (
+            [OF_STREAMS] if self._file.tell() == 0 else []
+        )  # late: a file with nothing in it may be replaced
+        cells = [[row.get(name, "") for name in OF_STREAMS] for row in rows]
+        self._file.write(csv_text([*head, *cells]).encode())
         self._file.flush()

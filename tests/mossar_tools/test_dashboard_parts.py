@@ -298,6 +298,33 @@ def test_stretches_take_the_state_of_most_of_their_samples():
     assert stretches_between([1.0], np.zeros(0), np.zeros(0, bool)) == []
 
 
+def test_the_page_shows_settings_that_others_changed():
+    """By `control` settings change in the pipeline; sliders show those of the show, until the page changes them."""
+    show = LiveShow(Settings(level="cluster"))
+    seen = []
+
+    def tick():
+        show.tick(pipeline)
+        if not seen:
+            pipeline.set({"sig_threshold": 0.11})
+        elif len(seen) == 1 and show.settings.sig_threshold == 0.11:
+            seen.append(show.level)
+            pipeline.set({"level": 0.3})
+        elif len(seen) == 2 and show.level == 0.3:
+            seen.append(show.settings.bundle)
+            pipeline.set({"level": "motion"})
+        elif len(seen) == 3 and show.level == "motion":
+            seen.append(show.settings.bundle)
+            show.change({"sig_threshold": 0.2})
+        seen[:] = seen or ["begun"]
+
+    source = DemoSource.from_url("demo:?seconds=60&seed=3", speed=30)
+    pipeline = Pipeline([source], [], Settings(level="cluster"), views=[show], tick=tick)
+    pipeline.run()
+    assert seen == ["begun", "cluster", "cluster", "motion"]  # a number leaves the bundle
+    assert show.settings.sig_threshold == pipeline.pool.settings.sig_threshold == 0.2
+
+
 def test_saved_settings_mean_the_same_when_read_back():
     settings = Settings.build(overrides={"level": "cluster", "window": 0.4, "range": "file"})
     saved = tomllib.loads(as_toml(settings, 0.8, 0.8))

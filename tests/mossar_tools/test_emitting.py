@@ -1,6 +1,8 @@
 """What is asked for and cannot come is refused; what an output leaves out is said."""
 
+import csv
 import io
+import json
 
 import pytest
 
@@ -39,8 +41,8 @@ def test_events_that_can_come_are_not(mossar, more):
 
 def test_a_table_says_what_it_has_no_place_for(mossar, tmp_path):
     table = tmp_path / "x.csv"
-    assert "segments only; repetitions go to" in mossar(*RUN, "--to", table, "--repetitions")[2]
-    assert "segments only" not in mossar(*RUN, "--to", table, "--force")[2]
+    assert "no rows for steps; they go to" in mossar(*RUN, "--to", table, "--steps")[2]
+    assert "no rows for" not in mossar(*RUN, "--to", table, "--repetitions", "--force")[2]
 
 
 def shown(*events, emit=()):
@@ -79,3 +81,19 @@ def test_a_terminal_shows_only_what_is_asked_for():
     lines, _ = shown(activity, repetition(1), emit=("activity",))
     assert len(lines) == 1
     assert "moving" in lines[0]
+
+
+def test_a_table_of_a_run_has_the_repetitions_that_events_report(mossar, tmp_path):
+    source = "demo:?seed=3&moves=rest,squat,squat,squat,squat,squat,rest&tempo=1"
+    table, lines = tmp_path / "x.csv", tmp_path / "x.jsonl"
+    run = ("run", f"{source}&seconds=20", "--speed", "max", "--repetitions", "--to", table, "--to", lines)
+    status, _, err = mossar(*run)
+    assert (status, "no rows" in err) == (0, False)
+    rows = [row for row in csv.DictReader(table.read_text().splitlines()) if row["state"] == "repetition"]
+    events = map(json.loads, lines.read_text().splitlines())
+    latest = {event["id"]: event for event in events if event["type"] == "repetition"}
+    counted = [event for event in latest.values() if event["status"] == "counted"]
+    assert len(counted) >= 3
+    assert [(row["count"], row["start"]) for row in rows] == [
+        (str(event["count"]), f"{event['start']:.4f}") for event in counted
+    ]

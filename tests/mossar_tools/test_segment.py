@@ -16,6 +16,7 @@ from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
 from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_tools.batch import segment_all
+from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "labelled"
@@ -37,7 +38,8 @@ def test_json_holds_all_key_frames_and_the_segments_of_the_level(mossar, swing):
 
 
 def test_csv_has_a_row_for_each_segment(mossar, swing):
-    _, out, _ = mossar("segment", swing, "--csv")
+    # With rests kept, the jump at which the hand stops would be a segment without joints: an outlier, held.
+    _, out, _ = mossar("segment", swing, "--csv", "--rests", "merge")
     rows = list(csv.DictReader(out.splitlines()))
     assert tuple(rows[0]) == COLUMNS
     assert {(row["recording"], row["performer"]) for row in rows} == {(str(swing), "p1")}
@@ -339,3 +341,35 @@ def test_each_limb_has_a_tier_of_the_export(mossar, tmp_path):
     assert {f"{limb} segments" for limb in limbs} | {"segments motion"} <= {
         tier.name for tier in read_annotations(labels)
     }
+
+
+def test_a_part_of_a_recording_is_a_recording_for_all_outputs(mossar, tmp_path):
+    """From 10 s until 20 s everything is as of a recording that has those frames only."""
+    source, part = "demo:?seed=3&seconds=30&fps=30", ("--from", "10", "--until", "20")
+    clips, marks = tmp_path / "clips", tmp_path / "marks.eaf"
+    report = json.loads(mossar("segment", source, "--json", *part)[1])
+    whole = load_recording(Options(file=source))
+    inside = (whole.times >= 10) & (whole.times <= 20)
+    expected = segment_recording(
+        whole.positions[inside],
+        whole.fps,
+        whole.skeleton,
+        Settings(range="file"),
+        times=whole.times[inside],
+    )
+    assert [key["time"] for key in report["key_frames"]] == [key.time for key in expected.key_frames]
+    assert [key["frame"] for key in report["key_frames"]] == [key.frame for key in expected.key_frames]
+    assert 10 <= report["segments"][0]["start_time"] < report["segments"][-1]["end_time"] <= 20
+
+    rows = list(csv.DictReader(mossar("segment", source, "--csv", *part)[1].splitlines()))
+    assert [float(row["end"]) for row in rows] == pytest.approx(
+        [own["end_time"] for own in report["segments"]], abs=1e-4
+    )
+    assert "from 10 to 20 s" in mossar("segment", source, *part)[1]
+    assert mossar("segment", source, "--export", marks, "--cut", clips, *part)[0] == 0
+    # Marks count from where the recording begins, so that they fit its video.
+    tier = next(tier for tier in read_annotations(str(marks)) if tier.name == "key frames")
+    found = [mark.start for mark in tier.marks]
+    assert found == pytest.approx([own["end_time"] for own in report["segments"][:-1]], abs=2e-3)
+    frames = [len(np.load(clip)["times"]) for clip in sorted(clips.glob("*.npz"))]
+    assert sum(frames) == np.count_nonzero(inside)

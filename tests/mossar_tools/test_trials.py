@@ -58,6 +58,20 @@ def test_a_trc_file_is_cut_into_trc_files(mossar, tmp_path):
     assert [note for part in parts for note in getattr(part, "notes", ())] == []
 
 
+@pytest.mark.parametrize("suffix", ["c3d", "trc"])
+def test_a_part_of_a_file_is_cut_out_of_that_part(mossar, tmp_path, suffix):
+    take, clips = tmp_path / f"take.{suffix}", tmp_path / "clips"
+    take.write_bytes(walking() if suffix == "c3d" else trc(120))
+    whole = read(take)
+    begin, until = whole.times[20], whole.times[60]
+    part = ("--from", str(begin - 1e-4), "--until", str(until + 1e-4))
+    status, _, err = mossar("segment", take, "--level", "posture", "--cut", clips, *part)
+    assert status == 0, err
+    parts = [read(path) for path in sorted(clips.glob(f"*.{suffix}"))]
+    positions = np.concatenate([part.positions for part in parts])
+    np.testing.assert_array_equal(positions, whole.positions[20:61])
+
+
 def test_repetitions_are_cut_and_named_after_what_they_are(mossar, tmp_path):
     from mossar_adapters.demo import performance
 

@@ -18,7 +18,16 @@ import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording, Tell
 from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS
-from mossar_adapters.segment_csv import COLUMNS, Ending, segment_row
+from mossar_adapters.segment_csv import (
+    COLUMNS,
+    COUNTED,
+    NAMED,
+    Ending,
+    move_cells,
+    repetition_cells,
+    segment_row,
+    stretch_row,
+)
 from mossar_stream import (
     BODY,
     MossarError,
@@ -26,7 +35,6 @@ from mossar_stream import (
     RangeOfMotion,
     RepetitionEvent,
     Result,
-    Segment,
     Segmentation,
     Step,
     gait_of,
@@ -42,9 +50,16 @@ from mossar_tools.moves_file import read_moves
 from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
 
-COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns with repetitions
-NAMED = ("name", "score")  # and with moves
-BENT = ("angle", "minimum", "maximum", "range", "up", "hold", "down", "asymmetry")  # and with angles
+BENT = (
+    "angle",
+    "minimum",
+    "maximum",
+    "range",
+    "up",
+    "hold",
+    "down",
+    "asymmetry",
+)  # further columns with angles
 STEPPED = ("step_time", "stance", "swing", "cadence", "step_length")  # and with steps
 AHEAD = 4  # recordings of each process that are under way or wait to be written
 FEW = 3  # recordings for which a second process would only cost its start
@@ -178,14 +193,13 @@ def columns_of(options: Options) -> tuple[str, ...]:
 
 def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:
     ends = event.start or 0.0, event.end or 0.0  # what is counted has both
-    row = _row_of(loaded, event.take, ends, (event.joint,) if event.joint else (), event.channel)
-    counted = (event.count, event.total, _shown(event.period), _shown(event.tempo), _shown(event.amplitude))
-    return row | dict(zip(COUNTED, counted, strict=True)) | {"state": "repetition"}
+    joints = (event.joint,) if event.joint else ()
+    row = _row_of(loaded, event.take, ends, "repetition", event.channel, joints)
+    return row | repetition_cells(event)
 
 
 def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
-    row = _row_of(loaded, event.take, (event.start, event.end), (), BODY)
-    return row | {"state": "move", "limb": event.limb, "name": event.name, "score": _shown(event.score)}
+    return _row_of(loaded, event.take, (event.start, event.end), "move", BODY) | move_cells(event)
 
 
 def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:
@@ -196,26 +210,38 @@ def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:
 
 
 def _row_of_angle(loaded: LoadedRecording, own: RangeOfMotion) -> dict[str, Any]:
-    row = _row_of(loaded, 0, (own.start, own.end), (), own.channel)
+    row = _row_of(loaded, 0, (own.start, own.end), "range", own.channel)
     values = {name: _shown(getattr(own, name)) for name in BENT if name != "angle"}
-    return row | {"state": "range", "angle": own.angle, "count": own.count} | values
+    return row | {"angle": own.angle, "count": own.count} | values
 
 
 def _row_of_step(loaded: LoadedRecording, step: Step) -> dict[str, Any]:
     """Return the row of a step, from its strike to the next one of the same foot."""
     end = step.start if step.end is None else step.end
-    row = _row_of(loaded, 0, (step.start, end), (), f"{step.side}_foot")
+    row = _row_of(loaded, 0, (step.start, end), "step", f"{step.side}_foot")
     values = {name: _shown(getattr(step, name)) for name in STEPPED}
-    return row | {"state": "step", "end": "" if step.end is None else row["end"]} | values
+    return row | {"end": "" if step.end is None else row["end"]} | values
 
 
 def _row_of(
-    loaded: LoadedRecording, take: int, ends: tuple[float, float], joints: tuple[str, ...], channel: str
+    loaded: LoadedRecording,
+    take: int,
+    ends: tuple[float, float],
+    state: str,
+    channel: str,
+    joints: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     first, last = np.searchsorted(loaded.times, ends).tolist()
-    part = Segment(first, last, *ends, "moving", joints, None)
-    row = segment_row(loaded.name, loaded.performer, take, part, Ending(), channel)
-    return dict(zip(COLUMNS, row, strict=True))
+    return stretch_row(
+        loaded.name,
+        loaded.performer,
+        take,
+        ends,
+        state,
+        channel=channel,
+        frames=(first, last),
+        joints=joints,
+    )
 
 
 def _shown(value: float | None) -> str:

@@ -39,13 +39,10 @@ def check_emission(options: Options, settings: Settings, emission: Emission, *, 
 
 
 def tell_what_tables_leave_out(options: Options, settings: Settings) -> None:
-    """Warn of moves, repetitions and steps that a table of segments has no place for."""
+    """Warn of steps, which the table of a stream has no place for."""
     tables = [url for url in options.to if PurePath(parse_url(url).path).suffix.lower() == ".csv"]
-    found = ["moves"] * bool(options.moves) + ["repetitions"] * settings.repetitions
-    found += ["steps"] * settings.steps
-    if tables and found:
+    if tables and settings.steps:
         LOGGER.warning(
-            "%s holds segments only; %s go to a .jsonl file, or for a recording into the table of mossar segment --csv",
+            "%s has no rows for steps; they go to a .jsonl file, or for a recording into the table of mossar segment --csv",
             tables[0],
-            " and ".join(found),
         )

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import CurveState, KeyFrame, Result, Segment, Segmentation
-from mossar_tools.errors import UsageError
 
 
 class Excerpt(msgspec.Struct, frozen=True):
@@ -56,7 +55,6 @@ def excerpt(
     result: Result,
     chosen: Segmentation,
     *,
-    span: tuple[float | None, float | None] = (None, None),
     count: int | None = None,
     columns: NDArray[np.float64] | None = None,
     threshold: float = 0.0,
@@ -68,22 +66,12 @@ def excerpt(
         whole: The recording.
         result: What was found in it.
         chosen: The level to show.
-        span: From and to, s; None for where the recording begins and ends.
         count: Number of key frames asked for, if it was not a level.
         columns: (n, 4) the curve, if `result` has none.
         threshold: The one of that curve.
         level: Strength from which key frames stand and what to call it, if not those of the result's settings.
-
-    Raises:
-        UsageError: If nothing of the recording lies there.
     """
-    ends = (float(whole.times[0]), float(whole.times[-1])) if len(whole.times) else (0.0, 1.0)
-    start, end = (ends[0] if span[0] is None else span[0]), (ends[1] if span[1] is None else span[1])
-    if start > end or start > ends[1] or end < ends[0]:
-        raise UsageError(
-            f"nothing from {start:g} s to {end:g} s; {whole.name} lasts from {ends[0]:g} s to {ends[1]:g} s"
-        )
-    start, end = max(start, ends[0]), min(end, ends[1])
+    start, end = (float(whole.times[0]), float(whole.times[-1])) if len(whole.times) else (0.0, 1.0)
     if columns is None:
         columns = curve_columns(result.curves)[:, :4]
         threshold = result.curves[0].threshold if result.curves else 0.0
@@ -100,7 +88,7 @@ def excerpt(
         _within(chosen.segments, start, end),
         [cut.time for cut in whole.cuts if start <= cut.time <= end],
         result.hierarchy,
-        ends,
+        (start, end),
         strength,
         name,
         limbs={

@@ -18,10 +18,10 @@ _CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 
 def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecording:
-    """Return the recording that `options.file` names.
+    """Return the recording that `options.file` names, or the part of it that the options name.
 
     Args:
-        options: Which file, and what of it.
+        options: Which file, and what of it; `begin` and `until` are of its clock.
         tell: Is told how reading goes.
 
     Raises:
@@ -42,7 +42,8 @@ def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecor
             ", ".join(recording.performers),
         )
     loaded = load(recording, tell)
-    return msgspec.structs.replace(loaded, cuts=cuts.get(loaded.performer, ()))
+    loaded = msgspec.structs.replace(loaded, cuts=cuts.get(loaded.performer, ()))
+    return loaded if options.begin is options.until is None else loaded.part(options.begin, options.until)
 
 
 def _performance(options: Options, cuts: dict[str, tuple[Cut, ...]]) -> Recording:

@@ -313,18 +313,24 @@ def add_plot(group: argparse._ArgumentGroup) -> None:
 
 
 def add_part(group: argparse._ArgumentGroup) -> None:
-    """Add which part of a recording a picture shows, and how wide."""
+    """Add which part of a recording is meant."""
     group.add_argument(
         "--from",
         dest="begin",
         metavar="S",
         type=seconds,
-        help="the picture from here, s of the recording's clock",
+        help="the part of a recording from here, s of the recording's clock",
     )
     group.add_argument(
-        "--until", metavar="S", type=seconds, help="the picture until here, s of the recording's clock"
+        "--until",
+        metavar="S",
+        type=seconds,
+        help="the part of a recording until here, s of the recording's clock",
     )
-    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="former name of --until")
+
+
+def add_width(group: argparse._ArgumentGroup) -> None:
+    """Add how wide a picture is."""
     group.add_argument(
         "--width",
         metavar="INCHES",

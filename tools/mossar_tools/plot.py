@@ -37,7 +37,6 @@ def draw(
     palette: Palette,
     count: int | None = None,
     *,
-    span: tuple[float | None, float | None] = (None, None),
     width: float = WIDTH,
 ) -> None:
     """Draw a picture into a file.
@@ -49,14 +48,12 @@ def draw(
         chosen: The level to show.
         palette: Colours.
         count: Number of key frames asked for, if it was not a level.
-        span: From and to, s; None for where the recording begins and ends.
         width: Inches.
 
     Raises:
-        UsageError: If nothing of the recording lies in the span.
         MossarError: If the file cannot be written.
     """
-    draw_excerpt(path, whole, excerpt(whole, result, chosen, span=span, count=count), palette, width)
+    draw_excerpt(path, whole, excerpt(whole, result, chosen, count=count), palette, width)
 
 
 def draw_excerpt(
@@ -143,7 +140,7 @@ def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     there = len(shown.kept) + len(shown.merged)
     part = ""
-    if (shown.start, shown.end) != shown.whole:
+    if (shown.start, shown.end) != shown.whole or whole.outside != (0, 0):
         part = f" from {shown.start:g} to {shown.end:g} s"
     return (
         f"{len(whole.times)} frames{rate}, {len(whole.skeleton)} joints; "

@@ -30,7 +30,8 @@ def segmentation_table(
     """
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""
     length = float(np.nanmax(whole.times) - np.nanmin(whole.times)) if len(whole.times) else 0.0
-    yield f"{Path(whole.name).name} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
+    piece = f" from {whole.times[0]:g} to {whole.times[-1]:g} s" if whole.outside != (0, 0) else ""
+    yield f"{Path(whole.name).name}{piece} · {len(whole.times)} frames, {length:.1f} s{rate} · {len(whole.skeleton)} joints"
     yield f"{len(chosen.key_frames)} of {len(result.key_frames)} key frames stand"
     if result.settings.repetitions:
         yield from _repetitions("", result)

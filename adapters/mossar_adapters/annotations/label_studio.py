@@ -28,6 +28,7 @@ def write_label_studio(
     positions: NDArray[Any],
     video: str | None = None,
     fps: float | None = None,
+    origin: float | None = None,
 ) -> None:
     """Write a task with predictions (`.json`), or the labelling interface for it (`.xml`).
 
@@ -40,6 +41,7 @@ def write_label_studio(
         positions: (n, J, 3) m.
         video: Where Label Studio finds the video, whose first frame is that of the recording.
         fps: Of the video, Hz.
+        origin: From where times count, s; None: from the first frame.
 
     Raises:
         AnnotationError: If it cannot be written.
@@ -47,7 +49,7 @@ def write_label_studio(
     if path.suffix.lower() == INTERFACE:
         text = _interface(tiers, is_video=video is not None, fps=fps)
     else:
-        data: dict[str, Any] = {"ts": _series(times, positions)}
+        data: dict[str, Any] = {"ts": _series(times, positions, origin)}
         if video is not None:
             data = {"video": video, "fps": fps}
         results = _results(tiers, None if video is None else fps)
@@ -94,10 +96,12 @@ def _interface(tiers: Sequence[Tier], *, is_video: bool, fps: float | None) -> s
     return "\n".join([*lines, "</View>", ""])
 
 
-def _series(times: NDArray[np.float64], positions: NDArray[Any]) -> dict[str, list[float]]:
-    """Return the mean speed of the joints at some 30 Hz, over the time from the first frame."""
-    moments = times - times[0] if len(times) else times
-    length = float(moments[-1]) if len(moments) else 0.0
+def _series(
+    times: NDArray[np.float64], positions: NDArray[Any], origin: float | None
+) -> dict[str, list[float]]:
+    """Return the mean speed of the joints at some 30 Hz, over the time from the origin."""
+    moments = times - (times[0] if origin is None else origin) if len(times) else times
+    length = float(np.ptp(moments)) if len(moments) else 0.0
     step = max(1, int(len(moments) / max(1.0, length * _RATE)))
     moments, poses = moments[::step], np.nan_to_num(np.asarray(positions[::step], np.float64))
     if len(moments) < 2:

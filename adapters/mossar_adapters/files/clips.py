@@ -106,20 +106,23 @@ def _writer(
 ) -> tuple[str, Callable[[Path, Clip], object]]:
     """Return the suffix of clips, and what writes one."""
     form = format_of(path).name if path.exists() else ""
+    before, after = whole.outside  # the file is of the whole recording
     if form == "C3D":
-        return ".c3d", lambda target, clip: write_c3d_trial(path, target, clip.start, clip.end)
+        return ".c3d", lambda target, clip: write_c3d_trial(
+            path, target, before + clip.start, before + clip.end
+        )
     if form == "TRC":
         head, rows = trc_lines(path)
-        if len(rows) == len(whole.times):
+        if len(rows) == before + len(whole.times) + after:
             return ".trc", lambda target, clip: target.write_text(
-                trc_part(head, rows[clip.start : clip.end]), encoding="utf-8"
+                trc_part(head, rows[before + clip.start : before + clip.end]), encoding="utf-8"
             )
     text = bvh_text(path, options) if path.exists() else None
     if text is None:
         return ".npz", lambda target, clip: _write_npz(target, whole, slice(clip.start, clip.end))
     lines = list(text.rows())
     return ".bvh", lambda target, clip: target.write_text(
-        text.part(lines[clip.start : clip.end]), encoding="utf-8"
+        text.part(lines[before + clip.start : before + clip.end]), encoding="utf-8"
     )
 
 

@@ -31,6 +31,8 @@ class LoadedRecording(msgspec.Struct, frozen=True):
         cuts: True cuts of the built-in performer.
         performer: Its name.
         up: The axis that the file says points upwards.
+        outside: Of a part of a recording, how many frames come before it, and after it.
+        origin: When the recording begins, s; None if that is the first frame here.
     """
 
     name: str
@@ -41,6 +43,54 @@ class LoadedRecording(msgspec.Struct, frozen=True):
     cuts: tuple[Cut, ...] = ()
     performer: str = "p1"
     up: Up = "auto"
+    outside: tuple[int, int] = (0, 0)
+    origin: float | None = None
+
+    @property
+    def begin(self) -> float:
+        """When the recording begins, of which this may be a part, s; 0 without frames."""
+        if self.origin is not None:
+            return self.origin
+        return float(self.times[0]) if len(self.times) else 0.0
+
+    def part(self, begin: float | None, until: float | None) -> "LoadedRecording":
+        """Return the frames from one time until another, as a recording of its own; times stay those of the clock.
+
+        Args:
+            begin: s on the recording's clock; None: from where it begins.
+            until: The same; None: until its end.
+
+        Raises:
+            FileError: If there are no frames.
+        """
+        low = -np.inf if begin is None else begin
+        high = np.inf if until is None else until
+        inside = np.flatnonzero((self.times >= low) & (self.times <= high))
+        if not len(inside):
+            length = (
+                f"it lasts from {self.times[0]:g} s to {self.times[-1]:g} s"
+                if len(self.times)
+                else "it is empty"
+            )
+            asked = ("" if begin is None else f" from {begin:g} s") + (
+                "" if until is None else f" until {until:g} s"
+            )
+            raise FileError(self.name, f"there are no frames{asked}; {length}")
+        first, end = int(inside[0]), int(inside[-1]) + 1
+        if end - first == len(self.times):
+            return self
+        return msgspec.structs.replace(
+            self,
+            positions=self.positions[first:end],
+            times=self.times[first:end],
+            cuts=tuple(
+                msgspec.structs.replace(cut, frame=cut.frame - first)
+                for cut in self.cuts
+                if low <= cut.time <= high
+            ),
+            outside=(self.outside[0] + first, self.outside[1] + len(self.times) - end),
+            origin=self.begin,
+        )
 
     def __repr__(self) -> str:
         rate = f" at {self.fps:g} Hz" if self.fps else ""

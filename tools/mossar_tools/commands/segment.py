@@ -19,10 +19,12 @@ from mossar_tools.options import (
     add_part,
     add_plot,
     add_settings,
+    add_width,
 )
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.sessions import check_pattern
+from mossar_tools.values import seconds
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
@@ -32,11 +34,11 @@ if TYPE_CHECKING:
     from mossar_stream import Result, Segmentation
 
 DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
-segments at a level. Without an option a table for people. Several recordings are segmented in several processes; those
+segments at a level. Without an option a table for people. With --from and --until all outputs are of that part. Several recordings are segmented in several processes; those
 that cannot be read are told of, stop nothing, and make the exit status 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
-  mossar segment long.bvh --plot part.png --from 600 --until 660 --width 16
+  mossar segment long.bvh --from 600 --until 660 --csv part.csv --plot part.png --width 16
   mossar segment 86_01.amc --level cluster --csv segments.csv
   mossar segment take.c3d --keep 12 --json | jq '.segments[].state'
   mossar segment *.bvh --csv all.csv                   one table; --json writes a line for each recording
@@ -96,7 +98,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the angles of every frame: a table .csv, or a picture .png, .svg, .pdf",
     )
     add_plot(group)
+    add_width(group)
+    group = parser.add_argument_group("a part of a recording")
     add_part(group)
+    group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="former name of --until")
     group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
@@ -109,8 +114,8 @@ def run(options: Options, console: Console) -> int:
     settings = options.settings(range="file")
     files = _files(options)
     options = _until(options)
-    if options.plot is None and (options.begin, options.until, options.width) != (None, None, WIDTH):
-        raise UsageError("--from, --until and --width are of a picture; add --plot FILE")
+    if options.plot is None and options.width != WIDTH:
+        raise UsageError("--width is of a picture; add --plot FILE")
     if options.of != "segments" and options.cut is None:
         raise UsageError("--of says what --cut DIR cuts; add --cut")
     if options.of == "repetitions" and not settings.repetitions:
@@ -205,8 +210,8 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
-        colours, span = palette(dark=options.dark), (options.begin, options.until)
-        draw(outputs.picture, loaded, result, chosen, colours, options.keep, span=span, width=options.width)
+        colours = palette(dark=options.dark)
+        draw(outputs.picture, loaded, result, chosen, colours, options.keep, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE
 
@@ -244,7 +249,7 @@ def _export(
 
     console.status("segmenting at the other levels ...", now=True)
     tiers = _tiers(options, loaded, result, chosen)
-    duration = float(loaded.times[-1] - loaded.times[0]) if len(loaded.times) else 0.0
+    duration = float(loaded.times[-1] - loaded.begin) if len(loaded.times) else 0.0
     console.clear()
     for path in outputs.exports:
         if is_c3d(path):
@@ -252,8 +257,9 @@ def _export(
             console.say(f"written: {path}, with {added} events more than {loaded.name}")
             continue
         if is_label_studio(path):
-            fps = loaded.fps or (len(loaded.times) - 1) / max(duration, 1e-9)
-            write_label_studio(path, tiers, loaded.times, loaded.positions, options.video, fps)
+            length = float(loaded.times[-1] - loaded.times[0]) if len(loaded.times) else 0.0
+            fps = loaded.fps or (len(loaded.times) - 1) / max(length, 1e-9)
+            write_label_studio(path, tiers, loaded.times, loaded.positions, options.video, fps, loaded.begin)
         else:
             write_annotations(path, tiers, duration)
         console.say(f"written: {path}")
@@ -274,7 +280,7 @@ def _tiers(
     from mossar_stream import LEVEL_NAMES, segment_recording
     from mossar_tools.excerpt import chosen_of
 
-    origin = float(loaded.times[0]) if len(loaded.times) else 0.0
+    origin = loaded.begin
     level = result.settings.level if options.keep is None else None
     tiers = [segment_tier(chosen.segments, level, origin), key_frame_tier(chosen.key_frames, origin)]
     for other in LEVEL_NAMES if isinstance(level, str) else ():

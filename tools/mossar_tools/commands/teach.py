@@ -15,12 +15,13 @@ from mossar_tools.options import (
     Options,
     add_body,
     add_messages,
+    add_part,
     add_people,
     add_plot,
     add_settings,
     add_speed,
 )
-from mossar_tools.values import names, positive
+from mossar_tools.values import names
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
@@ -50,19 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="of the move")
     group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
-    group.add_argument(
-        "--from",
-        dest="begin",
-        metavar="S",
-        type=seconds,
-        help="the part of a recording from here, s of the recording's clock",
-    )
-    group.add_argument(
-        "--until",
-        metavar="S",
-        type=seconds,
-        help="the part of a recording until here, s of the recording's clock",
-    )
+    add_part(group)
     group.add_argument(
         "--labels",
         metavar="FILE",
@@ -88,11 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_messages(parser)
 
 
-def seconds(text: str) -> float:
-    """Return a time, which may be 0."""
-    return 0.0 if text.strip() in {"0", "0.0"} else positive(text)
-
-
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.list or options.remove is not None:
@@ -111,9 +95,7 @@ def run(options: Options, console: Console) -> int:
 
     Moves.check_name(options.name)
     if options.begin is not None or options.until is not None:
-        begin = options.begin if options.begin is not None else -np.inf
-        until = options.until if options.until is not None else np.inf
-        return _teach_parts(options, console, [(begin, until, options.name)])
+        return _teach_parts(options, console, [(-np.inf, np.inf, options.name)])
     return _teach_live(options, console)
 
 
@@ -153,17 +135,38 @@ def _teach_labels(options: Options, console: Console) -> int:
 def _teach_parts(
     options: Options, console: Console, parts: list[tuple[float, float, str]], *, from_first: bool = False
 ) -> int:
-    """Take parts of a recording, all or none of them; times are on its clock, or count from the first frame."""
+    """Take parts of a recording, all or none of them; times are on its clock, or count from the first frame.
+
+    With `--from` and `--until` those that lie between them are taken.
+    """
     from mossar_tools.loaded_recording import load_recording
 
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
-    origin = float(whole.times[0]) if from_first and len(whole.times) else 0.0
+    origin = whole.begin if from_first else 0.0
+    if options.labels is not None:
+        parts = _within(options, parts, origin)
     with changing(options.file, whole.skeleton) as moves:
         for begin, until, name in parts:
             positions, fps = _part(whole, origin + begin, origin + until)
             moves.add(name, positions, fps)
     console.say(f"{options.file}: {len(parts)} taken; {_what_is_in(moves)}")
     return DONE
+
+
+def _within(
+    options: Options, parts: list[tuple[float, float, str]], origin: float
+) -> list[tuple[float, float, str]]:
+    """Return the moves of a table that lie in the part of the recording that the options name.
+
+    Raises:
+        UsageError: If there is none.
+    """
+    low = -np.inf if options.begin is None else options.begin
+    high = np.inf if options.until is None else options.until
+    found = [part for part in parts if low <= origin + part[0] and origin + part[1] <= high]
+    if not found:
+        raise UsageError(f"none of the {len(parts)} moves lies between --from and --until")
+    return found
 
 
 def _discover(options: Options, console: Console) -> int:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
 _UNREAD = 256  # looks kept for the page
 _BURST = 240.0  # Hz, of looks after a stall
+_FOLLOWS_EVERY = 0.1  # s, looks at the settings in force
 _REMEMBERED = 64  # performers whose last look is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
@@ -79,6 +80,9 @@ class LiveShow:
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
         self._asked: list[_Task] = []  # before there was a pipeline
+        self._under_way = 0  # of what the page asked for
+        self._in_force: tuple[Settings, LevelName | float] | None = None  # in the pipeline, as seen last
+        self._follows = 0.0  # monotonic s, when to look again
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
         self._looks: deque[_Look] = deque(maxlen=_UNREAD)
@@ -135,7 +139,10 @@ class LiveShow:
         self._due = now + 1.0 / _BURST
         self._pipeline = pipeline
         while self._asked:
-            _carry_out(self._asked.pop(0), pipeline)
+            self._carry_out(self._asked.pop(0), pipeline)
+        if now >= self._follows:
+            self._follows = now + _FOLLOWS_EVERY
+            self._follow(pipeline.pool)
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
             reached = pipeline.times.get(name, (0.0, 0.0))[1]
             if 0 <= reached - self._looked.get(name, -1.0) < 0.9 / RATE:
@@ -148,6 +155,17 @@ class LiveShow:
                 self._looks.append(_Look(name, state, segmenter.stats, dropped))
         while len(self._looked) > _REMEMBERED:
             self._looked.pop(next(iter(self._looked)))
+
+    def _follow(self, pool: "Pool") -> None:
+        """Take over settings that others changed, as by `control`, once nothing that the page asked for is to be done."""
+        found = pool.settings, pool.level
+        if self._under_way or found == self._in_force:
+            return
+        self._in_force = found
+        settings, level = found
+        if not isinstance(level, str):  # a number leaves the bundle
+            settings = settings.replace(level=self.settings.level)
+        self.settings, self.level = settings, level
 
     # What the page calls.
 
@@ -288,10 +306,22 @@ class LiveShow:
     def _ask(self, task: _Task) -> None:
         """Have something done by the thread that segments, and its events sent."""
         pipeline = self._pipeline
+        with self._lock:
+            self._under_way += 1
         if pipeline is None:
             self._asked.append(task)
         else:
-            pipeline.ask(lambda: _carry_out(task, pipeline))
+            pipeline.ask(lambda: self._carry_out(task, pipeline))
+
+    def _carry_out(self, task: _Task, pipeline: "Pipeline") -> None:
+        """Do something to the performers and send its events; in the thread that segments."""
+        try:
+            pipeline.send(task(pipeline.pool))
+        except MossarError as error:
+            LOGGER.warning("%s", error)
+        finally:
+            with self._lock:
+                self._under_way -= 1
 
     def _read_looks(self) -> None:
         while self._looks:
@@ -316,11 +346,3 @@ class LiveShow:
         facts.append(("dropped", str(look.dropped)))
         facts += [(name.replace("_", " "), str(look.stats[name])) for name in _COUNTS if look.stats[name]]
         return facts
-
-
-def _carry_out(task: _Task, pipeline: "Pipeline") -> None:
-    """Do something to the performers and send its events; in the thread that segments."""
-    try:
-        pipeline.send(task(pipeline.pool))
-    except MossarError as error:
-        LOGGER.warning("%s", error)
