@@ -32,6 +32,7 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0  # s, for one extra
 AT_ONCE = 4
+SHOWN = 10  # names of distributions in a line
 PLAIN = "(none)"  # what is required without any extra
 OURS = "a limit of pyproject.toml keeps the mended version out"
 
@@ -118,7 +119,9 @@ def main() -> int:
     for bad, said in zip(found.vulnerable, verdicts, strict=True):
         print(f"vulnerable, {said}: {bad.line}")
     if found.unknown:
-        print(f"not in the database, so not checked: {', '.join(found.unknown)}")
+        more = len(found.unknown) - SHOWN
+        names = ", ".join(found.unknown[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+        print(f"not in the database, so not checked: {names}")
     checked = len(parts) - len(found.unknown)
     print(f"{checked} of {len(parts)} distributions checked, {len(verdicts)} known vulnerabilities")
     return int(OURS in verdicts or (options.strict and bool(missing or found.unknown)))

@@ -1,7 +1,7 @@
 """Newcomers: how much that is new a live source may bring in a second, so that a stranger does not cost the others.
 
-A new performer, and another skeleton of a known one, stop the thread that segments all performers: for 2 ms with 21 joints,
-for 60 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Joints beyond
+A new performer, and another skeleton of a known one, stop the thread that segments all performers: for 3 ms with 21 joints,
+for 20 ms with 1,024 and limbs. Each is paid for by its joints, out of an allowance that fills with time. Joints beyond
 those of a person are paid for out of a second one that holds less: a crowd begins at once, while large skeletons begin one
 after the other, with time for everybody between them. Performers who stay as they are need none.
 """
