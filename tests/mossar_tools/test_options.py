@@ -1,5 +1,7 @@
+import msgspec
 import pytest
 
+from mossar_adapters.pose.settings import DEFAULTS
 from mossar_stream import MossarError, SettingsError
 from mossar_tools.cli import parser_of
 from mossar_tools.commands import run, segment
@@ -32,6 +34,29 @@ def options(tmp_path):
 def test_defaults_go_behind_the_preset(options):
     assert options("demo:").settings().remerge_seconds is None
     assert options("demo:", "--preset", "game").settings().remerge_seconds == 1.0
+
+
+@pytest.mark.parametrize(
+    "source", ["webcam:", "webcam:1?model=lite", "dance.mp4", "DANCE.MOV", "dance.mp4.pose.npz"]
+)
+def test_settings_that_suit_pictures_lie_under_those_of_the_user(options, source):
+    usual = options(source).settings()
+    assert {name: getattr(usual, name) for name in DEFAULTS} == DEFAULTS
+    own = options(source, "--set", "smoothing=none").settings()
+    assert (own.smoothing, own.one_euro_cutoff) == ("none", DEFAULTS["one_euro_cutoff"])
+
+
+@pytest.mark.parametrize("source", ["demo:", "walk.bvh", "walk.npz", "osc://127.0.0.1:9000"])
+def test_other_sources_keep_the_defaults(options, source):
+    assert options(source).settings() == options("demo:").settings()
+
+
+def test_each_recording_of_several_has_the_settings_that_suit_it(segment_options):
+    both = msgspec.structs.replace(segment_options(""), sources=("walk.bvh", "dance.mp4"))
+    smoothings = [msgspec.structs.replace(both, file=name).settings().smoothing for name in both.sources]
+    assert smoothings == ["none", "one_euro"]
+    taught = msgspec.structs.replace(both, sources=("dance.mp4",), file="moves.json")
+    assert taught.settings().smoothing == "one_euro"
 
 
 def test_the_preset_goes_behind_the_configuration(options):

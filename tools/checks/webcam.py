@@ -18,9 +18,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.pose.following import Estimator
 from mossar_adapters.pose.pictures import Picture, pictures
+from mossar_adapters.pose.settings import DEFAULTS
+from mossar_adapters.pose.types import SKELETON
 from mossar_adapters.pose.weights import weights
 from mossar_stream import KeyFrameEvent, Segmenter, Settings
 from mossar_tools.evaluation.matching import Cut, match
@@ -67,7 +68,7 @@ def estimated(path: Path, model: str, smooth: bool, shift: int, fps: float) -> l
 
 def final_times(frames: list[Frame], **settings: Any) -> list[float]:
     """Return the times of the final key frames, s."""
-    segmenter = Segmenter(BLAZEPOSE_33, Settings(**settings))
+    segmenter = Segmenter(SKELETON, Settings(**settings))
     events = []
     for moment, positions, confidence in frames:
         events += segmenter.push(positions, moment, confidence)
@@ -86,7 +87,7 @@ def costs(path: Path, model: str) -> str:
 
     Times are those of the processor, without decoding the video: what other programs do does not count.
     """
-    estimator, segmenter = Estimator(weights(model)), Segmenter(BLAZEPOSE_33, Settings())
+    estimator, segmenter = Estimator(weights(model)), Segmenter(SKELETON, Settings.build(overrides=DEFAULTS))
     estimates, delays = [], []
     for picture, moment in itertools.islice(pictures(path), MOST // 2):
         begin = time.process_time()
@@ -119,7 +120,7 @@ def main() -> None:
         return
     found = []
     for estimate in ESTIMATES:
-        found.append(final_times(estimated(options.video, *estimate), level=options.level))
+        found.append(final_times(estimated(options.video, *estimate), level=options.level, **DEFAULTS))
         print(f"{estimate}: {len(found[-1])} final key frames", flush=True)
     pairs = [agreement(a, b) for a, b in itertools.combinations(found, 2)]
     print(

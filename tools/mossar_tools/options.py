@@ -14,6 +14,7 @@ import msgspec
 
 from mossar_adapters.files.options import METRES, ReadOptions
 from mossar_adapters.people import REMEMBERED
+from mossar_adapters.usual_settings import usual_settings
 from mossar_stream import SETTING_CHOICES, Settings, SettingsError
 from mossar_tools.configuration import read_configuration
 from mossar_tools.console import LEVELS
@@ -124,7 +125,7 @@ class Options(msgspec.Struct, frozen=True):
     log_json: bool = False
 
     def settings(self, **overrides: object) -> Settings:
-        """Return the settings of the segmenter.
+        """Return the settings of the segmenter: those that suit the source lie under the user's.
 
         Args:
             overrides: What this command sets where the user says nothing.
@@ -132,7 +133,9 @@ class Options(msgspec.Struct, frozen=True):
         Raises:
             SettingsError: If a name is unknown or a value illegal.
         """
-        chosen = {**overrides, **self.set}
+        # Of several recordings `file` is the one; that of `teach` holds moves.
+        sources = self.sources if self.sources and self.file not in self.sources else (self.file,)
+        chosen = {**usual_settings(name for name in sources if name), **overrides, **self.set}
         if self.level is not None:
             chosen["level"] = self.level
         if self.repetitions:

@@ -1,7 +1,7 @@
 """Streaming: what `demo` and `run` have in common, from options to exit status."""
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,7 +40,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     Returns:
         The exit status, and the summary; empty if nobody reads any more.
     """
-    settings = options.settings(**_source_defaults(options.sources))
+    settings = options.settings()
     emission = Emission(options.emit)
     check_emission(options, settings, emission, teaches=page_only)
     tell_what_tables_leave_out(options, settings)
@@ -93,15 +93,6 @@ def _skip_waiting(sources: Sequence[Source]) -> None:
         skip = getattr(source, "skip_waiting", None)
         if callable(skip):
             skip()
-
-
-def _source_defaults(sources: Sequence[str]) -> Mapping[str, object]:
-    """Return the settings that suit a kind of source, where the user says nothing."""
-    if any(parse_url(url).scheme == "oak" for url in sources):
-        from mossar_adapters.oak.source import DEFAULTS
-
-        return DEFAULTS
-    return {}
 
 
 def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:

@@ -8,7 +8,7 @@ import importlib
 import importlib.util
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
@@ -59,6 +59,8 @@ class Format(msgspec.Struct, frozen=True):
 
 _HERE = "mossar_adapters.files"
 
+VIDEO_SUFFIXES: Final = (".mp4", ".mov", ".avi", ".webm", ".mkv")
+ESTIMATE_SUFFIX: Final = ".pose.npz"  # of what is kept beside a video
 FORMATS: tuple[Format, ...] = (
     Format(
         "BVH",
@@ -121,7 +123,7 @@ FORMATS: tuple[Format, ...] = (
     ),
     Format(
         "video",
-        (".mp4", ".mov", ".avi", ".webm", ".mkv"),
+        VIDEO_SUFFIXES,
         sniff.video,
         f"{_HERE}.video",
         "a person in pictures; estimated once, kept beside the file",

@@ -18,12 +18,11 @@ from mossar_adapters.files import npz
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
-from mossar_adapters.joint_sets import BLAZEPOSE_33
-from mossar_adapters.pose.types import PoseError
+from mossar_adapters.files.registry import ESTIMATE_SUFFIX
+from mossar_adapters.pose.types import SKELETON, PoseError
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
 
-SUFFIX: Final = ".pose.npz"
 _SHORT: Final = 0.98  # of the pictures that a file states; with fewer it was cut off
 _CHUNK: Final = 25  # pictures between two messages of progress
 
@@ -49,7 +48,7 @@ class Estimate(msgspec.Struct):
 
 def kept_beside(path: Path) -> Path:
     """Return where the estimate of a video is kept."""
-    return path.with_name(path.name + SUFFIX)
+    return path.with_name(path.name + ESTIMATE_SUFFIX)
 
 
 def read(path: Path, options: ReadOptions) -> Recording:
@@ -71,7 +70,7 @@ def _in_memory(path: Path, found: Estimate, options: ReadOptions, notes: tuple[s
     times = found.times if options.fps is None else constant_times(len(found.times), options.fps)
     frames = Frames(found.positions, times, found.confidence)
     fps = options.fps or rate_of_times(times)
-    return Recording(str(path), BLAZEPOSE_33, fps, lambda: iter([frames]), notes, len(frames))
+    return Recording(str(path), SKELETON, fps, lambda: iter([frames]), notes, len(frames))
 
 
 def _is_of(archive: Path, path: Path) -> bool:
@@ -136,8 +135,8 @@ def _keep(archive: Path, path: Path, found: Estimate) -> str:
                     file,
                     positions=found.positions,
                     times=found.times,
-                    joint_names=np.array(BLAZEPOSE_33.names),
-                    parents=np.array(BLAZEPOSE_33.parents, np.int64),
+                    joint_names=np.array(SKELETON.names),
+                    parents=np.array(SKELETON.parents, np.int64),
                     confidence=found.confidence,
                     video_size=np.int64(path.stat().st_size),
                 )

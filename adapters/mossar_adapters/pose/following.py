@@ -18,13 +18,14 @@ from mossar_adapters.pose.landmarks import Landmarker, Landmarks
 from mossar_adapters.pose.region import Region
 from mossar_adapters.pose.smoothing import PICTURE, REGION, WORLD, OneEuro
 from mossar_adapters.pose.travel import Travel
-from mossar_adapters.pose.types import JOINTS, MAX_PEOPLE, Body
+from mossar_adapters.pose.types import JOINTS, MAX_PEOPLE, SKELETON, Body
 from mossar_adapters.pose.weights import Weights
 
 _AXES: Final = (1.0, -1.0, -1.0)  # the maker's y points down and z away
 # The network places every joint, seen or not. A joint that was hidden for longer is missing rather than invented.
 _VISIBLE: Final = 0.5  # of visibility
 _HIDDEN: Final = 0.5  # s
+_LEAST: Final = 0.001  # confidence of what is there; 0 is missing
 _TRUNK: Final = 0.2  # of the size, half a metre: what is painted over of people who are followed
 _REMEMBERED: Final = 2.0  # s after which the number of a person who was lost is free for anybody
 # s between two looks for further people while somebody is followed; who stands alone is not slowed down by it.
@@ -164,14 +165,15 @@ class _Person:
         return Body(
             self.number,
             (place * _AXES).astype(np.float32),
-            np.where(hidden, 0.0, found.visible).astype(np.float32),
+            np.where(hidden, 0.0, np.maximum(found.visible, _LEAST)).astype(np.float32),
             found.pixels[:JOINTS].astype(np.float32),
         )
 
     def _hidden(self, visible: NDArray[np.float64], time: float) -> NDArray[np.bool_]:
-        """Return which joints were not visible over the last 0.5 s."""
+        """Return which joints were not visible over the last 0.5 s; the body centre always counts as seen."""
         self._seen[(visible >= _VISIBLE) | (self._seen == -math.inf)] = time
         hidden: NDArray[np.bool_] = time - self._seen > _HIDDEN
+        hidden[SKELETON.root] = False
         return hidden
 
 

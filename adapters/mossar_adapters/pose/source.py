@@ -16,12 +16,11 @@ import numpy as np
 from mossar_adapters.address import Address
 from mossar_adapters.extras import needed
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.live import Counters
 from mossar_adapters.people import People
 from mossar_adapters.pose.camera import Camera, Taken, check_camera
 from mossar_adapters.pose.pictures import Picture
-from mossar_adapters.pose.types import MAX_PEOPLE, Body, CameraOptions, PoseError
+from mossar_adapters.pose.types import MAX_PEOPLE, SKELETON, Body, CameraOptions, PoseError
 from mossar_adapters.pose.weights import MODELS, USUAL, weights
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, performer_name
@@ -240,7 +239,7 @@ class WebcamSource:
             name = self._performer if body.number == 1 else f"{self._others}{body.number}"
             if name not in announced:
                 announced.add(name)
-                yield Meta(name, BLAZEPOSE_33, self._camera.fps if self._camera else None)
+                yield Meta(name, SKELETON, self._camera.fps if self._camera else None)
             yield Frames(body.positions[None], np.array([taken.time]), body.confidence[None], name)
 
     def _tell(self, news: str) -> None:

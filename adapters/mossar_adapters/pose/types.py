@@ -10,6 +10,9 @@ from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_stream import MossarError
 
 JOINTS: Final = len(BLAZEPOSE_33)
+# Of videos, their archives, cameras and the page alike, so that all give the same key frames. The hips are the origin of
+# the estimate, so the one that the others hang on is always there; the centroid comes and goes with hidden joints.
+SKELETON: Final = BLAZEPOSE_33.with_root("left_hip")
 HIPS: Final = (BLAZEPOSE_33.index("left_hip"), BLAZEPOSE_33.index("right_hip"))
 MAX_PEOPLE: Final = 4
 

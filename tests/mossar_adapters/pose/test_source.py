@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from mossar_adapters.address import parse_url
-from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.pose.camera import Camera, refusal
 from mossar_adapters.pose.source import wanted
-from mossar_adapters.pose.types import MAX_PEOPLE, CameraLost, CameraOptions, PoseError
+from mossar_adapters.pose.types import MAX_PEOPLE, SKELETON, CameraLost, CameraOptions, PoseError
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_source
 from mossar_stream import Frames, MossarError, SettingsError
@@ -84,7 +83,7 @@ def test_a_person_before_the_camera_gives_frames(device, pan):
     device.play(pan * 4)
     items = read(open_source(f"webcam:{device.path}"), lambda items: len(frames(items)) >= 20)
     assert isinstance(items[0], Meta)
-    assert items[0].skeleton == BLAZEPOSE_33
+    assert items[0].skeleton == SKELETON
     times = np.concatenate([item.times for item in frames(items)])
     assert (np.diff(times) > 0).all()
     assert abs(time.monotonic() - times[-1]) < 5.0  # the clock at the grab

@@ -10,6 +10,7 @@ from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.files.loaded import load
 from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.pose.pictures import describe, pictures
+from mossar_adapters.pose.types import SKELETON
 
 needs_weights = pytest.mark.usefixtures("weights")
 needs_ffmpeg = pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not here")
@@ -40,7 +41,7 @@ def test_the_estimate_is_kept_beside_the_video_and_is_a_recording_of_its_own(fil
     again = load(open_recording(archive))
     assert np.array_equal(first.positions, again.positions, equal_nan=True)
     assert np.array_equal(first.times, again.times)
-    assert first.skeleton == again.skeleton
+    assert first.skeleton == again.skeleton == SKELETON  # that of cameras: the same body centre
 
 
 @needs_weights
@@ -131,6 +132,7 @@ def test_a_video_in_a_folder_that_cannot_be_written_to_is_read(film, pan, read_o
     subprocess.run(["mount", "-o", "remount,ro", str(read_only_disk)], check=True)
     recording = open_recording(read_only_disk / "film.mp4")
     assert load(recording).positions.shape == (10, 33, 3)
+    assert recording.skeleton == SKELETON
     assert any("nothing is kept" in note for note in recording.notes)
 
 

@@ -58,6 +58,7 @@ def run(options: Options, console: Console) -> int:
 def _serve(options: Options, model: str, console: Console) -> int:
     """Serve the page, and segment what it sends, until the user has seen enough."""
     from mossar_adapters.extras import needed
+    from mossar_adapters.pose.settings import DEFAULTS
     from mossar_tools.streaming import stream
     from mossar_tools.webcam_page.server import HOST, PageServer
 
@@ -72,6 +73,7 @@ def _serve(options: Options, model: str, console: Console) -> int:
         options = msgspec.structs.replace(
             options,
             sources=(f"ws+bind://{HOST}:{poses}?{origin}",),
+            set={**DEFAULTS, **options.set},
             to=(*own, f"ws://{HOST}:{events}?{origin}"),
         )
         return stream(options, console)[0]

@@ -104,7 +104,8 @@ let seen = []; // s, when each joint was last visible
 function certain(world, time) {
   return world.map((joint, k) => {
     if (joint.visibility >= VISIBLE || seen[k] === undefined) seen[k] = time;
-    return time - seen[k] > HIDDEN ? 0 : Number(joint.visibility.toFixed(3));
+    const hidden = time - seen[k] > HIDDEN && k !== HIPS[0]; // the body centre always counts as seen
+    return hidden ? 0 : Math.max(0.001, Number(joint.visibility.toFixed(3)));
   });
 }
 

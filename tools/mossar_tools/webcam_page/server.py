@@ -9,10 +9,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from mossar_adapters.joint_sets import BLAZEPOSE_33
 from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import map_of_meta
 from mossar_adapters.pose.task import write_task
+from mossar_adapters.pose.types import SKELETON
 from mossar_adapters.pose.weights import LIBRARY, MODELS, folder, kept, library, weights
 from mossar_adapters.source import Meta
 from mossar_stream import MossarError
@@ -54,7 +54,7 @@ class PageServer:
             **lines,
             "model": model,
             "models": models,
-            "meta": json.loads(to_json(map_of_meta(Meta("p1", BLAZEPOSE_33)))),
+            "meta": json.loads(to_json(map_of_meta(Meta("p1", SKELETON)))),
         }
         content: dict[str, Content] = {
             f"/{name}": files(__package__).joinpath(name).read_bytes for name in _OWN
