@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mossar_stream.algorithm import facts, pose_history, scales, verdicts
 from mossar_stream.algorithm.reference import localise
 from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
+from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity import evidence
@@ -65,7 +66,7 @@ class Motion:
         positions: (n, J, 3) m.
         fps: Hz.
         skeleton: Their joints.
-        counted: What was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s.
+        counted: What was known of repetitions: see counted.py.
     """
 
     def __init__(
@@ -224,7 +225,8 @@ class Motion:
 
         def cost(other: int) -> float:
             c = self.candidates[other]
-            unlike = c.home + verdicts.SLOWNESS * np.log(c.speed / c.usual + verdicts.SLOWNESS_OFFSET)
+            slowness = evidence.STOP - evidence.REST
+            unlike = evidence.AWAY * c.home + slowness * np.log(c.speed / c.usual + evidence.LEAST)
             return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._told(other)) / period)
 
         near = [i for i in range(noted) if abs(self._told(i) - time) <= 0.5 * period]
@@ -234,19 +236,26 @@ class Motion:
 
 
 def _period_at(counted: Array, time: float) -> float:
-    """Return the period of the bout that a time lies in, or goes on to, s; 0 if it lies in none."""
+    """Return the period of the even bout that a time lies in, or goes on to, s; 0 if it lies in none."""
     before = counted[counted[:, 0] <= time]
     if not len(before):
         return 0.0
-    _, end, period = before[-1]
+    _, end, period, _ = before[-1]
     is_last = len(before) == len(counted)
     goes_on = is_last and time < end + LONGEST_SILENCE * period + LOOKS_APART
-    return float(period) if time <= end or goes_on else 0.0
+    return float(period) if (time <= end or goes_on) and _is_even(counted, len(before) - 1) else 0.0
+
+
+def _is_even(counted: Array, place: int) -> bool:
+    """Tell whether all periods of a repetition's bout are alike."""
+    bouts = np.cumsum(counted[:, 3] == 1)
+    periods = counted[bouts == bouts[place], 2]
+    return bool(periods.max() <= LONGEST_RATIO * periods.min())
 
 
 def _off_bound(counted: Array, time: float) -> float:
     """Return how far a time is from where a repetition begins or ends, or should, s."""
-    _, end, period = counted[-1]
+    _, end, period, _ = counted[-1]
     bounds = [*counted[:, 0], *counted[:, 1], end + period * max(0.0, np.rint((time - end) / period))]
     return float(np.abs(np.array(bounds) - time).min())
 

@@ -3,6 +3,9 @@
 While the performer repeats a movement, as counted in `repetitions`, every candidate of Algorithm 2 gets a verdict when it
 is `JUDGED_AFTER` old, or decided: it ends a repetition if, of all candidates within half a period around it, it is the
 slowest, nearest to the pose in which the performer dwells, and nearest to where one repetition ends and the next begins.
+The first two weigh what they do as evidence of a key frame.
+Only even bouts are judged, whose longest period is at most twice the shortest: beats of gestures are alike in shape, but
+uneven in time, and people do not cut at them.
 What it is compared with is fixed, so that the verdict is the same whatever the window of Algorithm 3 holds.
 """
 
@@ -12,14 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART, Kept
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
+from mossar_stream.similarity.evidence import AWAY, LEAST, REST, STOP
 
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
-NEAREST = 0.6  # periods between two repetitions' ends
-SLOWNESS, SLOWNESS_OFFSET = 1.5, 0.1  # weight of the log speed, and the share of V added to the speed
-OFF_BOUND = 3.0  # weight of the time, in periods, from where one repetition ends and the next begins
+NEAREST = 0.75  # periods between two repetitions' ends, at least
+OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
 FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
 
 VERDICTS = np.dtype(
@@ -75,7 +79,7 @@ def note_candidate(verdicts, time, told, home, speed):
     note = verdicts.notes[verdicts.state.candidates % CANDIDATES]
     note.time = time
     note.told = told
-    note.cost = home + SLOWNESS * np.log(speed + SLOWNESS_OFFSET)
+    note.cost = AWAY * home + (STOP - REST) * np.log(speed + LEAST)
     verdicts.state.candidates += 1
 
 
@@ -117,7 +121,7 @@ def judge(verdicts):
 
 @kernel
 def _period_at(header, time):
-    """Return the period of the bout that a time lies in, or goes on to, s; 0 if it lies in none."""
+    """Return the period of the even bout that a time lies in, or goes on to, s; 0 if it lies in none."""
     if header.clear == 0:
         return 0.0
     at = time - header.origin
@@ -126,8 +130,23 @@ def _period_at(header, time):
         period = _duration(cycle)
         goes_on = place == header.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + LOOKS_APART
         if at >= cycle.begins:
-            return period if at <= cycle.ends or goes_on else 0.0
+            return period if (at <= cycle.ends or goes_on) and _is_even(header, place) else 0.0
     return 0.0
+
+
+@kernel
+def _is_even(header, place):
+    """Tell whether all periods of a repetition's bout are alike."""
+    first = last = place
+    while first > 0 and header.cycle[first].count > 1:
+        first -= 1
+    while last + 1 < header.cycles and header.cycle[last + 1].count > 1:
+        last += 1
+    shortest, longest = np.inf, 0.0
+    for i in range(first, last + 1):
+        period = _duration(header.cycle[i])
+        shortest, longest = min(shortest, period), max(longest, period)
+    return longest <= LONGEST_RATIO * shortest
 
 
 @inline_kernel

@@ -14,7 +14,9 @@ Array = NDArray[np.float64]
 
 
 def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array, list[Array]]:
-    """Return what was known of repetitions: from when on, s, and (n, 3) begin, end and period of each, s.
+    """Return what was known of repetitions: from when on, s, and (n, 4) begin, end, period and number of each.
+
+    The first three are in seconds; the number is that in its bout, from 1.
 
     Args:
         positions: (n, J, 3) m.
@@ -26,16 +28,16 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
     engine.push(row, np.asarray(positions, np.float32), constant_times(len(positions), fps))
     row.look_at_repetitions()
     since, counted = zip(*row.looks, strict=True)
-    return np.array([0.0, *since]), [np.zeros((0, 3)), *map(_table, counted)]
+    return np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)]
 
 
 def _table(headers: NDArray[np.void]) -> Array:
-    """Return (n, 3) begin, end and period of the repetitions in a (1,) `HEADER`, s."""
+    """Return (n, 4) begin, end and period, s, and number in its bout, of the repetitions in a (1,) `HEADER`."""
     header = headers[0]
     if not header["clear"]:
-        return np.zeros((0, 3))
+        return np.zeros((0, 4))
     cycles, origin = header["cycle"][: header["cycles"]], header["origin"]
     begins, ends, periods = (cycles[name] for name in ("begins", "ends", "period"))
     periods = np.where(np.isnan(periods), ends - begins, periods)
-    table: Array = np.stack([origin + begins, origin + ends, periods], axis=1)
+    table: Array = np.stack([origin + begins, origin + ends, periods, cycles["count"]], axis=1)
     return table

@@ -1,10 +1,12 @@
 """Weights that are chosen without a set know nothing of it."""
 
+import re
+
 import msgspec
 import numpy as np
 import pytest
 
-from checks.leave_out import RANGES, Set, around, draw, leave_out, prepare
+from checks.leave_out import ALL, RANGES, Set, around, divided, draw, leave_out, prepare
 from mossar_stream.algorithm.reference_motion import IN_FORCE
 from mossar_tools.evaluation.performer import demo_takes
 
@@ -28,8 +30,24 @@ def test_what_is_left_out_has_no_part_in_the_choice(sets):
 
 def test_weights_in_force_are_scored_beside(sets):
     found = leave_out(sets, drawn=1, refined=0)
-    for name, one in found.items():
-        assert one.in_force == sets[name].f1(IN_FORCE)
+    for name, one in sets.items():
+        assert found[name].in_force == one.f1(IN_FORCE)
+    assert found[ALL].in_force == pytest.approx(np.mean([one.f1(IN_FORCE) for one in sets.values()]))
+
+
+def test_sets_are_divided_by_performer():
+    takes = list(demo_takes("demo:?fps=30&seconds=2", 4))
+    named = [
+        msgspec.structs.replace(take, name=name)
+        for take, name in zip(takes, ("m1_s01", "m1_s02", "m2_s01", "other"), strict=True)
+    ]
+    parts = divided("own", named, re.compile(r"s\d+"))
+    assert {part: [take.name for take in own] for part, own in parts.items()} == {
+        "own s01": ["m1_s01", "m2_s01"],
+        "own s02": ["m1_s02"],
+        "own": ["other"],
+    }
+    assert divided("own", named, None) == {"own": named}
 
 
 def test_what_is_drawn_lies_in_its_ranges():

@@ -1,14 +1,17 @@
-"""What level `motion` reaches on data that its weights never saw.
+r"""What level `motion` reaches on data that its weights never saw.
 
     python -m checks.leave_out SET1 SET2 SET3 ...
+    python -m checks.leave_out SET --people 's\d+'
 
 Each SET is a labelled folder as for `mossar evaluate`. The six numbers of the evidence are chosen anew on all sets but
-one, and that one is scored; so for each set. The search knows nothing of the numbers in force: it draws weights from
+one, and that one is scored; so for each set. The last row is what all sets reach with numbers chosen on all of them. With
+--people each set is divided by performer, as the first match of the pattern in a take's name has it. The search knows nothing of the numbers in force: it draws weights from
 wide ranges, and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
 `reference_motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
 """
 
 import argparse
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -25,6 +28,7 @@ from mossar_tools.evaluation.takes import Take, load_folder
 RANGES = Weights(6.0, 14.0, 6.0, 2.0, 4.0, 6.0)  # largest values; from 0 on
 DRAWN, REFINED = 100, 30  # vectors of weights that are tried on all sets, and on all but one
 STEP = 0.15  # standard deviation of a refinement, of what it changes
+ALL = "none"  # name of what leaves no set out
 AVERAGED = 5  # best vectors whose mean is taken
 
 
@@ -74,6 +78,15 @@ def prepare(takes: Sequence[Take]) -> Set:
     return Set(motions, list(takes))
 
 
+def divided(name: str, takes: Sequence[Take], people: re.Pattern[str] | None) -> dict[str, list[Take]]:
+    """Return the takes of a set under its name, or those of each performer if there is a pattern."""
+    parts: dict[str, list[Take]] = {}
+    for take in takes:
+        performer = people.search(take.name) if people else None
+        parts.setdefault(f"{name} {performer.group()}" if performer else name, []).append(take)
+    return parts
+
+
 def draw(rng: np.random.Generator) -> Weights:
     """Return weights from the whole of their ranges."""
     return Weights(*(rng.random(len(RANGES)) * RANGES).tolist())
@@ -86,7 +99,7 @@ def around(weights: Weights, rng: np.random.Generator) -> Weights:
 
 
 def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) -> dict[str, LeftOut]:
-    """Return what is reached on each set with weights chosen on the others.
+    """Return what is reached on each set with weights chosen on the others, and as `ALL` on all with those chosen on all.
 
     Args:
         sets: At least two.
@@ -98,7 +111,7 @@ def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) 
     first = [draw(rng) for _ in range(drawn)]
     scores = [{name: one.f1(weights) for name, one in sets.items()} for weights in first]
     found = {}
-    for name, left in sets.items():
+    for name in (*sets, ALL):
         others = [one for other, one in sets.items() if other != name]
         tried = [
             (float(np.mean([score[other] for other in sets if other != name])), weights)
@@ -109,7 +122,9 @@ def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) 
             tried.append((float(np.mean([one.f1(near) for one in others])), near))
         best = sorted(tried, reverse=True)[:AVERAGED]
         chosen = Weights(*np.mean([weights for _, weights in best], axis=0).tolist())
-        found[name] = LeftOut(left.f1(IN_FORCE), left.f1(chosen), chosen)
+        scored = list(sets.values()) if name == ALL else [sets[name]]
+        before, after = (float(np.mean([one.f1(by) for one in scored])) for by in (IN_FORCE, chosen))
+        found[name] = LeftOut(before, after, chosen)
     return found
 
 
@@ -121,15 +136,21 @@ def main() -> None:
     parser.add_argument("folders", metavar="SET", nargs="+", type=Path)
     parser.add_argument("--drawn", type=int, default=DRAWN)
     parser.add_argument("--refined", type=int, default=REFINED)
+    parser.add_argument("--people", metavar="PATTERN", type=re.compile, help="a performer, in a take's name")
     given = parser.parse_args()
     console = Console(sys.stdout, sys.stderr)
-    sets = {folder.name: prepare(load_folder(folder, console.status)) for folder in given.folders}
+    sets = {
+        part: prepare(takes)
+        for folder in given.folders
+        for part, takes in divided(folder.name, load_folder(folder, console.status), given.people).items()
+    }
     found = leave_out(sets, given.drawn, given.refined)
     for name, one in found.items():
         weights = " ".join(f"{weight:.1f}" for weight in one.weights)
         console.line(
             f"{name:<20} in force {one.in_force:.3f}   left out {one.left_out:.3f}   weights {weights}"
         )
+    del found[ALL]
     means = [np.mean([getattr(one, what) for one in found.values()]) for what in ("in_force", "left_out")]
     console.line(f"{'mean':<20} in force {means[0]:.3f}   left out {means[1]:.3f}")
 
