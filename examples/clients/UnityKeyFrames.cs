@@ -1,4 +1,4 @@
-// Unity: a component that raises events for key frames, moves and activity. Not run here: there was no Unity.
+// Unity: a component that raises events for key frames, moves, activity and steps. Not run here: there was no Unity.
 // Start: mossar run SOURCE --to osc://127.0.0.1:9000   Add it to a GameObject, and listen to its events.
 using System;
 using System.Collections.Generic;
@@ -13,6 +13,7 @@ public class UnityKeyFrames : MonoBehaviour
     public event Action<string, string, float> Confirmed; // performer; onset, offset or minimum; time in s
     public event Action<string, string, string> Moved; // performer; name of the move; limb (with --moves)
     public event Action<string, bool> Active; // performer; whether the body moves now
+    public event Action<string, string, string> Stepped; // performer; strike or off; left or right (with --steps)
     UdpClient socket;
 
     void OnEnable() => socket = new UdpClient(new IPEndPoint(IPAddress.Loopback, port));
@@ -48,6 +49,9 @@ public class UnityKeyFrames : MonoBehaviour
         // performer, channel, state, take, start, decided_time, previous
         if (address == "/mossar/activity" && (string)arguments[1] == "body")
             Active?.Invoke((string)arguments[0], (string)arguments[2] == "moving");
+        // performer, status, side, take, time, decided_time, confidence, x, y, z, id
+        if (address == "/mossar/step")
+            Stepped?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2]);
     }
 
     static string Text(byte[] packet, ref int at)

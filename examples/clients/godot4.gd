@@ -1,10 +1,11 @@
-# Godot 4: a node that emits signals for key frames, moves and activity. Not run here: there was no Godot 4.
+# Godot 4: a node that emits signals for key frames, moves, activity and steps. Not run here: there was no Godot 4.
 # Start: mossar run SOURCE --to osc://127.0.0.1:9000   Attach to a Node, connect the signals to what reacts.
 extends Node
 
 signal key_frame(performer: String, status: String, kind: String, take: int, frame: int, time: float)
 signal move(performer: String, status: String, name: String, limb: String)  # with --moves
 signal activity(performer: String, channel: String, state: String)  # moving or resting
+signal step(performer: String, status: String, side: String)  # with --steps: strike or off, left or right
 
 @export var port := 9000
 var _socket := PacketPeerUDP.new()
@@ -38,6 +39,8 @@ func _receive(packet: PackedByteArray) -> void:
 			move.emit(arguments[0], arguments[1], arguments[2], arguments[3])
 		"/mossar/activity":  # then take, start, decided_time, previous
 			activity.emit(arguments[0], arguments[1], arguments[2])
+		"/mossar/step":  # then take, time, decided_time, confidence, x, y, z, id
+			step.emit(arguments[0], arguments[1], arguments[2])
 
 
 func _text(stream: StreamPeerBuffer) -> String:

@@ -1,8 +1,9 @@
-// Processing: a circle that jumps at every onset, turns red at moves, and pales at rest. Not run here: there was no Processing.
+// Processing: a circle that jumps at every onset, turns red at moves, sways with steps, and pales at rest. Not run here: there was no Processing.
 // Start: mossar run SOURCE --to osc://127.0.0.1:9000   Needs the library oscP5 (Sketch, Import Library).
 import oscP5.*;
 
 float size = 60;
+float sway = 0;
 color filling = color(230, 159, 0);
 boolean moving = true;
 String said = "waiting for /mossar/key_frame at port 9000";
@@ -17,7 +18,7 @@ void draw() {
   size = lerp(size, 60, 0.08);
   fill(filling, moving ? 255 : 120);
   noStroke();
-  circle(width / 2, height / 2, size);
+  circle(width / 2 + sway, height / 2, size);
   fill(232);
   text(said, 20, 30);
 }
@@ -25,8 +26,14 @@ void draw() {
 void oscEvent(OscMessage message) {
   if (message.checkAddrPattern("/mossar/key_frame")) keyFrame(message);
   if (message.checkAddrPattern("/mossar/move")) move(message);
+  if (message.checkAddrPattern("/mossar/step")) step(message);
   if (message.checkAddrPattern("/mossar/activity") && message.get(1).stringValue().equals("body"))
     moving = message.get(2).stringValue().equals("moving"); // performer, channel, state, take, start, decided_time, previous
+}
+
+// performer, status, side, take, time, decided_time, confidence, x, y, z, id
+void step(OscMessage message) {
+  if (message.get(1).stringValue().equals("strike")) sway = message.get(2).stringValue().equals("left") ? -20 : 20;
 }
 
 // performer, status, name, limb, take, start, end, decided_time, score, rev

@@ -1,15 +1,17 @@
 """TouchDesigner: the callbacks of an OSC In DAT on port 9000. Not run in TouchDesigner, which was not at hand.
 
 Start: mossar run SOURCE --to osc://127.0.0.1:9000. Make an OSC In DAT, paste this into its callbacks DAT, and a Table DAT
-called `key_frames`, a Table DAT called `moves` and a Constant CHOP called `moving`: rows are appended to the tables, the CHOP is 1
+called `key_frames`, Table DATs called `moves` and `steps`, and a Constant CHOP called `moving`: rows are appended to the tables, the CHOP is 1
 while the body moves.
 """
 
 # Of the arguments performer, status, kind, take, frame, time, decided_time, velocity, strength, rev; of a move performer, status,
-# name, limb, take, start, end, decided_time, score, rev; of activity performer, channel, state, take, start, decided_time, previous:
+# name, limb, take, start, end, decided_time, score, rev; of activity performer, channel, state, take, start, decided_time, previous;
+# of a step performer, status, side, take, time:
 STATUS, KIND, TIME = 1, 2, 5
 NAME, LIMB = 2, 3
 CHANNEL, STATE = 1, 2
+SIDE, STEP_TIME = 2, 4
 
 
 def onReceiveOSC(dat, rowIndex, message, bytes, timeStamp, address, args, peer):  # noqa: N802, A002, ANN001, ANN201, ARG001
@@ -18,5 +20,7 @@ def onReceiveOSC(dat, rowIndex, message, bytes, timeStamp, address, args, peer):
         op("key_frames").appendRow([args[0], args[KIND], args[TIME]])  # noqa: F821 - TouchDesigner's
     elif address == "/mossar/move" and args[STATUS] == "confirmed":
         op("moves").appendRow([args[0], args[NAME], args[LIMB]])  # noqa: F821
+    elif address == "/mossar/step" and args[STATUS] == "strike":
+        op("steps").appendRow([args[0], args[SIDE], args[STEP_TIME]])  # noqa: F821
     elif address == "/mossar/activity" and args[CHANNEL] == "body":
         op("moving").par.value0 = int(args[STATE] == "moving")  # noqa: F821

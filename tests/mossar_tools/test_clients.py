@@ -33,11 +33,11 @@ def test_clients_that_were_not_run_say_so():
             assert f"`{path.name}`" in (CLIENTS / "README.md").read_text()
 
 
-def test_every_client_reacts_to_moves_and_activity():
+def test_every_client_reacts_to_moves_activity_and_steps():
     for path in CLIENTS.iterdir():
         if path.is_file() and path.suffix != ".md":
             words = set(re.findall(r"\w+", path.read_text()))
-            assert {"move", "activity", "key_frame"} <= words, path
+            assert {"move", "activity", "key_frame", "step"} <= words, path
 
 
 @pytest.fixture
@@ -130,3 +130,29 @@ def test_the_pure_data_patch_hears_moves(process, patch_on, punches):
         heard = next(line for line in lines if line.startswith("move: "))
         running.kill()
     assert heard == "move: symbol punch"
+
+
+def test_the_pure_data_patch_hears_steps(process, patch_on):
+    port = free_port(socket.SOCK_DGRAM)
+    with patch_on(port) as lines:
+        running = process(
+            "run", "demo:?seconds=60", "--steps", "--speed", "4", "--to", f"osc://127.0.0.1:{port}"
+        )
+        heard = set(itertools.islice((line for line in lines if line.startswith("step: ")), 8))
+        running.kill()
+    assert heard == {"step: symbol left", "step: symbol right"}
+
+
+def test_the_browser_game_sways_with_steps(process):
+    api, chromium = _browser()
+    port = free_port()
+    running = process("run", "demo:?seconds=60", "--steps", "--speed", "4", "--to", f"ws://127.0.0.1:{port}")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(f"file://{CLIENTS / 'browser_game.html'}?ws://127.0.0.1:{port}")
+        for margin in ("-12vmin", "-3vmin"):
+            told = f"document.getElementById('ball').style.marginLeft === '{margin}'"
+            page.wait_for_function(told, timeout=60_000, polling=5)
+        browser.close()
+    running.kill()

@@ -35,6 +35,18 @@ def test_a_walk_is_told_step_by_step_in_every_output(mossar, walk, tmp_path):
     tiers = {tier.name: tier for tier in read_annotations(copy)}
     assert len(tiers["steps"].marks) == len(truth)
     assert {event.label for event in read_events(copy)} >= {"Foot Strike", "Foot Off"}
+    (again,) = [tier for tier in read_annotations(table) if tier.name == "steps"]
+    assert again.moments
+    events = [(event["time"], f"{event['side']} {event['status']}") for event in found["steps"]]
+    known = [
+        mark
+        for k, mark in enumerate(events)
+        if any(mark[1].split()[0] + " strike" == e[1] for e in events[: k + 1])
+    ]
+    assert [mark.label for mark in again.marks] == [
+        label for _, label in known
+    ]  # from each foot's first strike
+    assert [mark.start for mark in again.marks] == pytest.approx([time for time, _ in known], abs=2e-4)
     _, shown, _ = mossar("segment", walk, "--steps")
     assert "steps, 10" in shown
     assert "stance: left" in shown
@@ -67,6 +79,28 @@ def test_feet_are_named_where_they_are_not_known(mossar, tmp_path):
     assert len(json.loads(out)["steps"]) == len(truth)
     assert mossar("segment", path, "--steps", "--feet", "left=m2", "right=toe")[0] == 2
     assert mossar("segment", path, "--steps", "--feet", "left=m2", "left=m3")[0] == 2
+
+
+def test_steps_exported_to_any_two_programs_agree(mossar, walk, tmp_path):
+    files = [tmp_path / f"steps.{suffix}" for suffix in ("eaf", "TextGrid", "txt", "tsv", "json", "c3d")]
+    assert (
+        mossar("segment", walk, "--steps", *(word for path in files for word in ("--export", path)))[0] == 0
+    )
+    for path in files[1:]:
+        status, out, err = mossar("agree", files[0], path, "--tier", "steps", "--json")
+        assert status == 0, err
+        (pair,) = json.loads(out)["pairs"]
+        assert pair["all"]["f1_0.05"] == 1.0
+        assert abs(pair["all"]["offset_median"]) < 0.001
+
+
+def test_a_performer_without_feet_is_refused_in_one_line(mossar, tmp_path):
+    path = tmp_path / "hands.npz"
+    positions = np.random.default_rng(1).normal(size=(60, 2, 3))
+    np.savez(path, positions=positions, fps=30.0, joint_names=["hip", "hand"], parents=[-1, 0])
+    status, out, err = mossar("run", path, "--steps", "--emit", "step")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "p1 cannot be followed: steps need ankles or toes on both sides; --feet" in err
 
 
 def test_emitting_steps_needs_the_option(mossar, walk):

@@ -96,6 +96,30 @@ def test_repetitions_are_cut_and_named_after_what_they_are(mossar, tmp_path):
     assert mossar("segment", path, "--repetitions", "--of", "repetitions")[0] == 2
 
 
+def test_moves_are_cut_and_named_after_what_they_are(mossar, tmp_path):
+    moves, clips = tmp_path / "moves.json", tmp_path / "punches"
+    shown, take = (
+        f"demo:?moves={moves}&seed=4"
+        for moves in ("rest:2,punch_left,rest:2", "rest:1,kick_right,rest:1,punch_left,rest:2")
+    )
+    assert mossar("teach", moves, shown, "--name", "jab/../x", "--times", 1)[0] == 0
+    assert mossar("record", take, tmp_path / "take.msk", "--seconds", 12)[0] == 0
+    status, _, err = mossar(
+        "segment", tmp_path / "take.msk", "--moves", moves, "--cut", clips, "--of", "moves"
+    )
+    assert status == 0, err
+    rows = list(csv.DictReader((clips / "clips.csv").read_text().splitlines()))
+    assert rows
+    assert {path.name for path in clips.iterdir()} == {"clips.csv", *(row["clip"] for row in rows)}
+    for row in rows:
+        assert row["name"] == "jab/../x"
+        assert row["clip"].startswith("take-000")
+        assert row["clip"].endswith("-jab_.._x.npz")
+        clip = read(clips / row["clip"])
+        assert clip.times[0] == pytest.approx(float(row["start"]), abs=0.03)
+        assert clip.times[-1] == pytest.approx(float(row["end"]), abs=0.03)
+
+
 def test_columns_come_from_the_names_of_files_and_make_one_table(mossar, swing, tmp_path):
     for name in ("ann_1_walk", "ann_2_walk", "bo_1_punch_low"):
         (tmp_path / f"{name}.npz").write_bytes(swing.read_bytes())

@@ -1,5 +1,6 @@
 """Reading annotations back: what people corrected by hand, as tiers."""
 
+import codecs
 import html
 import math
 import re
@@ -90,13 +91,7 @@ def _read_eaf(path: Path) -> list[Tier]:
     try:
         document = Elan.Eaf(str(path), suppress_version_warning=True)
         return [
-            _tier(
-                name,
-                [
-                    Mark(row[0] / 1000, row[1] / 1000, row[2] or "")
-                    for row in document.get_annotation_data_for_tier(name)
-                ],
-            )
+            _elan_tier(name, document.get_annotation_data_for_tier(name))
             for name in document.get_tier_names()
         ]
     except OSError:
@@ -105,11 +100,17 @@ def _read_eaf(path: Path) -> list[Tier]:
         raise AnnotationError(f"{path}: no ELAN document: {error}") from None
 
 
+def _elan_tier(name: str, rows: Sequence[tuple[Any, ...]]) -> Tier:
+    """Return a tier of ELAN, whose rows are start, end (ms) and label; of moments where all of them last one millisecond."""
+    least = all(row[1] - row[0] == 1 for row in rows)
+    return _tier(name, [Mark(row[0] / 1000, row[0 if least else 1] / 1000, row[2] or "") for row in rows])
+
+
 def _read_textgrid(path: Path) -> list[Tier]:
     from pympi import Praat
 
     try:
-        grid = Praat.TextGrid(str(path), codec="utf-8")
+        grid = Praat.TextGrid(str(path), codec=_praat_codec(path))
         tiers = []
         for own in grid.get_tiers():
             moments = own.tier_type == "TextTier"
@@ -121,6 +122,15 @@ def _read_textgrid(path: Path) -> list[Tier]:
     except (StopIteration, RuntimeError):  # where pympi finds no line that it looks for
         raise AnnotationError(f"{path}: no TextGrid: a line is missing") from None
     return tiers
+
+
+def _praat_codec(path: Path) -> str:
+    """Return how a TextGrid is encoded: Praat writes UTF-16 where a label is not ASCII."""
+    with path.open("rb") as file:
+        mark = file.read(3)
+    if mark[:2] in (codecs.BOM_UTF16_BE, codecs.BOM_UTF16_LE):
+        return "utf-16"
+    return "utf-8-sig" if mark == codecs.BOM_UTF8 else "utf-8"
 
 
 def _read_audacity(path: Path) -> list[Tier]:

@@ -12,6 +12,7 @@ from mossar_adapters.annotations.tiers import (
     MOVES,
     REPETITIONS,
     SEGMENTS,
+    STEPS,
     AnnotationError,
     Mark,
     Tier,
@@ -54,17 +55,32 @@ def read_table(path: Path) -> list[Tier]:
     """Return the tiers of a table with columns `start` and `end`, s on the recording's clock.
 
     The label is in `name`, `label`, `trial_type` or `state`, the tier in `tier`; without that the tier is `moves`. A table
-    of `mossar segment --csv` has its segments, repetitions and moves, those of limbs by their names.
+    of `mossar segment --csv` has its segments, repetitions and moves, those of limbs by their names, and its steps: when
+    each foot comes down, and when it leaves the ground.
 
     Raises:
         AnnotationError: If a column is missing, or something in it is no number.
     """
     tiers: dict[str, list[Mark]] = defaultdict(list)
     for number, row in _rows(path, ",", ("start", "end")):
+        if "channel" in row and row.get("state") == "step":
+            tiers[STEPS] += _step(path, number, row)
+            continue
         start, end = (_number(path, number, row[column]) for column in ("start", "end"))
         name, label = _placed(row)
         tiers[name].append(Mark(start, end, label))
     return _tiers(tiers, on_clock=True)
+
+
+def _step(path: Path, number: int, row: Mapping[str, str]) -> list[Mark]:
+    """Return the moments of a row of a step; its stance is empty if the foot did not leave the ground again."""
+    side = (row["channel"] or "").removesuffix("_foot")
+    strike = _number(path, number, row["start"])
+    marks = [Mark(strike, strike, f"{side} strike")]
+    if row.get("stance"):
+        off = strike + _number(path, number, row["stance"])
+        marks.append(Mark(off, off, f"{side} off"))
+    return marks
 
 
 def _placed(row: Mapping[str, str]) -> tuple[str, str]:
