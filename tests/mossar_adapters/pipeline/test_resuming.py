@@ -2,10 +2,12 @@ import json
 
 import pytest
 
+from mossar_adapters.demo import performance
 from mossar_adapters.pipeline import Pipeline, Upkeep, read_snapshot
 from mossar_adapters.replay.recording_source import RecordingSource
+from mossar_adapters.source import Recording
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
-from mossar_stream import Settings, SnapshotError
+from mossar_stream import Frames, MoveEvent, Moves, Settings, SnapshotError
 
 
 def run(stage, path, *, stop_after=None):
@@ -21,6 +23,48 @@ def run(stage, path, *, stop_after=None):
         pipeline.pool.push = lambda frames: (next(seen, None) is None and pipeline.stop()) or push(frames)
     pipeline.run()
     return sink.events
+
+
+@pytest.mark.parametrize("taught_meanwhile", [False, True])
+def test_a_run_that_goes_on_recognises_the_moves_of_now_and_logs_that_they_changed(
+    stage, tmp_path, caplog, taught_meanwhile
+):
+    take = performance(2, fps=30.0, seconds=20.0, moves=["rest:1", "punch_left", "rest:1", "kick_right"] * 4)
+    positions, times = take.frames.positions, take.frames.times
+    moves = Moves(take.skeleton)
+    shown = performance(7, fps=30.0, seconds=4.0, moves=["rest:1", "punch_left", "rest:1"])
+    moves.add("punch", shown.frames.positions, fps=30)
+
+    def part(stop_after=None):
+        def chunks():
+            for i in range(0, len(times), 30):
+                yield Frames(positions[i : i + 30], times[i : i + 30])
+
+        sink = stage.Collected()
+        recording = Recording("take.msk", take.skeleton, 30.0, chunks, (), len(times))
+        pipeline = Pipeline(
+            [RecordingSource(recording)],
+            [sink],
+            moves=Moves.from_json(moves.to_json()),
+            upkeep=Upkeep(snapshot=tmp_path / "state"),
+            resume=read_snapshot(tmp_path / "state"),
+        )
+        if stop_after is not None:
+            seen = iter(range(stop_after))
+            push = pipeline.pool.push
+            pipeline.pool.push = lambda frames: (next(seen, None) is None and pipeline.stop()) or push(frames)
+        pipeline.run()
+        return [event.name for event in sink.of(MoveEvent) if event.status == "confirmed"]
+
+    assert "kick" not in part(stop_after=6)
+    if taught_meanwhile:
+        shown = performance(8, fps=30.0, seconds=4.0, moves=["rest:1", "kick_right", "rest:1"])
+        moves.add("kick", shown.frames.positions, fps=30)
+    caplog.clear()
+    names = part()
+    assert "punch" in names
+    assert ("kick" in names) == taught_meanwhile
+    assert ("moves are not those of the snapshot" in caplog.text) == taught_meanwhile
 
 
 @pytest.mark.parametrize("stop_after", [0, 1, 3])
