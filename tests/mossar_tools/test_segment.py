@@ -373,3 +373,18 @@ def test_a_part_of_a_recording_is_a_recording_for_all_outputs(mossar, tmp_path):
     assert found == pytest.approx([own["end_time"] for own in report["segments"][:-1]], abs=2e-3)
     frames = [len(np.load(clip)["times"]) for clip in sorted(clips.glob("*.npz"))]
     assert sum(frames) == np.count_nonzero(inside)
+
+
+def test_reports_and_exports_are_in_order_of_time(mossar, raises, tmp_path):
+    """Events of a stream are not: a receiver of files need not sort."""
+    marks = tmp_path / "marks.vtt"
+    status, out, err = mossar("segment", raises, "--repetitions", "--json", "--export", marks)
+    assert status == 0, err
+    report = json.loads(out)
+    for name, field in (("key_frames", "time"), ("segments", "start_time"), ("repetitions", "start")):
+        times = [own[field] for own in report[name]]
+        assert len(times) > 3
+        assert times == sorted(times)
+    for tier in read_annotations(str(marks)):
+        starts = [mark.start for mark in tier.marks]
+        assert starts == sorted(starts)
