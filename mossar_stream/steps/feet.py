@@ -8,13 +8,14 @@ from mossar_stream.settings.feet import MOST_POINTS, SIDES, parse_feet
 from mossar_stream.skeleton import Skeleton
 
 MOST_TOPS = 4  # joints that are above the feet
-# Markers of Plug-in Gait, of its foot model, of CAST and CMU, and joints of pose estimators; the letter is the side.
+# Markers of Plug-in Gait, of its foot model, of CAST, CMU and OpenSim, and joints of pose estimators; the letter is the side.
 _MARKERS = (
     "{c}ank {c}hee {c}toe",
     "{c}lm {c}mm {c}mt1 {c}mt5 {c}cal",
     "{c}lm {c}mt1 {c}mt5 {c}cal",
     "{c}ank {c}toe {c}mt5 {c}mt1",
     "{c}cal {c}mt1 {c}mt2 {c}mt3 {c}mt4 {c}mt5",
+    "{c}heel {c}toetip {c}toelat {c}toemed",
     "{s}ankle {s}heel {s}footindex {s}bigtoe",
     "{c}ankle {c}heel {c}bigtoe {c}smalltoe",
 )

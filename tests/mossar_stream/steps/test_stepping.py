@@ -158,6 +158,7 @@ def test_settings_change_in_mid_take():
         (("ann:LANK", "ann:LTOE", "ann:RANK", "ann:RTOE"), (0, 1)),
         (("LLM", "LCAL", "LMT1", "LMT5", "RLM", "RCAL", "RMT1", "RMT5"), (0, 2, 3, 1)),
         (("LCAL", "LMT1", "LMT2", "RCAL", "RMT1", "RMT2"), (0, 1, 2)),
+        (("L.Heel", "L.Midfoot.Sup", "L.Toe.Tip", "R.Heel", "R.Midfoot.Sup", "R.Toe.Tip"), (0, 2)),
         (
             ("left_ankle", "left_heel", "left_foot_index", "right_ankle", "right_heel", "right_foot_index"),
             (0, 1, 2),
