@@ -53,7 +53,7 @@ def test_final_key_frames_of_motions_are_accurate_and_in_time(takes):
 
 @pytest.mark.parametrize(
     ("folder", "least"),
-    [("precog", 0.755), ("vmci", 0.87), ("gesture_phase", 0.63), ("ui_prmd", 0.77)],
+    [("precog", 0.755), ("vmci", 0.865), ("gesture_phase", 0.625), ("ui_prmd", 0.765)],
 )
 def test_one_bundle_serves_all_sets(takes, folder, least):
     own = [take for take in takes if take.name.startswith(f"{folder}/")]

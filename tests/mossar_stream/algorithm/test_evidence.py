@@ -64,7 +64,7 @@ def turned(positions, _fps):
 
 
 def test_a_turn_about_the_vertical_changes_nothing(recordings):
-    assert mean_agreement(recordings, turned) >= 0.95
+    assert mean_agreement(recordings, turned) >= 0.97
 
 
 def test_a_mirror_changes_nothing(recordings):
