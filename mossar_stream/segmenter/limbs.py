@@ -126,7 +126,9 @@ class Limbs:
 
     def _adopt(self, row: Row) -> None:
         """Let a limb know what is counted of its body, after each look at that."""
-        if len(row.adopted) and row.adopted[_LOOKED] != self._body.counted[_LOOKED]:
+        if not len(row.adopted) or not len(self._body.counted):
+            return  # or the body counts no longer, and the settings of the limb follow
+        if row.adopted[_LOOKED] != self._body.counted[_LOOKED]:
             row.adopt_repetitions(self._body.counted)
 
     def take(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
