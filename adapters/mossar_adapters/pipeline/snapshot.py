@@ -110,13 +110,13 @@ def read_snapshot(path: Path) -> Snapshot | None:
     try:
         check_regular(path)
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            if os.fstat(file.fileno()).st_size > MAX_BYTES:
+                raise SnapshotError(f"{path}: larger than {MAX_BYTES >> 20} MiB; this is no snapshot")
+            data = file.read()
     except FileNotFoundError:
         return None
     except OSError as error:
         raise SnapshotError(f"{path}: the snapshot cannot be read: {error.strerror or error}") from None
-    if len(data) > MAX_BYTES:
-        raise SnapshotError(f"{path}: larger than {MAX_BYTES >> 20} MiB; this is no snapshot")
     try:
         return _decoder.decode(_opened(data))
     except SnapshotError as error:

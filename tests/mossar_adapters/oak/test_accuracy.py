@@ -42,8 +42,8 @@ def play(studio, seed=3, moves=MOVES, confidence=CONFIDENCE, **sensor):
 
 def key_frames(positions, times, settings, status="confirmed"):
     # The likelihood alone merges what the performer repeats, so that the true cuts are those between moves.
-    chosen = Settings.build(overrides={"similarity": "likelihood", **settings})
-    segmenter = Segmenter(SKELETON, chosen, fps=24.0)
+    segmenter = Segmenter(SKELETON, Settings.build(overrides={"level": "posture", **settings}), fps=24.0)
+    segmenter.level = Settings(similarity="likelihood").strength("motion")
     events = segmenter.push(positions, times) + segmenter.end_take()
     return np.array(sorted(e.time for e in events if isinstance(e, KeyFrameEvent) and e.status == status))
 
