@@ -80,8 +80,8 @@ def test_a_reader_that_never_reads_does_not_keep_ctrl_c_from_working(process):
 def test_a_killed_run_goes_on_from_its_snapshot(process, mossar, tmp_path, swing):
     events, state = tmp_path / "e.jsonl", tmp_path / "state"
     whole = tmp_path / "whole.jsonl"
-    assert mossar("run", swing, "--to", whole)[0] == 0
-    running = process("run", swing, "--to", events, "--snapshot", state, "--speed", "4")
+    assert mossar("run", swing, "--to", whole, "--run-id", "one")[0] == 0
+    running = process("run", swing, "--to", events, "--snapshot", state, "--speed", "4", "--run-id", "one")
     wait_for(lambda: events.exists() and events.read_text().count("key_frame") > 3)
     running.send_signal(signal.SIGTERM)
     assert running.wait(30) == 143

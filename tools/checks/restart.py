@@ -199,7 +199,7 @@ def _key(line: str) -> tuple[Any, ...]:
     """Return what tells an event from others: two lines with the same key say the same."""
     event = json.loads(line)
     if "id" in event:
-        return event["type"], event["id"], event["rev"]
+        return event["type"], event["id"], event.get("rev", 1)  # an activity has one message
     return event["type"], event["performer"], event["take"], event["event"]
 
 

@@ -15,7 +15,7 @@ class OddTimes:
     Example:
         >>> odd = OddTimes()
         >>> frames = Frames(np.zeros((5, 1, 3), np.float32), np.arange(5) * 33.3)
-        >>> odd.finding(frames, 1.0)[:58], odd.finding(frames, 1.0)
+        >>> odd.finding(frames, 1.0)[:57], odd.finding(frames, 1.0)
         ('each frame is a take of its own: times step by 33.3 s; in', None)
     """
 
