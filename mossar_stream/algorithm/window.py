@@ -120,6 +120,7 @@ class Window(NamedTuple):
     history: PoseHistory
     verdicts: Verdicts
     activity: Activity
+    noise: np.void  # NOISE
     keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
     order: NDArray[np.int64]  # (W + 2,) slots of the segments, from left to right
     unused: NDArray[np.int64]  # (slots,) stack of unused slots

@@ -159,6 +159,7 @@ def _window_of(state, row, params, scratch, event_buffer):
             part(row, repetitions, HEADER, (plan.evidence,)),
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
+        state.noise,
         part(row, at.keys, KEY, (places,)),
         part(row, at.order, np.int64, (places,)),
         part(row, at.unused, np.int64, (plan.slot_count,)),

@@ -210,6 +210,16 @@ def test_holds_and_rests_are_kept_as_segments_with_both_ends_as_key_frames(noise
     assert states == ["resting", "moving"] * 8 + ["resting"]
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.02])
+def test_noise_as_fast_as_a_movement_judges_no_rest(noise):
+    poses, times, _ = four_holds(noise)
+    kept, merged = (streamed(poses, times, Settings(rests=rests)) for rests in ("keep", "merge"))
+    finals = [
+        [(e.id, e.time) for e in own if isinstance(e, KeyFrameEvent) and e.decided] for own in (kept, merged)
+    ]
+    assert finals[0] == finals[1]
+
+
 def test_merging_lets_the_level_decide():
     poses, times, _ = four_holds(0.003)
     events = streamed(poses, times, Settings(rests="merge"))
