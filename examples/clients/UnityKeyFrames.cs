@@ -6,7 +6,6 @@ using System.Net;
 using System.Net.Sockets;
 using System.Text;
 using UnityEngine;
-
 public class UnityKeyFrames : MonoBehaviour
 {
     public int port = 9000;
@@ -17,9 +16,7 @@ public class UnityKeyFrames : MonoBehaviour
     UdpClient socket;
 
     void OnEnable() => socket = new UdpClient(new IPEndPoint(IPAddress.Loopback, port));
-
     void OnDisable() => socket.Dispose();
-
     void Update()
     {
         var sender = new IPEndPoint(IPAddress.Any, 0);
@@ -37,8 +34,7 @@ public class UnityKeyFrames : MonoBehaviour
             var four = new byte[4];
             for (int k = 0; k < 4; k++) four[BitConverter.IsLittleEndian ? 3 - k : k] = packet[at + k];
             at += 4;
-            if (type == 'i') arguments.Add(BitConverter.ToInt32(four, 0));
-            else arguments.Add(BitConverter.ToSingle(four, 0));
+            arguments.Add(type == 'i' ? BitConverter.ToInt32(four, 0) : (object)BitConverter.ToSingle(four, 0));
         }
         // performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
         if (address == "/mossar/key_frame" && (string)arguments[1] == "confirmed")
@@ -57,8 +53,8 @@ public class UnityKeyFrames : MonoBehaviour
     static string Text(byte[] packet, ref int at)
     {
         int end = Array.IndexOf(packet, (byte)0, at);
-        string text = Encoding.UTF8.GetString(packet, at, end - at);
-        at = at + ((end - at) / 4 + 1) * 4; // filled up with zeros to a multiple of four bytes
-        return text;
+        int begin = at;
+        at += ((end - at) / 4 + 1) * 4; // filled up with zeros to a multiple of four bytes
+        return Encoding.UTF8.GetString(packet, begin, end - begin);
     }
 }

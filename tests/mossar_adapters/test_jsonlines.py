@@ -129,8 +129,11 @@ def test_final_segments_become_rows(tmp_path):
     sink.announce(Meta("p1", Skeleton(("hip", "head")), recording="walk.bvh"))
     sink.send([STARTED, segment, final])
     sink.close()
-    times, rest = "start,end,duration,start_frame,end_frame", "similarity,active_joints,channel,limb"
+    times, rest = (
+        "start,end,duration,start_frame,end_frame",
+        "similarity,active_joints,channel,limb,count,total,period,tempo,amplitude,name,score",
+    )
     assert path.read_text().splitlines() == [
         f"recording,performer,take,{times},state,kind,strength,{rest}",
-        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body,",
+        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body,,,,,,,,",
     ]
