@@ -33,6 +33,15 @@ for i in range(600):
     x = 0.3 * (1 - abs(i % 60 - 30) / 30) if i % 120 < 60 else 0
     print(json.dumps({"type": "frame", "t": i / 60, "xyz": [[0, 1, 0], [x, 1, 0.3]]}))
 """
+FRAMES = "".join(
+    [
+        '{"type": "meta", "performer": "p1", "names": ["hip", "hand"], "parents": [-1, 0]}\n',
+        *(
+            f'{{"type": "frame", "performer": "p1", "t": {i / 30}, "xyz": [[0, 1, 0], [{i % 30 / 100}, 1, 0.3]]}}\n'
+            for i in range(300)
+        ),
+    ]
+)
 LABELS = '{"recording": "%s", "fps": 30, "unit": "m", "cuts": [100, 200]}'
 
 
@@ -55,6 +64,7 @@ def furnish(folder: Path) -> None:
         "walk.c3d": walking(),
         "take.msk": recordings.msk(300),
         "poses.py": POSES.encode(),
+        "take.jsonl": FRAMES.encode(),
         "stage.toml": STAGE.encode(),
         "settings.toml": b"[settings]\nsig_threshold = 0.04\n",
         "walk.json": (LABELS % "walk.bvh").encode(),
@@ -71,7 +81,7 @@ def furnish(folder: Path) -> None:
         _annotate(folder / f"{labeller}.eaf", start)
         (folder / labeller.upper()).mkdir()
         _annotate(folder / labeller.upper() / "take.eaf", start)
-    (folder / "take.csv").write_text("start,end,name\n1.45,3.0,punch\n")
+    (folder / "found.csv").write_text("start,end,name\n1.45,3.0,punch\n")
     take = read(folder / "take.bvh", unit="cm")
     moves = Moves(take.skeleton)
     moves.add("punch", take.positions[40:95], 30.0)

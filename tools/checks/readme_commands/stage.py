@@ -36,6 +36,7 @@ NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run 
     "python -m checks.flink_load": "needs an environment of its own",
     "python -m checks.peer_settings": "needs the peers, in an environment of their own",
     "python -m checks.readme_commands": "runs already",
+    "mossar tune take.c3d --labels take.events.c3d": "reads what the command before it wrote; tests do",
     "mossar run webcam:": "there is no camera",
     "mossar view webcam:": "there is no camera",
     "mossar webcam": "serves a page until it is stopped; fetches weights",

@@ -22,7 +22,7 @@ Of folders, files of the same name are compared, each recording by itself and al
 agree within tolerances (F1), Cohen's kappa of the names over time, how far boundaries are apart, and which name one gave
 where the other gave which."""
 EXAMPLES = """  mossar agree ann.eaf bo.eaf --tier moves
-  mossar agree ann.eaf take.csv --tier moves,moves     a person and what mossar segment --csv found
+  mossar agree ann.eaf found.csv --tier moves,moves     a person and what mossar segment --csv found
   mossar agree ann.eaf bo.eaf --plot agreement.png
   mossar agree ANN BO --csv agreement.csv              folders: by file, and pooled
   mossar agree ann.eaf bo.eaf --tolerance 0.05,0.2 --json
