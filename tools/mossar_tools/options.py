@@ -183,7 +183,10 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     merged = {**configured, **given, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
-    options = msgspec.convert(merged, Options)
+    try:
+        options = msgspec.convert(merged, Options)
+    except msgspec.ValidationError as error:  # of a configuration: the command line's values have their types
+        raise UsageError(f"{path}: {error}") from None
     if path:
         _check_settings(path, options, msgspec.convert({**given, "set": dict(own)}, Options))
     return options
