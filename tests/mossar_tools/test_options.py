@@ -1,3 +1,5 @@
+import contextlib
+
 import msgspec
 import pytest
 
@@ -5,7 +7,7 @@ from mossar_adapters.pose.settings import DEFAULTS
 from mossar_stream import MossarError, SettingsError
 from mossar_tools.cli import parser_of
 from mossar_tools.commands import run, segment
-from mossar_tools.options import parse
+from mossar_tools.options import Options, parse
 
 
 @pytest.fixture
@@ -98,6 +100,32 @@ def test_an_output_in_the_configuration_may_name_no_file(segment_options):
     assert segment_options('csv = "all.csv"').csv == "all.csv"
 
 
+def test_feet_in_the_configuration_are_those_of_the_command_line(options):
+    wanted = options("demo:", "--feet", "left=LANK,LTOE", "right=RANK").settings().feet
+    assert wanted == "left=LANK,LTOE right=RANK"
+    for text in ('["left=LANK,LTOE", "right=RANK"]', '"left=LANK,LTOE right=RANK"'):
+        assert options("demo:", config=f"feet = {text}").settings().feet == wanted
+
+
+def test_no_value_of_a_configuration_crashes(options, segment_options):
+    for name in Options.__struct_fields__:
+        for value in (
+            "5.0",
+            "-1",
+            "true",
+            '"a"',
+            "[]",
+            "[1, 2]",
+            '["a", "b"]',
+            "[[1], [2]]",
+            "{a = 1}",
+            "1979-05-27",
+        ):
+            for read in (lambda config: options("demo:", config=config), segment_options):
+                with contextlib.suppress(MossarError):
+                    read(f"{name} = {value}")
+
+
 def test_tables_in_the_settings_are_parts(options):
     chosen = options("demo:", config="[settings.features]\npositions = 0.5\nlog_speed = 0.5")
     assert chosen.settings().features.log_speed == 0.5
@@ -125,6 +153,11 @@ def test_tables_in_the_settings_are_parts(options):
         ('[settings]\nlimbs = "a\\u0000=b"', "NUL character"),
         ('"a\\u0000" = 1', "NUL character"),
         ("a=" + "[" * 5000 + "]" * 5000, "not valid TOML"),
+        ("feet = 5.0", "feet must be 2 texts, each SIDE=JOINT,..., not 5.0"),
+        ("feet = {left = 1, right = 2}", "feet must be 2 texts"),
+        ('feet = ["left=LTOE"]', "feet must be 2 texts"),
+        ("feet = [[1], [2]]", "feet cannot be [1]"),
+        ("feet = [1, 2]", "setting feet is '1 2'; it must name one to 4 joints of each foot"),
     ],
 )
 def test_a_wrong_configuration_is_named_with_its_file(options, config, message):

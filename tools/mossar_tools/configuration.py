@@ -67,6 +67,13 @@ def _converted(path: Path, key: str, value: Any, action: argparse.Action) -> Any
         return value
     if action.nargs == "?" and value is True:
         return action.const
+    if isinstance(action.nargs, int):
+        parts = value.split() if isinstance(value, str) else value
+        if not isinstance(parts, list) or len(parts) != action.nargs:
+            raise UsageError(
+                f"{path}: {key} must be {action.nargs} texts, each {action.metavar}, not {value!r}"
+            )
+        return [_one(path, key, part, action) for part in parts]
     several = isinstance(action, argparse._AppendAction)  # noqa: SLF001 - how argparse says it
     if isinstance(value, list) and not several:
         value = ",".join(str(part) for part in value)

@@ -12,7 +12,7 @@ from pathlib import Path
 from checks.soak.measure import Sample, early_and_late, files, measure_exactly, memory, threads
 from checks.soak.neighbours import Neighbours
 from checks.soak.receivers import OscReceiver, Receiver, Subscriber
-from checks.soak.stage import FPS, MAX_PAUSE, Stage
+from checks.soak.stage import FPS, MAX_PAUSE, NAMES, Stage
 from checks.soak.truth import Truth
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo.body import SKELETON
@@ -60,14 +60,14 @@ class Watcher:
     Args:
         stage: Is told to end.
         truth: Knows which events are still to come.
-        seconds: How long it sends.
+        seconds: How long performers send.
     """
 
     def __init__(self, stage: Stage, truth: Truth, seconds: float) -> None:
         self.samples: list[Sample] = []
         self._stage, self._truth, self._seconds = stage, truth, seconds
         self._give_up = 0.0  # monotonic s, when events that have not come are lost
-        self._started = self._looked = time.monotonic()
+        self._started = self._looked = 0.0  # monotonic s; the strangers of the beginning come before
 
     def tick(self, pipeline: Pipeline) -> None:
         """Do what is due; called by the pipeline."""
@@ -76,6 +76,9 @@ class Watcher:
             self._give_up = self._give_up or now + _PATIENCE
             if not self._truth.missing or now > self._give_up:
                 pipeline.stop()
+        elif not self._started:
+            if self._stage.performing.is_set():
+                self._started = self._looked = now
         elif now - self._looked >= _PERIOD:
             self._looked = now
             self._measure(pipeline, now - self._started)
@@ -83,7 +86,8 @@ class Watcher:
                 self._stage.stop()
 
     def _measure(self, pipeline: Pipeline, seconds: float) -> None:
-        known = [q for q in (late.quantiles_ms() for late in pipeline.latency.values()) if q is not None]
+        latencies = (pipeline.latency[name] for name in NAMES if name in pipeline.latency)
+        known = [q for q in (late.quantiles_ms() for late in latencies) if q is not None]
         median, high = (max(q[0] for q in known), max(q[1] for q in known)) if known else (0.0, 0.0)
         sample = Sample(seconds, pipeline.outcome.frames, memory(), files(), threads(), median, high)
         self.samples.append(sample)

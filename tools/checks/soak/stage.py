@@ -53,6 +53,7 @@ class Stage:
         self._places: dict[str, tuple[float, NDArray[np.float64]]] = {}  # rad about the vertical, (3,) m
         self._flood_due = 0.0  # monotonic s
         self._publisher = Publisher(parse_url(url))
+        self.performing = threading.Event()  # set when all strangers of the beginning have come
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._play, name="stage", daemon=True)
 
@@ -85,6 +86,8 @@ class Stage:
                 self._end_take(name)  # everybody is known from the beginning: nothing is to grow later
                 self._truth.leave(name)  # on a slow machine the wall clock ends some of these takes
             self._flood(strangers.FIRST)
+            self._wait_until_under_way(0)
+            self.performing.set()
             while not self._stopped.is_set():
                 if time.monotonic() > self._flood_due:
                     self._flood(strangers.LATER)

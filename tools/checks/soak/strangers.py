@@ -9,7 +9,9 @@ from mossar_stream import Event, Skeleton
 FIRST, LATER = 232, 20
 # Before them, so that little grows later: with those after, more names than sinks keep metas of (1024).
 WAVES = 4
-MOMENT = 2.5  # s after each wave; whoever was heard of in the last two gives way to nobody
+# s after each wave. A source may bring 1,024 joints a second after 16,384 at once, and a newcomer counts for 32 more than
+# its own (docs/operations.md): so all waves, all performers and the first flood are within what it may.
+MOMENT = 6.5
 PERIOD = 25.0  # s between two floods: longer than a take stays open, so that whoever gives way has none
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
 _BEGINNING = "stranger"
