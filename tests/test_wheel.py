@@ -1,5 +1,6 @@
 """What is installed: the three packages with their types, and no check."""
 
+import re
 import zipfile
 from pathlib import Path
 
@@ -23,6 +24,12 @@ def test_the_wheel_holds_the_three_packages_and_no_check(names):
     assert {top for top in tops if not top.endswith(".dist-info")} == PACKAGES
     assert not [name for name in names if "checks" in name or "tests" in name]
     assert {f"{package}/py.typed" for package in PACKAGES} <= set(names)
+
+
+def test_nothing_that_is_installed_imports_a_check():
+    for home in ("mossar_stream", "adapters/mossar_adapters", "tools/mossar_tools"):
+        for path in (ROOT / home).rglob("*.py"):
+            assert not re.search(r"^\s*(?:from|import) checks\b", path.read_text(), re.MULTILINE), path
 
 
 def test_every_module_is_in_it(names):

@@ -22,8 +22,8 @@ ties the earliest key frame goes.
 
 The loop runs until the list is empty, and α and β choose from what it found, so that both can be moved with nothing
 computed again: the strength of a key frame is the cost of the merge that removes it, made monotone along the run. The
-paper's K + 1 nested sets are `strength >= β`, or the last α key frames removed: see `is_kept`. `reference.py` has the
-paper's form.
+paper's K + 1 nested sets are `strength >= β`, or the last α key frames removed: see `is_kept`. The paper's form
+is in `tools/checks/reference/algorithms.py`.
 """
 
 from typing import NamedTuple

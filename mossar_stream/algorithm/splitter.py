@@ -42,7 +42,7 @@ And whether a run was a minimum shows at the first value after it, so lines 12 t
 One thing is ours: early confirmation. When the curve has come back up to the Ceiling after a candidate, a local
 maximum at Ceiling must follow before anything else can happen to the candidate, so it is accepted at the first
 frame with V[t] >= Ceiling[t-1]. The list is the same, except that at the end of a take one key frame may have been
-confirmed whose maximum never came: it is withdrawn then. `reference.py` has the paper's form.
+confirmed whose maximum never came: it is withdrawn then. `tools/checks/reference/algorithms.py` has the paper's form.
 """
 
 import numpy as np

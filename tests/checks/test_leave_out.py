@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from checks.leave_out import ALL, RANGES, Set, around, divided, draw, leave_out, prepare
-from mossar_stream.algorithm.reference_motion import IN_FORCE
+from checks.reference.motion import IN_FORCE
 from mossar_tools.evaluation.performer import demo_takes
 
 

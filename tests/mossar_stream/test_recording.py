@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
+from checks.reference.algorithms import generate_key_frames, remerge
 from mossar_adapters.demo import performance
 from mossar_stream import FrameError, Segmenter, Settings, Skeleton, segment_recording
-from mossar_stream.algorithm.reference import generate_key_frames, remerge
 from mossar_stream.settings import Features
 
 LEVELS = ("motion", 0.0, 0.05, 0.3, 1.0, 1.25, 2.0, 1e8)

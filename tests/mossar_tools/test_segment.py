@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from checks.fuzz.recordings import c3d
+from checks.reference.algorithms import generate_key_frames
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.files import open_recording
 from mossar_adapters.segment_csv import COLUMNS
 from mossar_stream import Settings, segment_recording
-from mossar_stream.algorithm.reference import generate_key_frames
 from mossar_tools.batch import segment_all
 from mossar_tools.loaded_recording import load_recording
 from mossar_tools.options import Options

@@ -7,7 +7,7 @@ Each SET is a labelled folder as for `mossar evaluate`. The six numbers of the e
 one, and that one is scored; so for each set. The last row is what all sets reach with numbers chosen on all of them. With
 --people each set is divided by performer, as the first match of the pattern in a take's name has it. The search knows nothing of the numbers in force: it draws weights from
 wide ranges, and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
-`reference_motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
+`reference/motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
 """
 
 import argparse
@@ -19,8 +19,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from mossar_stream.algorithm.reference_motion import IN_FORCE, Motion, Weights, without_gaps
-from mossar_stream.recording.counted import counted_by
+from checks.reference.counted import counted_by
+from checks.reference.motion import IN_FORCE, Motion, Weights, without_gaps
 from mossar_tools.console import Console
 from mossar_tools.evaluation.matching import Cut, match
 from mossar_tools.evaluation.takes import Take, load_folder

@@ -15,12 +15,12 @@ import msgspec.structs
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.c3d_forces import contacts
 from checks.gaits import FEET, GAITS, SKELETON, Event, performed, wiggling
 from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.annotations.tiers import STEPS, AnnotationError, Mark
 from mossar_adapters.demo import performance
 from mossar_adapters.files import read
-from mossar_adapters.files.c3d_forces import contacts
 from mossar_stream import Settings, Skeleton, StepEvent, segment_recording
 from mossar_stream.steps.stepping import Stepping
 from mossar_tools.evaluation.matching import Cut, match

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from checks.reference import path_kernel as path_reference
 from checks.speed.__main__ import OWN
 from checks.speed.paths import pair_of, segments_of, sum_again
 from checks.speed.splitting import SETTINGS, run_splitting
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream.recording import segment_recording
-from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_tools.bench.motion import performer
 
 ROOT = Path(__file__).parents[3]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from checks.reference.counted import counted_by
+from checks.reference.motion import Motion
+from checks.reference.motion_velocity import velocity
 from mossar_stream import Segmenter, Settings, Skeleton, segment_recording
-from mossar_stream.algorithm.reference_motion import Motion
-from mossar_stream.algorithm.reference_noise import velocity
-from mossar_stream.recording.counted import counted_by
 
 demo = pytest.importorskip("mossar_adapters.demo")
 ORDERS = {"before": ("stand:20", "punch", "kick"), "after": ("punch", "kick", "stand:20")}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mossar_stream.algorithm.reference import envelope, generate_key_frames, remerge
+from checks.reference.algorithms import envelope, generate_key_frames, remerge
 
 # The extrema of the moving period in Fig. 7; the figure is printed without numbers, so that these values are made
 # up to have the same relations to Ceiling and Floor. θ = 0.1.

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from checks.reference.algorithms import generate_key_frames
+from checks.reference.counted import counted_by
+from checks.reference.motion import IN_FORCE, Motion, algorithm_2
 from mossar_stream import Segmenter, Skeleton
-from mossar_stream.algorithm.reference import generate_key_frames
-from mossar_stream.algorithm.reference_motion import IN_FORCE, Motion, algorithm_2
-from mossar_stream.recording.counted import counted_by
 
 LABELLED = Path(__file__).parents[4] / "shared" / "data" / "labelled"
 SAME = 0.1  # s

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from checks.reference.algorithms import generate_key_frames
 from mossar_stream import Segmenter
-from mossar_stream.algorithm.reference import generate_key_frames
 
 SIXTEENTHS = st.lists(st.integers(0, 16), min_size=1, max_size=60)
 STEPS = st.lists(st.sampled_from([-4, -2, -1, -1, 0, 0, 0, 1, 1, 2, 4]), min_size=1, max_size=80)

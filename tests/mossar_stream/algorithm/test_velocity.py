@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from checks.reference.algorithms import velocity_curve
 from mossar_stream import Segmenter, Settings
-from mossar_stream.algorithm.reference import velocity_curve
 
 
 def curve_of(core, steps, times, **settings):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mossar_stream.algorithm import reference_motion
+from checks.reference import motion as reference_motion
 from mossar_stream.algorithm.verdicts import (
     CANDIDATES,
     ENDS,

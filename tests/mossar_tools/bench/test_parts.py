@@ -1,7 +1,5 @@
 """What the numbers rest on: the motion, the clocks, and kernels that do what they are said to do."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,7 @@ from mossar_adapters.files.loaded import LoadedRecording
 from mossar_tools.bench.crowd import Crowd
 from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
-from mossar_tools.bench.push import FORMS, LISTS, MORE, forms, waits
-from mossar_tools.bench.start import copied, first_import
+from mossar_tools.bench.push import waits
 from mossar_tools.bench.work import prepare
 
 
@@ -89,24 +86,3 @@ def test_recordings_nearest_to_31_joints_are_measured(motion):
     assert [whole.name for whole in work.recordings] == ["right"]
     assert len(work.motions) == 2
     assert to_and_fro("a", skeleton, 30.0, positions).positions.shape == (98, 20, 3)
-
-
-def test_starts_are_those_of_the_copy():
-    with copied() as folder:
-        assert first_import(folder).wall > 0
-        (folder / "mossar_stream" / "__init__.py").write_text("raise SystemExit('the copy')")
-        with pytest.raises(subprocess.CalledProcessError):
-            first_import(folder)
-
-
-def test_forms_that_people_hand_over_are_measured_beside_ours(motion):
-    rows = {row.name: row for row in forms(motion, 200, 1)}
-    assert list(rows) == [f"{name}: p50" for name in (*FORMS, *LISTS)]
-    assert all(0.1 < row.value < 10_000 for row in rows.values())
-    assert rows["lists of lists: p50"].target is None
-    own = float(rows["float64 positions: p50"].note.rpartition(" ")[2])
-    assert rows["float64 positions: p50"].target.limit == pytest.approx(own + MORE, abs=0.01)
-    positions, moment = FORMS["float64 and numpy scalar"](motion.positions[0], 0.5)
-    assert (positions.dtype, type(moment)) == (np.float64, np.float64)
-    assert not FORMS["view that is not contiguous"](motion.positions[0], 0.5)[0].flags.c_contiguous
-    assert isinstance(LISTS["lists of lists"](motion.positions[0], 0.5)[0][0], list)

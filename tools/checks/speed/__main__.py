@@ -12,6 +12,15 @@ from mossar_tools.console import Console
 from mossar_tools.options import Options
 
 OWN: Final[dict[str, Measure]] = {
+    "moves": Measure("moves: what recognising them adds to a push", "checks.speed.moves:measure"),
+    "limbs": Measure(
+        "limbs: what key frames of limbs add to a push, their events included", "checks.speed.limbs:measure"
+    ),
+    "repetitions": Measure(
+        "repetitions: what counting them adds to a push", "checks.speed.repetitions:measure"
+    ),
+    "forms": Measure("one frame in other forms of arrays", "checks.speed.forms:measure"),
+    "start": Measure("start, in processes of their own", "checks.speed.start:measure"),
     "splitting": Measure(
         "splitting alone: joints, velocity, range, envelope, Algorithms 1 and 2",
         "checks.speed.splitting:measure",
@@ -32,8 +41,9 @@ OWN: Final[dict[str, Measure]] = {
 }
 ALL: Final[dict[str, Measure]] = {**MEASURES, **OWN}
 
-DESCRIPTION = """Measure what developers look at beside `mossar bench`: splitting alone, the stages, the path kernel, the
-hierarchy, the cost of joints and of the window, and the delay from a frame sent to its event received."""
+DESCRIPTION = """Measure what developers need beside `mossar bench`: what moves, limbs and repetitions add to a frame, other forms
+of frames, the start with an empty cache, splitting alone, the stages, the path kernel, the hierarchy, the cost of joints and
+of the window, and the delay from a frame sent to its event received."""
 EXAMPLES = """  python -m checks.speed                            a quarter of an hour
   python -m checks.speed DIR --only hierarchy       real recordings; the parts of mossar bench can be named, too
   python -m checks.speed --only paths --json -

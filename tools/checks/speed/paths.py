@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.reference import path_kernel as path_reference
+from checks.reference.algorithms import localise
+from checks.reference.path_kernel import SegmentGraph, segment_graph
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_stream import Settings, segment_recording
-from mossar_stream.algorithm.reference import localise
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.similarity.path_kernel import path_sum as kernels
-from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_stream.similarity.path_kernel.kernel import AT_REST
-from mossar_stream.similarity.path_kernel.reference import SegmentGraph, segment_graph
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.work import Work
 

@@ -25,21 +25,19 @@ MEASURES: Final[Measures] = {
     "push": Measure(
         "one frame: how long Segmenter.push takes, remerge on", "mossar_tools.bench.push:measure"
     ),
-    "moves": Measure("moves: what recognising them adds to a push", "mossar_tools.bench.moves:measure"),
-    "limbs": Measure(
-        "limbs: what key frames of limbs add to a push, their events included",
-        "mossar_tools.bench.limbs:measure",
-    ),
-    "repetitions": Measure(
-        "repetitions: what counting them adds to a push", "mossar_tools.bench.repetitions:measure"
-    ),
     "performers": Measure(
         "many performers in one process, default remerge, events delivered",
         "mossar_tools.bench.crowd:measure",
     ),
     "memory": Measure("memory of a stream", "mossar_tools.bench.memory:measure"),
-    "start": Measure("start, in processes of their own", "mossar_tools.bench.start:measure"),
 }
+
+ELSEWHERE = (
+    "moves",
+    "limbs",
+    "repetitions",
+    "start",
+)  # parts of `python -m checks.speed` that were parts of this
 
 
 def chosen(names: Sequence[str], measures: Measures = MEASURES) -> list[str]:
@@ -49,6 +47,10 @@ def chosen(names: Sequence[str], measures: Measures = MEASURES) -> list[str]:
         UsageError: If there is no such part.
     """
     unknown = [name for name in names if name not in measures]
+    if unknown and unknown[0] in ELSEWHERE and measures is MEASURES:
+        raise UsageError(
+            f"--only {unknown[0]}: measured by python -m checks.speed --only {unknown[0]}, from a checkout"
+        )
     if unknown:
         raise UsageError(f"--only: nothing is called {unknown[0][:40]!r}; there are {', '.join(measures)}")
     return list(names or measures)

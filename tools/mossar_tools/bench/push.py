@@ -7,7 +7,7 @@ without such an interruption are shown as well, where the system counts them.
 import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,26 +19,13 @@ from mossar_tools.bench.work import Work
 
 BLOCK = 64  # pushes between two looks at the interruptions
 WARM_UP = 5000  # frames
-MORE = 1.0  # µs that another form of array may take beyond ours
 QUANTILES = {"p50": (0.5, 2.0), "p99": (0.99, 5.0), "p99.99": (0.9999, 100.0)}  # share, target in µs
-
 
 Form = Callable[[NDArray[np.float32], float], tuple[Any, Any]]
 
-# What people hand over instead of contiguous float32 and a Python float.
-FORMS: Final[dict[str, Form]] = {
-    "float64 positions": lambda frame, moment: (frame.astype(np.float64), moment),
-    "numpy scalar as time": lambda frame, moment: (frame, np.float64(moment)),
-    "float64 and numpy scalar": lambda frame, moment: (frame.astype(np.float64), np.float64(moment)),
-    "view that is not contiguous": lambda frame, moment: (np.asfortranarray(frame), moment),
-}
-LISTS: Final[dict[str, Form]] = {
-    "lists of lists": lambda frame, moment: (frame.tolist(), moment),
-}
-
 
 def measure(work: Work) -> Iterator[Measurement]:
-    """Yield quantiles over a million frames, remerge on, events delivered; then medians of other forms of frames."""
+    """Yield quantiles over a million frames, remerge on, events delivered."""
     frames = work.some(1_000_000, 2000)
     for motion in work.motions:
         runs = [waits(motion, frames) for _ in range(work.some(3, 1))]
@@ -49,21 +36,6 @@ def measure(work: Work) -> Iterator[Measurement]:
         if share <= 0.99:
             name = f"{motion.name}, uninterrupted"
             yield from _quantiles(name, calm, targets=True, note=f"{share:.1%} of the pushes")
-    yield from forms(work.motions[0], work.some(100_000, 500), work.some(3, 1))
-
-
-def forms(motion: Motion, frames: int, repeats: int) -> Iterator[Measurement]:
-    """Yield the median for each form in which frames are handed over; arrays are compared with our own form."""
-    every: dict[str, Form | None] = {"": None, **FORMS, **LISTS}
-    runs: dict[str, list[float]] = {name: [] for name in every}
-    for _ in range(repeats):  # one beside the other, so that neighbours disturb all of them
-        for name, form in every.items():
-            runs[name].append(float(np.median(waits(motion, frames, form)[0])) * 1e6)
-    own = float(np.median(runs.pop("")))
-    for name, values in runs.items():
-        target = Target(own + MORE) if name in FORMS else None
-        note = f"float32 and float: {own:.2f}"
-        yield Measurement("push", f"{name}: p50", "us", tuple(values), target=target, note=note, clock="wall")
 
 
 def _quantiles(

@@ -22,7 +22,7 @@ DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in p
 recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
 case processor time is shown where the wall clock says nothing."""
 EXAMPLES = """  mossar bench                                  some minutes, more on a busy machine
-  mossar bench --only stream,push               the parts: stream push moves limbs repetitions performers memory start
+  mossar bench --only stream,push               the parts: stream push performers memory
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
   mossar bench --json | jq '.measurements[] | {name, median, unit}'
 """

@@ -7,14 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mossar_stream.algorithm import reference, remerging
+from checks.reference import algorithms as reference
+from checks.reference import path_kernel as path_reference
+from mossar_stream.algorithm import remerging
 from mossar_stream.errors import SettingsError
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, pad, place
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
-from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM, SummaryFrame
 
 FORMS = ("damped", "normalised", "sum")

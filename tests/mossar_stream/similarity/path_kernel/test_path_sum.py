@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from checks.reference import path_kernel as path_reference
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.similarity.path_kernel import blocks as path_blocks
 from mossar_stream.similarity.path_kernel import frontier as path_frontier
 from mossar_stream.similarity.path_kernel import path_sum as kernels
-from mossar_stream.similarity.path_kernel import reference as path_reference
 from mossar_stream.similarity.path_kernel.frontier import FRONTIER_SLOTS
 from mossar_stream.similarity.path_kernel.path_sum import MOST_EDGES
 

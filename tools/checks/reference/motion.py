@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.reference.algorithms import localise
+from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
 from mossar_stream.algorithm import facts, pose_history, scales, verdicts
-from mossar_stream.algorithm.reference import localise
-from mossar_stream.algorithm.reference_noise import SIG_THRESHOLD, velocity
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE

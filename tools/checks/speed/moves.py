@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.speed.turns import added, waits
 from mossar_stream import Moves, Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.motion import Motion, performer
-from mossar_tools.bench.turns import added, waits
 from mossar_tools.bench.work import Work
 
 JOINTS, EXAMPLES, EACH = 21, 28, 2

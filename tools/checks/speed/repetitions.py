@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from checks.speed.turns import added, waits
 from mossar_stream import Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.motion import performer
-from mossar_tools.bench.turns import added, waits
 from mossar_tools.bench.work import Work
 
 JOINTS = 21

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
+from checks.speed.moves import EXAMPLES, JOINTS, examples_of
+from checks.speed.turns import added, waits
 from mossar_stream import Moves, Segmenter, Settings
 from mossar_tools.bench.measurement import Measurement
 from mossar_tools.bench.motion import performer
-from mossar_tools.bench.moves import EXAMPLES, JOINTS, examples_of
-from mossar_tools.bench.turns import added, waits
 from mossar_tools.bench.work import Work
 
 

@@ -1,4 +1,4 @@
-"""The velocity of level `motion` and the sensor's noise on whole arrays, in plain Python; see `reference_motion.py`."""
+"""The velocity of level `motion` and the sensor's noise on whole arrays, in plain Python; see `reference/motion.py`."""
 
 from typing import NamedTuple
 
