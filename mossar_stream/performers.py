@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mossar_stream.engine.buffers import IN_USE
 from mossar_stream.engine.intake import given_positions
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools, Row
@@ -135,13 +136,15 @@ class Performers:
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
             return []
+        leaving = self._leaving(name)
+        self._check_idle(leaving)
         self._check_memory(name, skeleton, fps)
         segmenter = self._new_segmenter(
             name, skeleton, fps
         )  # all that may fail comes before anything is changed
-        events = self._dismiss(name, "another skeleton") if known is not None else []
-        while len(self._segmenters) >= self._most:
-            events += self._dismiss(next(iter(self._segmenters)), "too many performers")
+        events = []
+        for one in leaving:
+            events += self._dismiss(one, "another skeleton" if one == name else "too many performers")
         before = self._absent.pop(name, None)
         if before is not None:
             segmenter.carry_on(before.counts)
@@ -149,6 +152,17 @@ class Performers:
             segmenter.carry_on({**segmenter.counts, "take": self._first_take})
         self._segmenters[name] = segmenter
         return events
+
+    def _leaving(self, name: str) -> tuple[str, ...]:
+        """Return the performers that are dismissed when one is announced: itself, or those idle for longest."""
+        if name in self._segmenters:
+            return (name,)
+        return self.names[: max(0, len(self._segmenters) - self._most + 1)]
+
+    def _check_idle(self, performers: Sequence[str]) -> None:
+        """Raise RuntimeError if another thread is using one of the performers, before anything is changed."""
+        if any(self._segmenters[name].row.guard.is_busy for name in performers):
+            raise RuntimeError(IN_USE)
 
     def _new_segmenter(self, name: str, skeleton: Skeleton, fps: float | None) -> Segmenter:
         """Return a segmenter for a performer, with the performer's own settings."""
@@ -180,17 +194,18 @@ class Performers:
         """The moves that are recognised; setting them takes effect with everybody's next frame.
 
         Raises:
-            FrameError: If somebody's skeleton lacks joints that they need; nothing is changed then.
+            FrameError: If a performer's skeleton lacks joints that they need; nothing is changed then.
         """
         return self._moves
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
+        self._check_idle(self.names)
         before = self._moves, self._stores
         self._moves, self._stores = copy_of(moves) if moves is not None else None, {}
         try:
             fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
-        except FrameError:
+        except BaseException:
             self._moves, self._stores = before
             raise
         for name, recognition in fresh.items():
@@ -254,8 +269,9 @@ class Performers:
         segmenter = self._segmenters.get(name)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
+        events = segmenter.push(frames)
         self._segmenters.move_to_end(name)
-        return segmenter.push(frames)
+        return events
 
     def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
         """Process as many frames of each of many performers at once, which is quicker than one after the other.
@@ -331,6 +347,7 @@ class Performers:
         plans = [
             segmenter.steps.planned({**changes, "level": level}) for segmenter in self._segmenters.values()
         ]
+        self._check_idle(self.names)
         self._settings = settings
         self._pools.clear()
         self._level = level
@@ -348,16 +365,19 @@ class Performers:
                 f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
             )
         chosen = self.names if performer is None else (performer,)
+        self._check_idle(chosen)
         return [event for name in chosen for event in self._segmenters[name].reset(reason)]
 
     def end_takes(self, reason: str = "") -> list[Event]:
         """End the takes of all performers."""
+        self._check_idle(self.names)
         return [event for segmenter in self._segmenters.values() for event in segmenter.end_take(reason)]
 
     def remove(self, performer: str, reason: str = "") -> list[Event]:
         """End a performer's take and forget the performer."""
-        segmenter = self._segmenters.pop(performer)
+        segmenter = self._segmenters[performer]
         events = segmenter.end_take(reason)
+        del self._segmenters[performer]
         segmenter.release()
         return events
 
@@ -406,8 +426,10 @@ class Performers:
     @level.setter
     def level(self, level: LevelName | float) -> None:
         chosen = self._settings.replace(level=level).level
-        for given in (self._settings, *(segmenter.row.plan.given for segmenter in self._segmenters.values())):
-            given.strength(chosen)  # all or nothing
+        self._settings.strength(chosen)
+        for segmenter in self._segmenters.values():
+            segmenter.steps.planned_level(level)  # all or nothing
+        self._check_idle(self.names)
         self._level = chosen
         for segmenter in self._segmenters.values():
             segmenter.level = level

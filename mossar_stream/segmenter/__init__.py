@@ -210,8 +210,7 @@ class Segmenter:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
-        chosen = self.row.plan.given.replace(level=level).level
-        self.row.plan.strength(chosen)
+        chosen = self.steps.planned_level(level)
         self.steps.mend()
         self._fast_shape = None
         self.steps.set_level(chosen)

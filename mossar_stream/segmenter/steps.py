@@ -20,6 +20,7 @@ from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
 from mossar_stream.settings import LevelName, Settings
+from mossar_stream.steps.feet import feet_of
 
 
 class Steps:
@@ -124,6 +125,17 @@ class Steps:
         self._followers.recognition = recognition
         self.is_followed = bool(self._followers)
 
+    def planned_level(self, level: LevelName | float) -> LevelName | float:
+        """Return a level that `set_level` can set, and change nothing.
+
+        Raises:
+            SettingsError: If it is none, or a name that works with other settings.
+        """
+        plan = self._row.plan
+        chosen = plan.given.replace(level=level).level
+        plan.strength(chosen)
+        return chosen
+
     def set_level(self, level: LevelName | float) -> None:
         """Move the level, which acts with the next push."""
         self._carry_out(functools.partial(self._set_level, level))
@@ -142,6 +154,8 @@ class Steps:
         level = before.given.replace(level=changes.get("level", self.level)).level
         given = before.given.replace(**{**changes, "level": before.given.level}).at_level(level)
         groups_of(before.skeleton, given.limbs)  # or FrameError
+        if given.steps:
+            feet_of(before.skeleton, given.feet)  # or FrameError
         return Plan(before.skeleton, given, before.fps, before.shape.ring, channel=before.channel), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> None:

@@ -1,6 +1,7 @@
 """Many performers: each is as if alone."""
 
 import gc
+import random
 import weakref
 
 import numpy as np
@@ -304,3 +305,85 @@ def test_who_left_takes_no_memory_until_the_collector_comes_by(kind):
         assert came_and_left("ann")() is None
     finally:
         gc.enable()
+
+
+def known_of(pool):
+    """Everything that a pool knows, as bytes."""
+    return pool.names, pool.lasting(), pool.snapshot(), pool.moves
+
+
+def random_request(rng, core):
+    """Something that may be asked of a pool, right or wrong: a method and its arguments."""
+    names = ("ann", "bob", "cy", "dee")
+    changes = (
+        {"limbs": "arm=j1"},
+        {"limbs": "arm=other"},
+        {"limbs": False},
+        {"steps": True},
+        {"steps": True, "feet": "left=j1 right=j2"},
+        {"feet": "left=j1 right=other"},
+        {"phase": True},
+        {"repetitions": True},
+        {"repetitions": False},
+        {"window": 0.1},
+        {"window": 99.0},
+        {"level": "cluster"},
+        {"level": "motion", "features": {"positions": 1.0}},
+        {"level": "cluster", "features": {"positions": 1.0}},
+        {"level": 0.3},
+        {"similarity": "path_kernel"},
+        {"location": "free"},
+        {"nothing": 1},
+    )
+    skeletons = (core.skeleton(4), core.skeleton(3), Skeleton(("other", "one"), (-1, 0)), core.skeleton(4))
+    return rng.choice(
+        (
+            lambda pool: pool.announce(rng.choice(names), rng.choice(skeletons)),
+            lambda pool: pool.change(**rng.choice(changes)),
+            lambda pool: pool.change(rng.choice(names), **rng.choice(changes)),
+            lambda pool: setattr(pool, "level", rng.choice(("motion", "cluster", "nothing", 0.2, -1, "x"))),
+            lambda pool: pool.reset(rng.choice((*names, None))),
+            lambda pool: pool.remove(rng.choice(names)),
+            lambda pool: pool.push(Frames(*core.moving_people(1), performer=rng.choice(names))),
+        )
+    )
+
+
+def test_what_is_refused_changes_nothing(core):
+    rng, refused, done = random.Random(4), 0, 0
+    for _ in range(12):
+        pool = Performers(SETTINGS, most=3, most_memory=3_000_000)
+        for _ in range(40):
+            request = random_request(rng, core)
+            before = known_of(pool)
+            try:
+                request(pool)
+                done += 1
+            except (FrameError, SettingsError, KeyError):
+                refused += 1
+                assert known_of(pool) == before
+    assert refused > 100
+    assert done > 100
+
+
+def test_a_pool_in_use_refuses_before_anything_is_changed(core):
+    pool = Performers(SETTINGS, most=2)
+    for name in ("ann", "bob"):
+        pool.announce(name, core.skeleton(4))
+        pushed(pool, core, name, 1)
+    before = known_of(pool)
+    guard = pool["bob"].row.guard
+    for request in (
+        lambda: pool.change(window=0.1),
+        lambda: setattr(pool, "level", 0.1),
+        lambda: setattr(pool, "moves", None),
+        pool.reset,
+        pool.end_takes,
+        lambda: pool.remove("bob"),
+        lambda: pool.announce("bob", core.skeleton(3)),
+    ):
+        guard.is_busy = True
+        with pytest.raises(RuntimeError, match="two threads"):
+            request()
+        guard.is_busy = False
+        assert known_of(pool) == before
