@@ -117,4 +117,4 @@ class LiveSource(Protocol):
 
 
 class OutputClosedError(MossarError):
-    """Whoever read our output has gone; programs end quietly on it."""
+    """The reader of our output has closed it; programs end quietly on it."""

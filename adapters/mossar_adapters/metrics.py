@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from prometheus_client.core import Metric
 
 _FRAMES = {
-    "frames": "Frames taken in",
+    "frames": "Frames processed",
     "out_of_order": "Frames dropped because they came late or twice",
     "outliers": "Joints that were too fast, or too far off, to be true",
     "held": "Joints that were held because they were missing",

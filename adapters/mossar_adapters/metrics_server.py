@@ -1,7 +1,7 @@
 """An HTTP server for the few who ask for metrics, which connections without end cannot exhaust.
 
-Each connection has a thread and a time-out. Beyond `MAX_CLIENTS` the oldest one is cut off, so that whoever asks is
-always answered, however many others only stay.
+Each connection has a thread and a time-out. Beyond `MAX_CLIENTS` the oldest one is cut off, so that a new
+request is always answered, however many idle clients stay connected.
 """
 
 import socket

@@ -28,7 +28,7 @@ class OpenOptions(msgspec.Struct, frozen=True):
     Args:
         options: How to read; the URL's own options are merged in.
         speed: Pace of recordings and of the built-in performer.
-        listener: Is told of control messages (OSC).
+        listener: Receives control messages (OSC).
         force: Whether to replace a recording that is there.
         loop: Whether to play a recording again and again.
         position: Byte at which to go on with a file.

@@ -140,7 +140,7 @@ class WebSocketServer:
             for task in late:
                 task.cancel()
         server.close()
-        # Whoever has not even asked yet for a WebSocket would be waited for much longer.
+        # A client that has not even asked for a WebSocket would delay this much longer.
         await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=_CLOSE)
         for transport in (*self._waiting, *(client.transport for client in self._clients)):
             transport.abort()  # or the other end would wait for ours for ever
@@ -168,7 +168,7 @@ class WebSocketServer:
 def _counted_by(server: WebSocketServer) -> Any:
     """Return what makes connections that tell the server of themselves before they have said a word.
 
-    Whoever connects and says nothing has a descriptor all the same, and those of a process are few.
+    A silent client occupies a descriptor all the same, and a process has few.
     """
     from websockets.asyncio.server import ServerConnection
 

@@ -2,7 +2,7 @@
 
 Rubbish is sent to the OSC port of a running pipeline, while a well-behaved sender goes on. Printed are that sender's
 rate before, during and after, and the memory. A kernel cannot share a socket out fairly between senders, so frames get
-lost while the flood lasts, and until what it left in the socket is taken in. After that the sender's next frames must
+lost while the flood lasts, and until the rest in the socket is processed. After that the sender's next frames must
 all arrive, and the key frames of its next take must be those of a quiet run.
 """
 
@@ -75,7 +75,7 @@ class Signals(NamedTuple):
     Args:
         ready: The flood may begin.
         flooded: It is over.
-        drained: What it left in the socket is taken in.
+        drained: The rest in the socket is processed.
         sent: The good sender is done.
     """
 
@@ -228,7 +228,7 @@ def _resumed(times: Sequence[float]) -> float:
 
 
 def _behave(port: int, phase: float, signals: Signals, told: Any) -> None:
-    """Send the same motion to and fro until the flood is over and taken in, and once more after a pause."""
+    """Send the same motion to and fro until the flood is over and processed, and once more after a pause."""
     items = list(DemoSource(5, seconds=phase, speed="max").items())
     meta = msgspec.structs.replace(next(item for item in items if isinstance(item, Meta)), performer=GOOD)
     motion = np.concatenate([item.positions for item in items if isinstance(item, Frames)])

@@ -155,7 +155,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def first_example(epilog: str) -> str:
-    r"""Return the first command of a help's examples, without what is said of it.
+    r"""Return the first command of a help's examples, without its comment.
 
     Example:
         >>> first_example("examples:\n  mossar evaluate demo:      without any data\n")

@@ -119,7 +119,7 @@ def _within(segments: Sequence[Segment], start: float, end: float) -> list[Segme
 def curve_columns(states: Sequence[CurveState]) -> NDArray[np.float64]:
     """Return a curve as (n, 5): time (s), velocity, ceiling, floor (shares of the range), and whether it is moving.
 
-    It stands where its key frames are told to be.
+    It is drawn at the reported positions of its key frames.
     """
     rows = [(s.told, s.value, s.ceiling, s.floor, s.moving) for s in states]
     columns = np.array(rows, np.float64).reshape(-1, 5)

@@ -1,4 +1,4 @@
-"""The user's file of moves: read, added to, and written so that what was said to be taken is in it.
+"""The user's file of moves: read, added to, and written before an example is reported.
 
 Who changes it locks it from before it is read until it is written, or of two programs that teach at once one would
 write over what the other took. The lock is a file beside it, because the file itself is replaced.

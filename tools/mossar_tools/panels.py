@@ -66,7 +66,7 @@ def draw_curve(axes: Any, shown: Excerpt, width: float, palette: Palette) -> Lef
 
 
 def _on_the_curve(shown: Excerpt, key: KeyFrame) -> float:
-    """Return the velocity where a key frame is told to be; its own is that of Algorithm 2's frame."""
+    """Return the velocity at the reported position of a key frame; its own is that of Algorithm 2's frame."""
     times, values = shown.columns[:, 0], shown.columns[:, 1]
     return float(np.interp(key.time, times, values)) if len(times) else key.velocity
 

@@ -178,7 +178,7 @@ def _spread(
     if lost:
         rows = no_rows()
         rows["errors"] = [
-            {"path": path, "error": f"{path}: whoever reads it dies, perhaps for want of memory"}
+            {"path": path, "error": f"{path}: the process that reads it ends, perhaps for lack of memory"}
             for path in lost
         ]
         write_part(Place(target), part_name(["lost", *lost]), rows)

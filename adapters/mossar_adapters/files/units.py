@@ -70,7 +70,7 @@ def height(positions: NDArray[np.floating]) -> float:
 
 
 def given(options: ReadOptions, stated: float) -> Scale:
-    """Return the scale of a format that states its unit; the user's word goes before the file's."""
+    """Return the scale of a format that states its unit; the user's option takes precedence over the file."""
     return Scale(METRES.get(options.unit, stated))
 
 

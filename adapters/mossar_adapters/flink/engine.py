@@ -98,7 +98,7 @@ def options(job: Job, *, on_cluster: bool = False) -> dict[str, str]:
         "execution.checkpointing.externalized-checkpoint-retention": "RETAIN_ON_CANCELLATION",
     }
     if not on_cluster:
-        # Whoever waits in front of a terminal is told soon; a cluster has its own way.
+        # At a terminal a failure is reported soon; a cluster has its own restart strategy.
         chosen["restart-strategy.type"] = "fixed-delay"
         chosen["restart-strategy.fixed-delay.attempts"] = "3"
         chosen["restart-strategy.fixed-delay.delay"] = "1 s"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_PEOPLE: Final = 8
-STRIDE: Final = 4.0  # m/s, about the speed of running; whoever would have been faster is somebody else
+STRIDE: Final = 4.0  # m/s, about the speed of running; a faster jump means another person
 SLACK: Final = 0.4  # m, for the noise of the place; less than two people can be apart
 ALONE: Final = 1.5  # m; where one person was and one is, depth that slips is likelier than an exchange
 FORGOTTEN: Final = 2.0  # s; longer than a pause that ends a take, so that a name is only reused in a new take
@@ -48,8 +48,8 @@ class Identities:
     def follow(self, places: Sequence[NDArray[np.float64]], time: float) -> list[Person | None]:
         """Return who is at each of the places of one picture; None for those beyond the most.
 
-        The closest pairs of known person and place find each other first. Whoever is left is new, unless there is
-        nobody else to be mistaken for.
+        The closest pairs of known person and place find each other first. The remaining places are new people, unless no
+        known person could be mistaken for them.
 
         Args:
             places: (3,) metres each.

@@ -32,8 +32,8 @@ class OscDecoder:
 
     Args:
         address: `osc://HOST:PORT?profile=…`, for its options.
-        options: What the user says beyond the URL; the URL's own options go before.
-        listener: Is told of control messages.
+        options: Options beyond the URL; those in the URL take precedence.
+        listener: Receives control messages.
 
     Raises:
         SettingsError: If an option is wrong.

@@ -20,8 +20,8 @@ class OscSource:
 
     Args:
         address: `osc://HOST:PORT?profile=…`.
-        options: What the user says beyond the URL; the URL's own options go before.
-        listener: Is told of control messages.
+        options: Options beyond the URL; those in the URL take precedence.
+        listener: Receives control messages.
 
     Raises:
         MossarError: If the port cannot be had or an option is wrong.

@@ -20,7 +20,7 @@ LOST: Final = 2.0  # s after which the place says nothing any more
 _NEAR: Final = 0.08  # m that a place is off by at once
 _WANDER: Final = 0.7  # m/s that is added while nobody sees the person
 _REACH: Final = 0.4  # m
-_STRIDE: Final = 4.0  # m/s; whoever is farther away than these two allow is somebody else
+_STRIDE: Final = 4.0  # m/s; a body farther away than these two allow is another person
 _ANYWHERE: Final = 0.93  # of a newcomer on a stage of 4 m by 4 m, as a density
 _INDEPENDENT: Final = 8.0  # bones that count as independent of each other
 _STRANGE: Final = (
@@ -29,7 +29,7 @@ _STRANGE: Final = (
 _POSTURE: Final = 0.04  # that the median length of a bone differs by from one posture of a person to the next
 _BLUR: Final = 0.015  # m that the length of any bone is off by, which matters for short ones
 _CAP: Final = 4.5  # for one bone; three times the noise
-_FEW: Final = 3  # samples that noise is told by at least
+_FEW: Final = 3  # fewest samples for an estimate of the noise
 _NOISE: Final = 0.07  # before that
 
 
@@ -63,7 +63,7 @@ class Likeness:
             body: Of the slot.
             samples: Of the newcomer.
             skeleton: Of the newcomer.
-            bodies: All that noise can be told by.
+            bodies: All bodies that the noise is estimated from.
         """
         if skeleton is None or body.skeleton != skeleton or not len(samples) or not len(body.samples):
             return _INDEPENDENT * _STRANGE  # says nothing

@@ -30,7 +30,7 @@ _ANOTHER_CLOCK: Final = (
     1.0  # s after which an id whose times begin with 0 has a clock of its own, as with --fps
 )
 _STEP: Final = 1 / 30  # s, where no rate is known
-_TOLD: Final = 20  # ids that are said to be refused
+_TOLD: Final = 20  # refused ids that are logged
 
 _log = logging.getLogger("mossar.people")
 

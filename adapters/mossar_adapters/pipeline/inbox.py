@@ -26,7 +26,7 @@ class Arrival(msgspec.Struct, frozen=True):
         item: A meta, frames, who has come or left, a request to be carried out, an error that ended the source, or
             None when the source ended.
         at: When it arrived, monotonic s.
-        meta: What the source last announced of the performer, with frames: so whoever takes them need not have seen
+        meta: What the source last announced of the performer, with frames: so the reader need not have seen
             the announcement itself.
     """
 
@@ -40,7 +40,7 @@ class Inbox:
     """Hands arrivals of several sources over, fairly. Every method may be called from any thread, `get` from one.
 
     Frames come some milliseconds apart and find the processor cold: what a condition variable does in Python
-    costs as much then as a frame's own way through the source. So whoever waits for arrivals waits for a lock.
+    costs as much then as a frame's own way through the source. So a reader that waits for arrivals waits for a lock.
 
     Args:
         drops: For each source, whether its oldest frames are dropped when its queue is full.

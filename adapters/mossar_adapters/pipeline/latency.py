@@ -20,7 +20,7 @@ class Latency:
     """
 
     def __init__(self) -> None:
-        self._delays: deque[float] = deque(maxlen=KEPT)  # s; whoever comes once holds little
+        self._delays: deque[float] = deque(maxlen=KEPT)  # s; a performer seen once holds little
         self._lock = threading.Lock()
 
     def add(self, seconds: float) -> None:

@@ -11,7 +11,7 @@ class Outcome(msgspec.Struct):
     """How a run went.
 
     Args:
-        frames: Frames taken in.
+        frames: Frames processed.
         complete: Whether it came to its own end, instead of being stopped.
         errors: What went wrong with sources, in order.
         dead_sinks: Names of the sinks that failed, and of a snapshot that could not be written.

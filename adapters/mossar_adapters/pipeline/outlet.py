@@ -1,7 +1,7 @@
 """Outlet: one thread that feeds one sink, so that a slow or dead sink never stalls the stream.
 
-A sink that says `prompt = True` never waits for anybody. It is fed at once by whoever brings the events, since waking
-a thread takes longer than sending; its own thread looks after it in quiet times.
+A sink with `prompt = True` never blocks. The thread that brings the events feeds it at once, since waking
+another thread takes longer than sending. Its own thread serves it in quiet times.
 """
 
 import logging

@@ -37,7 +37,7 @@ from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamE
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
-_TOLD = 20  # performers who cannot be followed and are told of
+_TOLD = 20  # performers that cannot be followed and are logged
 _LEAVE = 1.0  # s given to a reader to end
 _RUN_BYTES = 6  # of a run's name: two of a million runs are called the same once in 280 million times
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
@@ -429,7 +429,7 @@ class Pipeline:
         if source not in self._put_off:
             self._put_off.add(source)
             _log.warning(
-                "%s: more new performers or skeletons come than are taken in a second; %s and others wait, and their frames "
+                "%s: more new performers or skeletons come than one second allows; %s and others wait, and their frames "
                 "are counted",
                 self._source_name(source),
                 name,

@@ -13,7 +13,7 @@ from mossar_adapters.live import Counters
 PATIENCE = 256  # malformed datagrams in a row
 _TRIAL = 32  # of a nuisance's datagrams, one in so many is read: it may mend its ways
 _MOST = 1024  # senders of rubbish remembered
-_MOST_HOSTS = 64  # told of when the source explains its silence
+_MOST_HOSTS = 64  # named when the source explains its silence
 
 
 class Admission:

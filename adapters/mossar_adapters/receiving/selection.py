@@ -14,7 +14,7 @@ from mossar_adapters.source import Came, Item, Left, Meta, Source
 from mossar_stream import FrameError, Frames
 
 _NAMES = 4096  # performers that are remembered
-_TOLD = 8  # performers that are told of
+_TOLD = 8  # performers that are logged
 
 _log = logging.getLogger("mossar.source")
 
@@ -31,7 +31,7 @@ class SelectedSource:
         self._source = source
         self._options = options
         self._columns: dict[str, NDArray[np.intp]] = {}
-        self._others: set[str] = set()  # performers who are not wanted, as far as they were told of
+        self._others: set[str] = set()  # performers that are not wanted, as far as they were logged
         self._fits: dict[str, bool] = {}  # whether each performer has what is wanted
         self.name, self.live = source.name, source.live
 

@@ -48,7 +48,7 @@ def main() -> int:
 
 
 def _all_run(stage: Stage, commands: list[Command]) -> Iterator[tuple[Command, tuple[str, float]]]:
-    """Run commands, those that go on beside those that compute, and yield what is to be said of each."""
+    """Run commands, those that go on beside those that compute, and yield the report of each."""
     computing, waiting = ThreadPoolExecutor(os.cpu_count()), ThreadPoolExecutor(WAITING)
 
     def run(command: Command) -> tuple[str, float]:

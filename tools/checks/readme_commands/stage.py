@@ -82,7 +82,7 @@ class Stage:
         furnish(self._full)
 
     def run(self, command: Command) -> str:
-        """Run a command and return what is to be said of it; it begins with WRONG where it is not as it should be."""
+        """Run a command and return a report; it begins with WRONG if the command failed."""
         if not f"{command.line} ".startswith(PROGRAMS):
             return "WRONG: no command; a block of something else names its language, as in ```text"
         for beginning, why in NOT_RUN.items():

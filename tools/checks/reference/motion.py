@@ -50,7 +50,7 @@ class Candidate(NamedTuple):
 
     frame: int  # where the segment after it begins
     confirmed: int  # frame
-    told: int  # frame where it is told to be
+    told: int  # reported frame
     speed: float  # m/s, lowest since the candidate
     home: float  # A
     extent: float  # m, A
@@ -141,7 +141,7 @@ class Motion:
         return time * np.array(terms)  # type: ignore[no-any-return]
 
     def final(self, weights: Weights = IN_FORCE) -> list[int]:
-        """Return where the final key frames are told to be, frames of the recording."""
+        """Return the reported frames of the final key frames, frames of the recording."""
         finals: list[int] = []
         left, undecided, noted = 0, list[int](), 0
         for t, time in enumerate(self.times):
@@ -159,7 +159,7 @@ class Motion:
         return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
     def told(self) -> list[int]:
-        """Return where the key frames are told to be that are told of when Algorithm 2 accepts them."""
+        """Return the reported frames of the key frames that are reported when Algorithm 2 accepts them."""
         told, first, before, speed = [], 0, self.times[0] + facts.SETTLING, 0.0
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
@@ -204,7 +204,7 @@ class Motion:
 
     @cached_property
     def verdicts(self) -> list[tuple[int, int]]:
-        """The verdict on each candidate, and the frame at which it is known, of those taken in."""
+        """The label of each candidate, and the frame at which it is known, in processed frames."""
         confirmed, last = [candidate.confirmed for candidate in self.candidates], -np.inf
         found = []
         for number in range(len(confirmed)):
@@ -326,7 +326,7 @@ def filtered(poses: Array, dt: Array) -> Array:
 
 
 def taken_frames(times: Array) -> NDArray[np.int64]:
-    """Return which frames are taken in, about 30 Hz; the others are passed over."""
+    """Return which frames are processed, about 30 Hz; the others are skipped."""
     taken = [0]
     for t in range(1, len(times)):
         if times[t] - times[taken[-1]] >= pose_history.SPACING - pose_history.MARGIN:

@@ -58,7 +58,7 @@ class Watcher:
     """Measures while the pipeline runs, and ends it when the time is over.
 
     Args:
-        stage: Is told to end.
+        stage: Is asked to end.
         truth: Knows which events are still to come.
         seconds: How long performers send.
     """

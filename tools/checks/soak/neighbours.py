@@ -109,7 +109,7 @@ def _is_over(client: socket.socket) -> bool:
 
 
 def is_answered(port: int) -> bool:
-    """Tell whether a server of metrics answers whoever asks, however many others only stay."""
+    """Tell whether a server of metrics answers a request, however many idle clients stay connected."""
     try:
         asking = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
         asking.request("GET", "/metrics")
@@ -121,7 +121,7 @@ def is_answered(port: int) -> bool:
 
 
 class Misuse:
-    """Lets two threads share a segmenter, and a pool: that must be said at once, and do no harm.
+    """Lets two threads share a segmenter, and a pool: that must be reported at once, and do no harm.
 
     Args:
         counted: Is told how often it was refused.

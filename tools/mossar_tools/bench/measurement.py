@@ -91,7 +91,7 @@ def timed(run: Callable[..., object], *arguments: object) -> Took:
 def rate(
     part: str, name: str, frames: int, runs: Sequence[Took], target: float | None = None, note: str = ""
 ) -> Measurement:
-    """Return frames per second; `frames` were taken in by each run."""
+    """Return frames per second; each run processed `frames`."""
     by_wall, by_cpu = _by_clocks(runs, lambda seconds: frames / seconds)
     limit = None if target is None else Target(target, at_least=True)
     return Measurement(part, name, "frames/s", by_wall, by_cpu, limit, note, _clock(runs))

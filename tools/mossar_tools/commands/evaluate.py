@@ -160,7 +160,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
 
 
 def _progress(console: Console, steps: int) -> Callable[[str], None]:
-    """Return what is told of each step before it is done, and shows a bar."""
+    """Return a function that is called before each step, and shows a bar."""
     done = itertools.count()
     return lambda text: console.progress(next(done) / steps, text)
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
 segments at a level. Without an option a table for people. With --from and --until all outputs are of that part. Several recordings are segmented in several processes; those
-that cannot be read are told of, stop nothing, and make the exit status 2."""
+that cannot be read are named, stop nothing, and make the exit status 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
   mossar segment long.bvh --from 600 --until 660 --csv part.csv --plot part.png --width 16

@@ -243,7 +243,7 @@ def _teach_live(options: Options, console: Console) -> int:
             if taken >= options.times:
                 return
             skeleton = pipeline.pool[pipeline.pool.names[0]].skeleton
-            # In the file before it is said to be: whatever happens afterwards, nothing is lost.
+            # Written to the file before it is reported: whatever happens afterwards, nothing is lost.
             take_example(options.file, skeleton, options.name or "", positions, fps)
             taken += 1
             console.say(

@@ -133,7 +133,7 @@ def _row(glimpse: Glimpse, top: float, height: float, *, named: bool, seeks: boo
 
 
 def _height(curve: Curve, mark: Mark, high: float) -> float:
-    """Return where on the curve a key frame is told to be, from the top, 0..1; its velocity is that of Algorithm 2's frame."""
+    """Return the reported position of a key frame on the curve, from the top, 0..1; its velocity is that of Algorithm 2's frame."""
     seen = np.isfinite(curve.value)
     value = float(np.interp(mark.time, curve.times[seen], curve.value[seen])) if seen.any() else mark.velocity
     return _y(value, high) / 100

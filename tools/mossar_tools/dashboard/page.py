@@ -166,7 +166,7 @@ class Page:
             self._stop.wait(max(1.0 / RATE - taken, taken))
 
     def _draw(self, rounds: int) -> None:
-        glimpses = self._show.glimpses()  # also where nobody looks, so that what waits is taken in
+        glimpses = self._show.glimpses()  # also without a viewer, so that waiting frames are processed
         if not self.viewers:
             return
         with self._server.atomic():

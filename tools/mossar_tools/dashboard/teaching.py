@@ -50,7 +50,7 @@ class Lesson(msgspec.Struct, frozen=True):
 class Teaching:
     """Takes one movement of one performer for each `begin`. Any thread may call any method.
 
-    An example is on the disk before `lesson` says that it was taken, so that nothing which was said to be taken is lost,
+    An example is on the disk before `lesson` reports it, so that no reported example is lost,
     however the program ends.
 
     Args:
@@ -158,7 +158,7 @@ class Teaching:
         self._phase, self._until = phase, self._clock() + seconds
 
     def _take(self, positions: NDArray[np.float32], fps: float) -> None:
-        """Keep a movement as an example; on the disk first, then it is said."""
+        """Keep a movement as an example: on the disk first, then it is reported."""
         if self._taker is None or self._skeleton is None:
             return
         path = self.path or unused(self._folder, "moves", ".json")

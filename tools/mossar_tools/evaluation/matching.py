@@ -12,9 +12,9 @@ class Cut(msgspec.Struct, frozen=True):
     """A true transition.
 
     Args:
-        earliest: s, where it may be said to begin.
+        earliest: s, where it may begin.
         middle: s, where it is.
-        latest: s, where it may be said to end.
+        latest: s, where it may end.
     """
 
     earliest: float

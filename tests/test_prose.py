@@ -1,0 +1,36 @@
+"""Words that the project has agreed to avoid stay rare in documentation, docstrings, comments and messages."""
+
+import re
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+AVOIDED = re.compile(
+    r"\b(is|are|was|were|be) (told|said) (of|by|to|at)\b|\bwhoever\b|\bit is said\b|\btaken in\b|\bgoes before\b|\btold of\b",
+    re.IGNORECASE,
+)
+MOST = 60
+
+
+def texts():
+    """Yield (path, text on one line) of pages, programs and the schema; lab notes quote, tests are named as they like."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in listed.splitlines():
+        path = ROOT / name
+        if name.startswith(("tests/", "docs/lab-notes/")) or path.suffix not in {
+            ".md",
+            ".py",
+            ".json",
+            ".toml",
+        }:
+            continue
+        yield name, re.sub(r"\s+(?:# )?", " ", path.read_text())
+
+
+def test_words_to_be_avoided_are_rare():
+    found = [
+        f"{name}: ...{text[max(0, hit.start() - 40) : hit.end() + 20]}..."
+        for name, text in texts()
+        for hit in AVOIDED.finditer(text)
+    ]
+    assert len(found) <= MOST, "\n".join(found)
