@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from mossar_stream.moves.example import Example
     from mossar_stream.moves.joints import joint_places
     from mossar_stream.moves.moves import Moves
+    from mossar_stream.moves.rules import Facing, MoveRule
     from mossar_stream.performers import Performers
     from mossar_stream.precompiling import precompile
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
@@ -111,6 +112,7 @@ _NAMES = {
     "moves.example": ("Example",),
     "moves.joints": ("joint_places",),
     "moves.moves": ("Moves",),
+    "moves.rules": ("Facing", "MoveRule"),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
@@ -158,6 +160,7 @@ __all__ = [
     "CurveState",
     "Event",
     "Example",
+    "Facing",
     "Features",
     "FrameError",
     "Frames",
@@ -171,6 +174,7 @@ __all__ = [
     "Location",
     "MossarError",
     "MoveEvent",
+    "MoveRule",
     "MoveStatus",
     "Moves",
     "MovesError",

@@ -8,17 +8,19 @@ from numpy.typing import NDArray
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.moves.example import Example, smoothed
+from mossar_stream.moves.facing import GIRDLES
 from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, strangeness, warped
 from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import JOINT_BYTES, ROWS, STORE, STORE_BYTES, open_store, store_bytes
+from mossar_stream.moves.rules import Facing
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton
 
 
 def make_store(
-    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton
+    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton, facing: Facing
 ) -> NDArray[np.uint8]:
     """Describe examples for a stream.
 
@@ -27,6 +29,7 @@ def make_store(
         examples: All of them.
         names: Of the moves, in the order in which they are numbered.
         streamed: Skeleton of the stream.
+        facing: Whether moves are recognised from any side.
 
     Returns:
         A store, as `recogniser.open_store` opens it.
@@ -34,11 +37,12 @@ def make_store(
     Raises:
         FrameError: If the stream lacks joints that the examples need.
     """
-    _, ours, theirs = shared_joints(shown, streamed)
+    slots, ours, theirs = shared_joints(shown, streamed)
     open_cache()
     numbers = padded(3 * len(ours))
     store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
-    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers
+    girdles = [slots.index(slot) if slot in slots and facing == "any" else -1 for slot in GIRDLES]
+    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers, girdles
     store[STORE_BYTES : STORE_BYTES + len(ours) * JOINT_BYTES].view(JOINT)[:] = _joint_records(
         theirs, streamed
     )
@@ -52,7 +56,7 @@ def make_store(
 def write_example(store, t, move, poses, path):
     """Describe the whole of an example, number t; see `measure.describe`."""
     bank = open_store(store)
-    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.scratch)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.girdles, bank.scratch)
     bank.examples[t].move = move
     bank.examples[t].size = bank.scratch.size[0]
     at = t * ROWS
@@ -70,7 +74,7 @@ def compare_with_all(store, poses, path, costs):
     """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
     bank = open_store(store)
     scratch, rows = bank.scratch, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, scratch)
+    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.girdles, scratch)
     for t in range(bank.examples.size):
         at = t * ROWS
         factor = correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)

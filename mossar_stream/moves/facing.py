@@ -9,7 +9,7 @@ A twist is undefined only for a body upside down; the vector shrinks towards it,
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.skeleton import Skeleton
 
@@ -130,3 +130,21 @@ def turned_back(x, z, cosine, sine):
         sine: The same.
     """
     return cosine * x - sine * z, sine * x + cosine * z
+
+
+@entry_point
+def mean_heading(positions, girdles):
+    """Return the cosine and the sine of a movement's mean heading; no turn where there are no hips.
+
+    Args:
+        positions: (n, J, 3) float32 metres.
+        girdles: (4,) from `girdles_of`.
+    """
+    x = z = np.float32(0.0)
+    if girdles[0] >= 0 and girdles[1] >= 0:
+        for i in range(positions.shape[0]):
+            facing_x, facing_z = facing_of(positions[i], girdles)
+            x += facing_x
+            z += facing_z
+    cosine, sine = heading(x, z)
+    return cosine, sine

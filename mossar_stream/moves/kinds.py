@@ -14,29 +14,31 @@ from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
 from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import STORE, STORE_BYTES
+from mossar_stream.moves.rules import Facing
 from mossar_stream.skeleton import Skeleton
 
 FARTHEST = -0.5  # natural logarithm of the mean cost between two kinds
 
 
-def kinds_of(skeleton: Skeleton, examples: Sequence[Example]) -> list[list[int]]:
+def kinds_of(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> list[list[int]]:
     """Return groups of examples that show the same move, the largest first, in each the most typical first.
 
     Args:
         skeleton: Of the examples.
         examples: Their names do not matter.
+        facing: Whether it matters which way the body faced.
     """
     if not examples:
         return []
-    costs = _costs(skeleton, examples)
+    costs = _costs(skeleton, examples, facing)
     groups = _joined(costs)
     ordered = [sorted(group, key=lambda i: float(costs[i, group].sum())) for group in groups]
     return sorted(ordered, key=lambda group: (-len(group), min(group)))
 
 
-def described(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.uint8]:
+def described(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> NDArray[np.uint8]:
     """Return a store of examples that movements of the same skeleton are compared with."""
-    return make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton)
+    return make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton, facing)
 
 
 def costs_of(skeleton: Skeleton, store: NDArray[np.uint8], movement: Example) -> NDArray[np.float64]:
@@ -54,9 +56,9 @@ def costs_of(skeleton: Skeleton, store: NDArray[np.uint8], movement: Example) ->
     return costs
 
 
-def _costs(skeleton: Skeleton, examples: Sequence[Example]) -> NDArray[np.float64]:
+def _costs(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> NDArray[np.float64]:
     """Return (n, n) natural logarithms of the costs between examples, the mean of both directions."""
-    store = described(skeleton, examples)
+    store = described(skeleton, examples, facing)
     costs = np.array([costs_of(skeleton, store, example) for example in examples])
     logs: NDArray[np.float64] = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
     return (logs + logs.T) / 2

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import line_product
+from mossar_stream.moves.facing import facing_of, heading, turned_back
 from mossar_stream.moves.padding import scale_to_one
 
 POINTS = 16
@@ -43,7 +44,7 @@ class Description(NamedTuple):
 
 
 @kernel
-def describe(poses, path, first, last, joints, found):
+def describe(poses, path, first, last, joints, girdles, found):
     """Describe the stretch from pose number `first` to `last`.
 
     Args:
@@ -52,9 +53,13 @@ def describe(poses, path, first, last, joints, found):
         first: Number of the first pose.
         last: Number of the last one, above `first`, less than H later.
         joints: Number of joints, the first three coordinates being the first joint's.
+        girdles: (4,) of these joints, see `facing.GIRDLES`: the stretch is described as of a body that faces +z. Without
+            hips (-1) it is described as it was made.
         found: Description to write to.
     """
     _equal_steps(poses, path, first, last, found.points)
+    if girdles[0] >= 0 and girdles[1] >= 0:
+        _turn_to_front(found.points, joints, girdles)
     _stance(found.points, found.stance)
     _directions(found.points, found.directions, found.low)
     for j in range(joints):
@@ -79,6 +84,20 @@ def _equal_steps(poses, path, first, last, points):
         share = np.float32(min(1.0, (wanted - path[before]) / way)) if way > 0.0 else np.float32(0.0)
         for d in range(points.shape[1]):
             points[i, d] = poses[before, d] + share * (poses[after, d] - poses[before, d])
+
+
+@inline_kernel
+def _turn_to_front(points, joints, girdles):
+    """Turn a stretch about the vertical, so that the body faces +z on average."""
+    x = z = np.float32(0.0)
+    for i in range(POINTS):
+        facing_x, facing_z = facing_of(points[i, : 3 * joints].reshape((joints, 3)), girdles)
+        x += facing_x
+        z += facing_z
+    cosine, sine = heading(x, z)
+    for i in range(POINTS):
+        for d in range(0, 3 * joints, 3):
+            points[i, d], points[i, d + 2] = turned_back(points[i, d], points[i, d + 2], cosine, sine)
 
 
 # One plain loop after the other, because the compiler makes several numbers at once of each.

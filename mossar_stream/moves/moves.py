@@ -8,7 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import Example, check_name, make_example
+from mossar_stream.moves.mirroring import mirrored, mirrored_joints, other_side
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
+from mossar_stream.moves.rules import USUAL, Facing, MoveRule, changed_rule, check_facing
 from mossar_stream.skeleton import Skeleton
 
 
@@ -35,8 +37,10 @@ class Moves:
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
+        self._facing: Facing = "any"
         self._examples: list[Example] = []
-        self._described: tuple[list[Example], NDArray[np.uint8]] | None = None  # for `costs`
+        self._rules: dict[str, MoveRule] = {}
+        self._described: tuple[tuple[object, ...], NDArray[np.uint8]] | None = None  # for `costs`
 
     def __len__(self) -> int:
         return len(self._examples)
@@ -50,6 +54,59 @@ class Moves:
     def examples(self) -> tuple[Example, ...]:
         """All examples, in the order in which they were shown."""
         return tuple(self._examples)
+
+    @property
+    def facing(self) -> Facing:
+        """Whether moves are recognised from any side ("any") or only as they were shown ("as_shown").
+
+        "any" compares what the body does relative to the facing of its hips and shoulders; y is up. Without joints called
+        hips, moves are recognised as they were shown.
+        """
+        return self._facing
+
+    @facing.setter
+    def facing(self, facing: Facing) -> None:
+        self._facing = check_facing(facing)
+
+    @property
+    def reported(self) -> tuple[str, ...]:
+        """Names that events may have: those of the moves, and those of mirror images."""
+        return tuple(dict.fromkeys([*self.names, *(example.name for example in self.mirror_images())]))
+
+    def rule(self, name: str) -> MoveRule:
+        """Return how a move, or a mirror image, is recognised."""
+        if name not in self.names and other_side(name) in self.names:
+            name = other_side(name)
+        return self._rules.get(name, USUAL)
+
+    def set_rule(
+        self,
+        name: str,
+        *,
+        strict: float | None = None,
+        again: float | None = None,
+        mirrored: bool | None = None,
+    ) -> None:
+        """Change how a move is recognised; what is None stays as it is.
+
+        Args:
+            name: Of a move that was shown.
+            strict: From 0 (whatever is nearest) to 1 (only what is almost the same); 0.5 where nothing is said.
+            again: s after the move was confirmed during which it is not confirmed again; 0 where nothing is said.
+            mirrored: Whether the mirror image is recognised, too; under the other side's name if the name has a side.
+
+        Raises:
+            MovesError: If there is no such move, a value is out of range, or the skeleton has no sides to be mirrored.
+        """
+        self._check_known(name)
+        rule = changed_rule(self._rules.get(name, USUAL), strict, again, mirrored)
+        if rule.mirrored:
+            mirrored_joints(self.skeleton)
+        self._rules = {key: value for key, value in {**self._rules, name: rule}.items() if value != USUAL}
+
+    def mirror_images(self) -> list[Example]:
+        """Return the mirror images of the examples of mirrored moves."""
+        return [mirrored(one, self.skeleton) for one in self._examples if self.rule(one.name).mirrored]
 
     def add(self, name: str, positions: ArrayLike, fps: float) -> None:
         """Add an example; it is cut at its onset and its offset.
@@ -82,17 +139,23 @@ class Moves:
         Raises:
             MovesError: If there is none of that name.
         """
+        self._check_known(name)
+        self._examples = [example for example in self._examples if example.name != name]
+        self._rules.pop(name, None)
+
+    def _check_known(self, name: str) -> None:
         check_name(name)
         if name not in self.names:
             raise MovesError(
                 f"there is no move called {name!r}; there are {', '.join(self.names[:40]) or 'none'}"
             )
-        self._examples = [example for example in self._examples if example.name != name]
 
     def copy(self) -> "Moves":
         """Return moves that further examples of these do not change."""
         same = Moves(self.skeleton)
+        same._facing = self._facing
         same._examples = list(self._examples)
+        same._rules = dict(self._rules)
         return same
 
     def remove_example(self, place: int) -> None:
@@ -103,7 +166,9 @@ class Moves:
         """
         if not 0 <= place < len(self._examples):
             raise MovesError(f"there is no example {place}; there are {len(self._examples)}")
-        del self._examples[place]
+        name = self._examples.pop(place).name
+        if name not in self.names:
+            self._rules.pop(name, None)
 
     def store(self, streamed: Skeleton) -> NDArray[np.uint8]:
         """Return the examples, described for a stream.
@@ -113,7 +178,8 @@ class Moves:
         """
         from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
 
-        return make_store(self.skeleton, self._examples, self.names, streamed)
+        examples = [*self._examples, *self.mirror_images()]
+        return make_store(self.skeleton, examples, self.reported, streamed, self._facing)
 
     def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:
         """Return what it costs to take one movement for each of the examples: what was it? The least says it.
@@ -134,8 +200,9 @@ class Moves:
             raise MovesError("there are no examples to compare with")
         skeleton = self.skeleton
         movement = make_example("movement", positions, fps, len(skeleton), skeleton.root)
-        if self._described is None or self._described[0] != self._examples:
-            self._described = list(self._examples), described(skeleton, self._examples)
+        key = (self._facing, *self._examples)
+        if self._described is None or self._described[0] != key:
+            self._described = key, described(skeleton, self._examples, self._facing)
         return costs_of(skeleton, self._described[1], movement)
 
     def kinds(self) -> list[list[int]]:
@@ -145,11 +212,11 @@ class Moves:
         """
         from mossar_stream.moves.kinds import kinds_of  # noqa: PLC0415 - not before it is wanted
 
-        return kinds_of(self.skeleton, self._examples)
+        return kinds_of(self.skeleton, self._examples, self._facing)
 
     def to_json(self) -> bytes:
         """Return the moves as JSON text."""
-        return write_moves(self.skeleton, self._examples)
+        return write_moves(self.skeleton, self._examples, self._facing, self._rules)
 
     @classmethod
     def from_json(cls, text: bytes) -> "Moves":
@@ -158,9 +225,9 @@ class Moves:
         Raises:
             MovesError: If it is not of that form, of a newer version, or too large.
         """
-        skeleton, examples = read_moves(text)
-        moves = cls(skeleton)
-        moves._examples = examples
+        content = read_moves(text)
+        moves = cls(content.skeleton)
+        moves._facing, moves._examples, moves._rules = content.facing, content.examples, content.rules
         return moves
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -1,21 +1,25 @@
 """The form of moves as text: JSON with a version, checked before anything is believed.
 
-    {"format": "mossar-moves", "version": 1, "skeleton": {"names": […], "parents": […], "root": 0},
+    {"format": "mossar-moves", "version": 2, "skeleton": {"names": […], "parents": […], "root": 0},
+     "facing": "any", "rules": {"jab_left": {"strict": 0.8, "again": 0.5, "mirrored": true}},
      "examples": [{"name": "jab_left", "fps": 30.0, "positions": [-123, 4567, …]}, …]}
 
-Positions are tenths of a millimetre, frame by frame, joint by joint.
+Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules say what differs
+from `MoveRule`'s defaults; moves without a rule need not be named. Files of version 1 have neither.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 import msgspec
 
 from mossar_stream.errors import FrameError, MovesError
 from mossar_stream.moves.example import LEAST_FRAMES, MAX_FRAMES, Example, check_name
+from mossar_stream.moves.mirroring import mirrored_joints
+from mossar_stream.moves.rules import Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
-VERSION = 1
+VERSION = 2
 MAX_EXAMPLES = 500
 MAX_BYTES = 64 << 20
 
@@ -27,24 +31,31 @@ class _Kind(msgspec.Struct, frozen=True):
     version: Annotated[int, msgspec.Meta(ge=1)]
 
 
-class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a file of moves holds."""
+
     format: Literal["mossar-moves"]
-    version: Literal[1]
+    version: Literal[1, 2]
     skeleton: Skeleton
     examples: Annotated[list[Example], msgspec.Meta(max_length=MAX_EXAMPLES)]
+    facing: Facing = "any"
+    rules: Annotated[dict[str, MoveRule], msgspec.Meta(max_length=MAX_EXAMPLES)] = {}
 
 
-def write_moves(skeleton: Skeleton, examples: Sequence[Example]) -> bytes:
-    """Return examples as text, one example a line."""
-    head = msgspec.json.encode(skeleton).decode()
+def write_moves(
+    skeleton: Skeleton, examples: Sequence[Example], facing: Facing, rules: Mapping[str, MoveRule]
+) -> bytes:
+    """Return moves as text, one example a line."""
+    head, said = msgspec.json.encode(skeleton).decode(), msgspec.json.encode(rules).decode()
     lines = ",\n".join(msgspec.json.encode(example).decode() for example in examples)
     return (
-        f'{{"format":"mossar-moves","version":{VERSION},\n"skeleton":{head},\n"examples":[\n{lines}\n]}}\n'
+        f'{{"format":"mossar-moves","version":{VERSION},\n"skeleton":{head},\n"facing":"{facing}",\n"rules":{said},\n'
+        f'"examples":[\n{lines}\n]}}\n'
     ).encode()
 
 
-def read_moves(text: bytes) -> tuple[Skeleton, list[Example]]:
-    """Return skeleton and examples of a text.
+def read_moves(text: bytes) -> Content:
+    """Return what a text holds.
 
     Raises:
         MovesError: If it is not of that form, of a newer version, or too large.
@@ -55,12 +66,22 @@ def read_moves(text: bytes) -> tuple[Skeleton, list[Example]]:
         kind = msgspec.json.decode(text, type=_Kind)
         if kind.version > VERSION:
             raise MovesError(f"these moves have version {kind.version}; this program reads up to {VERSION}")
-        content = msgspec.json.decode(text, type=_Content)
+        content = msgspec.json.decode(text, type=Content)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, FrameError) as error:
         raise MovesError(f"this is not a file of moves: {error}") from None
     for place, example in enumerate(content.examples):
         _check(place, example, len(content.skeleton))
-    return content.skeleton, content.examples
+    _check_rules(content)
+    return content
+
+
+def _check_rules(content: Content) -> None:
+    names = {example.name for example in content.examples}
+    for name, rule in content.rules.items():
+        if name not in names:
+            raise MovesError(f"there is a rule for {check_name(name)!r}, and no example of it")
+        if rule.mirrored:
+            mirrored_joints(content.skeleton)
 
 
 def _check(place: int, example: Example, joints: int) -> None:

@@ -107,6 +107,7 @@ class Bank(NamedTuple):
     """The examples of all moves, described for the joints of one stream, and scratch; views of a store."""
 
     joints: NDArray[np.void]  # (K,) JOINT
+    girdles: NDArray[np.int64]  # (4,) of these joints
     examples: NDArray[np.void]  # (T,) EXAMPLE
     rows: NDArray[np.float32]  # (T·ROWS, D)
     scratch: Description
@@ -114,7 +115,18 @@ class Bank(NamedTuple):
 
 # A store is one array of bytes, because every array that is handed to a kernel takes its time: this record, then the
 # arrays of `Bank` and of `Description` in their order.
-STORE = np.dtype([("joints", "i8"), ("examples", "i8"), ("numbers", "i8")])  # K, T, D
+STORE = np.dtype(
+    [
+        ("joints", "i8"),  # K
+        ("examples", "i8"),  # T
+        ("numbers", "i8"),  # D
+        (
+            "girdles",
+            "i8",
+            (4,),
+        ),  # of the joints, see `facing.GIRDLES`; -1: moves are recognised as they were shown
+    ],
+)
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
 SCRATCH_ROWS = (
     POINTS + DIRECTIONS + 4
@@ -160,6 +172,7 @@ def open_store(store):
     after = at_scratch + SCRATCH_ROWS * line
     return Bank(
         part(store, STORE_BYTES, JOINT, (joints,)),
+        head.girdles,
         part(store, at_examples, EXAMPLE, (examples,)),
         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
         Description(
@@ -287,7 +300,7 @@ def _look(state, poses, bank, last):
         first = max(state.activity.starts[i] - 1, state.track.first)
         if state.activity.starts[i] < 0 or not _may_begin(state, first, last):
             continue
-        describe(poses, state.track.path, first, last, bank.joints.size, bank.scratch)
+        describe(poses, state.track.path, first, last, bank.joints.size, bank.girdles, bank.scratch)
         cost = _compare(state, bank, first, best)
         if cost < best:
             best, best_first = cost, first
@@ -370,7 +383,7 @@ def _confirm(state, poses, bank, first, last):
     found.first = first
     found.start = state.track.times[first % RING]
     found.end = found.time = state.time
-    describe(poses, state.track.path, first, last, bank.joints.size, bank.scratch)
+    describe(poses, state.track.path, first, last, bank.joints.size, bank.girdles, bank.scratch)
     found.limb = _leading_limb(bank)
     state.happened |= CONFIRMED
     decision.from_pose = last

@@ -51,7 +51,7 @@ class Recognition:
         self, moves: Moves, skeleton: Skeleton, performer: str, store: NDArray[np.uint8] | None = None
     ) -> None:
         self.moves = copy_of(moves)
-        self.names = moves.names
+        self.names = moves.reported
         self.store = moves.store(skeleton) if store is None else store
         self._performer = performer
         self._limbs = tuple(limbs_of(skeleton))

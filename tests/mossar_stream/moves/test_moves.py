@@ -84,7 +84,7 @@ def test_a_file_keeps_everything(moves, tmp_path):
     again = Moves.load(path)
     assert again.skeleton == moves.skeleton
     assert again.examples == moves.examples
-    assert json.loads(path.read_text())["version"] == 1
+    assert json.loads(path.read_text())["version"] == 2
     assert [entry.name for entry in tmp_path.iterdir()] == ["moves.json"]
 
 
@@ -112,7 +112,7 @@ def test_files_that_are_none_are_refused_in_one_line(moves):
         b"\xff\xfe",
         text[: len(text) // 2],
         changed(moves, format="other"),
-        changed(moves, version=2),
+        changed(moves, version=3),
         changed(moves, version=0),
         changed(moves, extra=1),
         changed(moves, skeleton={"names": [], "parents": []}),
