@@ -1,6 +1,6 @@
 """The bank: all examples described for the joints of one stream, as the recogniser compares them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,21 +13,39 @@ from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, strangeness, warped
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.recogniser import JOINT_BYTES, ROWS, STORE, STORE_BYTES, open_store, store_bytes
-from mossar_stream.moves.rules import Facing
+from mossar_stream.moves.recogniser import (
+    EXAMPLE_BYTES,
+    JOINT_BYTES,
+    LEAD_COUNTED,
+    LEAD_WORTH,
+    MOST,
+    ROWS,
+    RULE,
+    RULE_BYTES,
+    STORE,
+    STORE_BYTES,
+    STRICT_WORTH,
+    open_store,
+    store_bytes,
+)
+from mossar_stream.moves.rules import USUAL, Facing, MoveRule
 from mossar_stream.moves.track import JOINT, SMOOTHED
 from mossar_stream.skeleton import Skeleton
 
 
 def make_store(
-    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton, facing: Facing
+    shown: Skeleton,
+    examples: Sequence[Example],
+    rules: Mapping[str, MoveRule],
+    streamed: Skeleton,
+    facing: Facing,
 ) -> NDArray[np.uint8]:
     """Describe examples for a stream.
 
     Args:
         shown: Skeleton of the examples.
         examples: All of them.
-        names: Of the moves, in the order in which they are numbered.
+        rules: Of each move, in the order in which they are numbered.
         streamed: Skeleton of the stream.
         facing: Whether moves are recognised from any side.
 
@@ -40,12 +58,18 @@ def make_store(
     slots, ours, theirs = shared_joints(shown, streamed)
     open_cache()
     numbers = padded(3 * len(ours))
-    store = np.zeros(store_bytes(len(ours), len(examples)), np.uint8)
+    store = np.zeros(store_bytes(len(ours), len(examples), len(rules)), np.uint8)
     girdles = [slots.index(slot) if slot in slots and facing == "any" else -1 for slot in GIRDLES]
-    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers, girdles
+    most = [MOST - STRICT_WORTH * (rule.strict - USUAL.strict) for rule in rules.values()]
+    bar = np.exp(max(most, default=MOST) + LEAD_WORTH * LEAD_COUNTED)
+    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers, len(rules), bar, girdles
     store[STORE_BYTES : STORE_BYTES + len(ours) * JOINT_BYTES].view(JOINT)[:] = _joint_records(
         theirs, streamed
     )
+    at_rules = STORE_BYTES + len(ours) * JOINT_BYTES + len(examples) * EXAMPLE_BYTES
+    records = store[at_rules : at_rules + len(rules) * RULE_BYTES].view(RULE)
+    records["most"], records["again"] = most, [rule.again for rule in rules.values()]
+    names = list(rules)
     for t, example in enumerate(examples):
         poses = example_poses(example, len(shown), ours, numbers)
         write_example(store, t, names.index(example.name), poses, path_of(poses))

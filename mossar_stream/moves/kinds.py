@@ -14,7 +14,7 @@ from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
 from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import STORE, STORE_BYTES
-from mossar_stream.moves.rules import Facing
+from mossar_stream.moves.rules import USUAL, Facing
 from mossar_stream.skeleton import Skeleton
 
 FARTHEST = -0.5  # natural logarithm of the mean cost between two kinds
@@ -38,7 +38,7 @@ def kinds_of(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) ->
 
 def described(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> NDArray[np.uint8]:
     """Return a store of examples that movements of the same skeleton are compared with."""
-    return make_store(skeleton, examples, tuple({example.name: 0 for example in examples}), skeleton, facing)
+    return make_store(skeleton, examples, {example.name: USUAL for example in examples}, skeleton, facing)
 
 
 def costs_of(skeleton: Skeleton, store: NDArray[np.uint8], movement: Example) -> NDArray[np.float64]:

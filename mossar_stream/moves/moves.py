@@ -1,6 +1,7 @@
 """Moves: the examples that a user showed, by the name of the move."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import Example, check_name, make_example
+from mossar_stream.moves.explaining import Explanation
 from mossar_stream.moves.mirroring import mirrored, mirrored_joints, other_side
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
 from mossar_stream.moves.rules import USUAL, Facing, MoveRule, changed_rule, check_facing
@@ -37,6 +39,8 @@ class Moves:
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
+        self.explained: Callable[[Explanation], None] | None = None
+        """Gets what came nearest in each movement, while frames are processed; it changes no event and is in no file."""
         self._facing: Facing = "any"
         self._examples: list[Example] = []
         self._rules: dict[str, MoveRule] = {}
@@ -153,6 +157,7 @@ class Moves:
     def copy(self) -> "Moves":
         """Return moves that further examples of these do not change."""
         same = Moves(self.skeleton)
+        same.explained = self.explained
         same._facing = self._facing
         same._examples = list(self._examples)
         same._rules = dict(self._rules)
@@ -179,7 +184,8 @@ class Moves:
         from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
 
         examples = [*self._examples, *self.mirror_images()]
-        return make_store(self.skeleton, examples, self.reported, streamed, self._facing)
+        rules = {name: self.rule(name) for name in self.reported}
+        return make_store(self.skeleton, examples, rules, streamed, self._facing)
 
     def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:
         """Return what it costs to take one movement for each of the examples: what was it? The least says it.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
+from mossar_stream.moves.explaining import BY_AGREEMENT, BY_COST, BY_LEAD, BY_NOTHING, BY_PAUSE, BY_POSTURE
 from mossar_stream.moves.measure import (
     DIRECTIONS,
     LEAST,
@@ -34,7 +35,8 @@ from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s
 AGREED = 2  # looks in a row that must name the same move
-MOST = -0.75  # natural logarithm of a move's largest cost
+MOST = -0.75  # natural logarithm of a move's largest cost, where no rule says otherwise
+STRICT_WORTH = 2.0  # by how much that is lower for a strictness of 1 than for 0
 LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
 LEAD_COUNTED = (
     0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
@@ -46,9 +48,8 @@ SHORTEST, LONGEST = 8, 3.0  # poses, s, of a stretch
 REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
 SETTLED = 1.5  # s after which a recognised move is final at the latest
 
-CONFIRMED, FINAL, WITHDRAWN = 1, 2, 4  # what happened at a frame
+CONFIRMED, FINAL, WITHDRAWN, EXPLAINED = 1, 2, 4, 8  # what happened at a frame
 
-BAR = np.float32(np.exp(MOST + LEAD_WORTH * LEAD_COUNTED))  # no stretch that costs more counts
 RIVALS = np.float32(np.exp(LEAD_COUNTED))  # costs beyond so many times the best do not matter
 HANDICAP = np.float32(np.exp(REVISED))
 
@@ -59,6 +60,7 @@ DECISION = np.dtype(
             "f8",
         ),  # s, when stretches are compared next; nothing happens before, if no move is open
         ("loud", "f8"),  # s, when speed was last above `LOUD`
+        ("onset", "f8"),  # s, when the last movement began from rest
         ("peak", "f8"),  # m/s, largest speed since the last onset or decision
         (
             "from_pose",
@@ -81,6 +83,24 @@ FOUND = np.dtype(
         ("time", "f8"),  # s, when it was recognised
     ],
 )
+NEAREST = np.dtype(
+    [
+        ("open", "i8"),  # whether a movement goes on of which something is known
+        ("kept", "i8"),  # index into `explaining.REASONS`: what kept it from being recognised
+        ("move", "i8"),  # that was nearest
+        ("second", "i8"),  # the nearest other move, -1 for none
+        (
+            "value",
+            "f8",
+        ),  # what the logarithm of its cost, less its lead, was above the most; the least of the movement
+        ("most", "f8"),  # logarithm of what it might have cost without a lead
+        ("cost", "f8"),  # see measure.py
+        ("second_cost", "f8"),
+        ("posture", "f8"),  # factor of the cost that is due to another posture
+        ("start", "f8"),  # s
+        ("end", "f8"),  # s
+    ],
+)
 STATE = np.dtype(
     [
         ("track", TRACK),
@@ -88,6 +108,7 @@ STATE = np.dtype(
         ("decision", DECISION),
         ("found", FOUND),  # the last move recognised, not final yet
         ("before", FOUND),  # the one before, of which the frame brought news
+        ("nearest", NEAREST),  # what comes nearest in the movement that goes on, or has just ended
         ("happened", "i8"),  # at the frame that `recognise` stopped at
         ("time", "f8"),  # s, of that frame
     ],
@@ -98,6 +119,15 @@ EXAMPLE = np.dtype(
         ("move", "i8"),  # that it is an example of
         ("size", "f4"),  # m, diagonal of its box
         ("cost", "f4"),  # of the best stretch of this look; scratch
+        ("near", "f4"),  # the same of all stretches, where movements are explained
+        ("near_posture", "f4"),  # factor of `near` that is due to another posture
+        ("near_first", "i8"),  # pose where that stretch begins
+    ],
+)
+RULE = np.dtype(
+    [
+        ("most", "f8"),  # natural logarithm of the largest cost, see `MOST`
+        ("again", "f8"),  # s after it was confirmed during which it is not confirmed again
     ],
 )
 ROWS = DIRECTIONS + 3  # of an example in `Bank.rows`: directions, box, shares, stance
@@ -109,6 +139,8 @@ class Bank(NamedTuple):
     joints: NDArray[np.void]  # (K,) JOINT
     girdles: NDArray[np.int64]  # (4,) of these joints
     examples: NDArray[np.void]  # (T,) EXAMPLE
+    rules: NDArray[np.void]  # (M,) RULE
+    bar: np.float32  # no stretch that costs more can be recognised as any move
     rows: NDArray[np.float32]  # (T·ROWS, D)
     scratch: Description
 
@@ -120,6 +152,8 @@ STORE = np.dtype(
         ("joints", "i8"),  # K
         ("examples", "i8"),  # T
         ("numbers", "i8"),  # D
+        ("moves", "i8"),  # M
+        ("bar", "f8"),  # see `Bank`
         (
             "girdles",
             "i8",
@@ -127,31 +161,40 @@ STORE = np.dtype(
         ),  # of the joints, see `facing.GIRDLES`; -1: moves are recognised as they were shown
     ],
 )
-STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES = STORE.itemsize, JOINT.itemsize, EXAMPLE.itemsize
+STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES, RULE_BYTES = (
+    kind.itemsize for kind in (STORE, JOINT, EXAMPLE, RULE)
+)
 SCRATCH_ROWS = (
     POINTS + DIRECTIONS + 4
 )  # of numbers: points, directions, shares, stance, box, low; then size and warping
 
 
-def store_bytes(joints: int, examples: int) -> int:
-    """Return the bytes that examples take, described for so many joints."""
+def store_bytes(joints: int, examples: int, moves: int) -> int:
+    """Return the bytes that examples of so many moves take, described for so many joints."""
     rows = examples * ROWS + SCRATCH_ROWS
     floats = rows * padded(3 * joints) + 2 * (DIRECTIONS + 1) + 1
-    return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + 4 * floats
+    return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + moves * RULE_BYTES + 4 * floats
 
 
-def memory_bytes(joints: int) -> int:
-    """Return the bytes that recognising takes for one performer, by the joints of the templates."""
-    return STATE_BYTES + 4 * (RING + RAW) * padded(3 * joints)
+def memory_bytes(joints: int, moves: int) -> int:
+    """Return the bytes that recognising takes for one performer, by the joints and the moves of the examples."""
+    return STATE_BYTES + 4 * (RING + RAW) * padded(3 * joints) + 8 * moves
 
 
-def new_memory(joints: int) -> NDArray[np.uint8]:
+def new_memory(joints: int, moves: int) -> NDArray[np.uint8]:
     """Return the memory of a performer who has not been seen."""
-    memory = np.zeros(memory_bytes(joints), np.uint8)
+    memory = np.zeros(memory_bytes(joints, moves), np.uint8)
     state = state_of(memory)
     for which in ("found", "before"):
         state[which]["move"] = -1
+    state["nearest"]["move"] = state["nearest"]["second"] = -1
+    last_times(memory, moves)[:] = -np.inf
     return memory
+
+
+def last_times(memory: NDArray[np.uint8], moves: int) -> NDArray[np.float64]:
+    """Return a view of when each move was confirmed last, (M,) s, in a performer's memory; -inf for never."""
+    return memory[len(memory) - 8 * moves :].view(np.float64)
 
 
 def state_of(memory: NDArray[np.uint8]) -> np.void:
@@ -166,7 +209,8 @@ def open_store(store):
     head = part(store, 0, STORE, (1,))[0]
     joints, examples, numbers = head.joints, head.examples, head.numbers
     at_examples = STORE_BYTES + joints * JOINT_BYTES
-    at_rows = at_examples + examples * EXAMPLE_BYTES
+    at_rules = at_examples + examples * EXAMPLE_BYTES
+    at_rows = at_rules + head.moves * RULE_BYTES
     at_scratch = at_rows + 4 * examples * ROWS * numbers
     line = 4 * numbers
     after = at_scratch + SCRATCH_ROWS * line
@@ -174,6 +218,8 @@ def open_store(store):
         part(store, STORE_BYTES, JOINT, (joints,)),
         head.girdles,
         part(store, at_examples, EXAMPLE, (examples,)),
+        part(store, at_rules, RULE, (head.moves,)),
+        np.float32(head.bar),
         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
         Description(
             part(store, at_scratch, np.float32, (POINTS, numbers)),
@@ -196,6 +242,7 @@ def recognise(
     times: NDArray[np.float64],
     begin: int,
     end: int,
+    explains: bool,
 ) -> int:
     """Take frames in until there is news of a move.
 
@@ -206,23 +253,26 @@ def recognise(
         times: (n,) float64 s.
         begin: First frame to take in.
         end: Frame to stop before.
+        explains: Whether it is news, too, that a movement was not recognised; that stands in `nearest`.
 
     Returns:
         Number of the frame that brought news, which stand in `happened` of its record; `end` if none did.
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
-    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, bank.scratch.box.size))
+    numbers = bank.scratch.box.size
+    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, numbers))
+    last_times = part(memory, STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,))
     for i in range(begin, end):
         if is_due(state.track, times[i]):
-            _follow(state, poses, bank, positions[i], times[i])
+            _follow(state, poses, last_times, bank, positions[i], times[i], explains)
             if state.happened != 0:
                 return i
     return end
 
 
 @kernel
-def _follow(state, poses, bank, positions, time):
+def _follow(state, poses, last_times, bank, positions, time, explains):
     """Take one frame in."""
     state.happened = 0
     state.time = time
@@ -231,15 +281,19 @@ def _follow(state, poses, bank, positions, time):
         return
     if not goes_on:
         _settle(state, FINAL)
+        if state.nearest.open == 1:
+            _explain(state)
         _start(state, time)
         return
     pose = state.track.poses - 1
     was_moving = state.activity.moving
     follow_activity(state.activity, state.track.speed, state.track.times, state.track.first, pose)
     if _is_look_due(state.decision, state.activity, was_moving, time):
-        _look(state, poses, bank, pose)
+        _look(state, poses, last_times, bank, pose, explains)
+    elif explains:
+        _end_movement(state, time)
     rests = state.activity.moving == 0 or time - state.found.time > SETTLED
-    if rests and state.found.move >= 0 and state.happened == 0:
+    if rests and state.found.move >= 0 and (state.happened & ~EXPLAINED) == 0:
         _settle(state, FINAL)
 
 
@@ -247,6 +301,8 @@ def _follow(state, poses, bank, positions, time):
 def _is_look_due(decision, activity, was_moving, time):
     speed = activity.speed
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
+    if activity.moving > was_moving:
+        decision.onset = time
     if speed > LOUD:
         decision.loud = time
     if time < decision.next_look:
@@ -260,7 +316,7 @@ def _start(state, time):
     start_activity(state.activity)
     decision = state.decision
     decision.next_look = time
-    decision.loud = -np.inf
+    decision.loud = decision.onset = -np.inf
     decision.peak = 0.0
     decision.from_pose = state.track.first
     decision.leader = -1
@@ -290,11 +346,11 @@ def _copy(to, found):
 
 
 @kernel
-def _look(state, poses, bank, last):
+def _look(state, poses, last_times, bank, last, explains):
     """Compare the stretches that end at pose `last` with the examples, and decide."""
     examples = bank.examples
     for t in range(examples.size):
-        examples[t].cost = NEVER
+        examples[t].cost = examples[t].near = NEVER
     best, best_first = NEVER, -1
     for i in range(STARTS):
         first = max(state.activity.starts[i] - 1, state.track.first)
@@ -304,9 +360,20 @@ def _look(state, poses, bank, last):
         cost = _compare(state, bank, first, best)
         if cost < best:
             best, best_first = cost, first
-    if best_first < 0 or not _is_agreed(state.decision, examples, best):
+        if explains and first >= state.decision.from_pose:
+            compare_without_limits(bank, first)
+    if explains:
+        _note_nearest(state, bank)
+    if best_first < 0 or not _is_agreed(state.decision, bank, best):
         return
+    move = state.decision.leader
+    if 0.0 <= state.time - last_times[move] < bank.rules[move].again:
+        _pass_over(state, last, explains)
+        return
+    last_times[move] = state.time
     _confirm(state, poses, bank, best_first, last)
+    if explains:
+        _explain_found(state, bank)
 
 
 @inline_kernel
@@ -324,7 +391,7 @@ def _compare(state, bank, first, best):
     """Note each example's cost where this stretch is the cheapest so far; return the least that is below `best`."""
     scratch, examples, rows = bank.scratch, bank.examples, bank.rows
     revision = first < state.decision.from_pose
-    bar = min(BAR, np.float32(state.found.cost)) if revision else BAR
+    bar = min(bank.bar, np.float32(state.found.cost)) if revision else bank.bar
     for t in range(examples.size):
         if revision and examples[t].move == state.found.move:
             continue
@@ -346,8 +413,9 @@ def _compare(state, bank, first, best):
 
 
 @inline_kernel
-def _is_agreed(decision, examples, best):
+def _is_agreed(decision, bank, best):
     """Tell whether the move with the least cost is recognised now."""
+    examples = bank.examples
     move = -1
     for t in range(examples.size):
         if examples[t].cost == best:
@@ -358,7 +426,7 @@ def _is_agreed(decision, examples, best):
         if examples[t].move != move:
             second = min(second, examples[t].cost)
     lead = min(np.log(second / best), LEAD_COUNTED)
-    if not np.log(best) - LEAD_WORTH * lead < MOST:
+    if not np.log(best) - LEAD_WORTH * lead < bank.rules[move].most:
         decision.leader = -1
         decision.agreed = 0
         return False
@@ -390,6 +458,113 @@ def _confirm(state, poses, bank, first, last):
     decision.peak = 0.0
     decision.leader = -1
     decision.agreed = 0
+
+
+@inline_kernel
+def _pass_over(state, last, explains):
+    """Let a move that was made again too soon be over without a word."""
+    decision = state.decision
+    decision.from_pose = last
+    decision.peak = 0.0
+    decision.leader = -1
+    decision.agreed = 0
+    if explains and state.nearest.open == 1:
+        state.nearest.kept = BY_PAUSE
+        _explain(state)
+
+
+@kernel
+def compare_without_limits(bank, first):
+    """Note what it costs to take a stretch, which is described, for each example, where no other stretch cost less."""
+    scratch, examples, rows = bank.scratch, bank.examples, bank.rows
+    for t in range(examples.size):
+        at = t * ROWS
+        posture = strangeness(scratch, rows[at + DIRECTIONS + 2])
+        factor = posture * correction(
+            scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size
+        )
+        cost = factor * warped(scratch, rows[at : at + DIRECTIONS], NEVER)
+        if cost < examples[t].near:
+            examples[t].near, examples[t].near_posture, examples[t].near_first = cost, posture, first
+
+
+@kernel
+def _note_nearest(state, bank):
+    """Note which move came nearest at this look, if none was nearer in this movement."""
+    examples, nearest = bank.examples, state.nearest
+    best = -1
+    for t in range(examples.size):
+        if examples[t].near < NEVER and (best < 0 or examples[t].near < examples[best].near):
+            best = t
+    if best < 0:
+        return
+    second = -1
+    for t in range(examples.size):
+        other = examples[t].near < NEVER and examples[t].move != examples[best].move
+        if other and (second < 0 or examples[t].near < examples[second].near):
+            second = t
+    cost = np.log(np.float64(max(examples[best].near, np.float32(1e-6))))
+    most = bank.rules[examples[best].move].most
+    second_cost = np.float64(examples[second].near) if second >= 0 else np.inf
+    lead = LEAD_WORTH * min(np.log(second_cost) - cost, LEAD_COUNTED)
+    if nearest.open == 1 and nearest.value <= cost - lead - most:
+        return
+    nearest.open = 1
+    nearest.value = cost - lead - most
+    nearest.most = most
+    nearest.kept = _what_kept(nearest.value, lead, np.log(np.float64(examples[best].near_posture)))
+    nearest.move = examples[best].move
+    nearest.second = examples[second].move if second >= 0 else -1
+    nearest.cost = examples[best].near
+    nearest.second_cost = second_cost
+    nearest.posture = examples[best].near_posture
+    nearest.start = state.track.times[examples[best].near_first % RING]
+    nearest.end = state.time
+
+
+@inline_kernel
+def _what_kept(value, lead, posture):
+    """Return what kept a move from being recognised: the least that would have had to be otherwise."""
+    if value < 0.0:
+        return BY_AGREEMENT
+    if value - posture < 0.0:
+        return BY_POSTURE
+    if value + lead - LEAD_WORTH * LEAD_COUNTED < 0.0:
+        return BY_LEAD
+    return BY_COST
+
+
+@inline_kernel
+def _explain_found(state, bank):
+    """Say of a move that has just been recognised how near it came."""
+    nearest = state.nearest
+    if (
+        nearest.open == 0 or nearest.move != state.found.move
+    ):  # a longer stretch has shown that it was another one
+        nearest.open = 1
+        nearest.move, nearest.second = state.found.move, -1
+        nearest.most = bank.rules[state.found.move].most
+        nearest.cost, nearest.second_cost, nearest.posture = state.found.cost, np.inf, 1.0
+    nearest.start, nearest.end = state.found.start, state.found.end
+    nearest.kept = BY_NOTHING
+    _explain(state)
+
+
+@inline_kernel
+def _end_movement(state, time):
+    """Say what came nearest in a movement that is over."""
+    nearest = state.nearest
+    if nearest.open == 0:
+        return
+    over = time - state.decision.loud > QUIET or state.decision.onset > nearest.end
+    if over or time - nearest.end > LONGEST:
+        _explain(state)
+
+
+@inline_kernel
+def _explain(state):
+    state.nearest.open = 0
+    state.happened |= EXPLAINED
 
 
 @kernel

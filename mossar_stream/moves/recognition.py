@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, MoveEvent, MoveStatus
+from mossar_stream.moves.explaining import REASONS, Explanation
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recogniser import (
     CONFIRMED,
+    EXPLAINED,
     FINAL,
     JOINT_BYTES,
     STATE,
@@ -21,6 +23,7 @@ from mossar_stream.moves.recogniser import (
     STORE,
     STORE_BYTES,
     WITHDRAWN,
+    last_times,
     memory_bytes,
     new_memory,
     recognise,
@@ -56,7 +59,8 @@ class Recognition:
         self._performer = performer
         self._limbs = tuple(limbs_of(skeleton))
         self._joints = int(self.store[:8].view(np.int64)[0])
-        self._memory = new_memory(self._joints)
+        self._memory = new_memory(self._joints, len(self.names))
+        self._explained = moves.explained
         self._state: Any = state_of(self._memory)
         # Views of single numbers, because fields of records take a microsecond each.
         fields = self._memory[:STATE_BYTES].view(STATE)
@@ -69,7 +73,7 @@ class Recognition:
         self._latest = -math.inf  # s, of the last pose, or of the last frame that is to become one
         self._due = -math.inf  # s, before which no frame can bring news
         # No frame: the kernel is compiled now, and never while frames come in.
-        recognise(self._memory, self.store, self._positions, self._times, 0, 0)
+        recognise(self._memory, self.store, self._positions, self._times, 0, 0, self._explains)
         self._see()
 
     @cached_property
@@ -81,6 +85,10 @@ class Recognition:
     def digest(self) -> bytes:
         """What tells these moves from others."""
         return hashlib.sha256(self.moves_text).digest()
+
+    @property
+    def _explains(self) -> bool:
+        return self._explained is not None
 
     @property
     def bytes_taken(self) -> int:
@@ -124,7 +132,7 @@ class Recognition:
         if count == 1 and begin == 0:
             return self._follow_one(positions, times)
         self._flush()
-        stop: int = recognise(self._memory, self.store, positions, times, begin, count)
+        stop: int = recognise(self._memory, self.store, positions, times, begin, count, self._explains)
         self._see()
         return stop
 
@@ -141,7 +149,9 @@ class Recognition:
 
     def _take_in(self, count: int) -> bool:
         """Take in the frames that wait, and tell whether the last one brings no news; others cannot."""
-        stop: int = recognise(self._memory, self.store, self._positions, self._times, 0, count)
+        stop: int = recognise(
+            self._memory, self.store, self._positions, self._times, 0, count, self._explains
+        )
         self._held = 0  # not before: frames that come again become no poses
         self._see()
         return stop == count
@@ -160,7 +170,8 @@ class Recognition:
         """Note when the last pose was, and until when nothing can happen."""
         begun = self._poses[0] > 0
         self._latest = float(self._last_pose[0]) if begun else -math.inf
-        self._due = float(self._next_look[0]) if begun and self._open_move[0] < 0 else -math.inf
+        waits = begun and self._open_move[0] < 0 and not self._explains  # a movement may end at any frame
+        self._due = float(self._next_look[0]) if waits else -math.inf
 
     def news(self, take: int, pending: list[Event], _origin: NDArray[np.float64] | None = None) -> None:
         """Tell of the frame that `follow` stopped at.
@@ -178,8 +189,31 @@ class Recognition:
             events.append(self._event("before", "final" if happened & FINAL else "withdrawn", 2))
         if happened & CONFIRMED:
             events.append(self._event("found", "confirmed", 1))
+        if happened & EXPLAINED:
+            self._explain()
         state["happened"] = 0
         pending += events
+
+    def _explain(self) -> None:
+        """Hand over what came nearest in the movement that is over."""
+        near = self._state["nearest"]
+        if self._explained is None:
+            return
+        second = int(near["second"])
+        self._explained(
+            Explanation(
+                performer=self._performer,
+                start=float(near["start"]),
+                end=float(near["end"]),
+                nearest=self.names[int(near["move"])],
+                reason=REASONS[int(near["kept"])],
+                cost=float(near["cost"]),
+                most=math.exp(float(near["most"])),
+                lead=float(near["second_cost"]) / float(near["cost"]) if second >= 0 else math.inf,
+                second=self.names[second] if second >= 0 else "",
+                posture=float(near["posture"]),
+            )
+        )
 
     def mend(self, take: int, pending: list[Event]) -> None:
         """Go on after an exception; tell of the last frame, if it brought news that were not told; see `news`."""
@@ -193,7 +227,9 @@ class Recognition:
         self._flush()
         state = self._state
         events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
-        fresh = new_memory(self._joints)
+        if state["nearest"]["open"]:
+            self._explain()
+        fresh = new_memory(self._joints, len(self.names))
         state_of(fresh)["found"]["number"] = state["found"]["number"]
         self._see_nothing()
         self._memory[:] = fresh
@@ -210,11 +246,15 @@ class Recognition:
         memory = np.frombuffer(before.to_bytes(), np.uint8)
         known: Any = state_of(memory)
         if np.array_equal(_joint_records(self.store), _joint_records(before.store)):
-            self._memory[:] = memory
+            own, theirs = len(self.names), len(before.names)
+            self._memory[: len(self._memory) - 8 * own] = memory[: len(memory) - 8 * theirs]
             for record, field in (("found", "move"), ("before", "move"), ("decision", "leader")):
                 move = int(known[record][field])
                 name = before.names[move] if move >= 0 else ""
                 self._state[record][field] = self.names.index(name) if name in self.names else -1
+            self._state["nearest"]["open"] = 0
+            times = dict(zip(before.names, last_times(memory, theirs).tolist(), strict=True))
+            last_times(self._memory, own)[:] = [times.get(name, -math.inf) for name in self.names]
             self._see()
         self._state["found"]["number"] = known["found"]["number"]
         return self
@@ -268,10 +308,9 @@ class Recognition:
         Raises:
             SnapshotError: If the bytes do not fit, or contradict themselves.
         """
-        if len(content) != memory_bytes(self._joints):
-            raise SnapshotError(
-                f"the snapshot's moves have {len(content)} bytes, not {memory_bytes(self._joints)}"
-            )
+        wanted = memory_bytes(self._joints, len(self.names))
+        if len(content) != wanted:
+            raise SnapshotError(f"the snapshot's moves have {len(content)} bytes, not {wanted}")
         memory = np.frombuffer(content, np.uint8).copy()
         if not _is_sound(memory, len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
@@ -292,7 +331,9 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
     poses, first = int(state["track"]["poses"]), int(state["track"]["first"])
     marks = [*state["activity"]["starts"].tolist(), int(state["activity"]["low_pose"])]
     decision = state["decision"]
+    nearest = state["nearest"]
     found = [state[which] for which in ("found", "before")]
+    numbers = memory[STATE_BYTES : len(memory) - 8 * moves].view(np.float32)
     return (
         0 <= first <= poses < 1 << 60
         and all(-1 <= mark < max(poses, 1) for mark in marks)
@@ -302,5 +343,8 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
         and all(0 <= int(one["first"]) <= poses and 0 <= int(one["number"]) < 1 << 60 for one in found)
         and all(0 <= int(one["take"]) < 1 << 60 for one in found)
         and bool(np.isfinite(state["track"]["path"]).all() and np.isfinite(state["track"]["speed"]).all())
-        and bool(np.isfinite(memory[STATE_BYTES:].view(np.float32)).all())
+        and (0 if nearest["open"] else -1) <= int(nearest["move"]) < moves
+        and -1 <= int(nearest["second"]) < moves
+        and 0 <= int(nearest["kept"]) < len(REASONS)
+        and bool(np.isfinite(numbers).all())
     )

@@ -44,8 +44,8 @@ def test_memory_of_limbs():
 
 def test_memory_of_moves():
     waiting = (HELD + 1) * (3 * 4 * 21 + 8)  # positions and times of frames
-    example = store_bytes(21, 2) - store_bytes(21, 1)
+    example = store_bytes(21, 2, 1) - store_bytes(21, 1, 1)
     assert said("docs/moves.md", r"size: (\d+) kB .* 21 joints [\s\S]*?(\d\.\d) kB each") == [
-        round((memory_bytes(21) + waiting) / 1000),
+        round((memory_bytes(21, 14) + waiting) / 1000),
         round(example / 1000, 1),
     ]

@@ -108,7 +108,7 @@ def test_a_damaged_state_of_moves_is_refused(moves):
     with pytest.raises(SnapshotError, match="bytes"):
         recognition.go_on_from(b"\0" * 10)
     with pytest.raises(SnapshotError, match="contradicts"):
-        recognition.go_on_from(b"\xff" * memory_bytes(15))
+        recognition.go_on_from(b"\xff" * memory_bytes(15, len(moves.names)))
 
 
 def test_rest_noise_and_other_movement_are_no_moves(moves):

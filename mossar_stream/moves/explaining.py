@@ -1,0 +1,42 @@
+"""Explaining: which move came nearest in a movement, and what kept it from being recognised."""
+
+from typing import Literal
+
+import msgspec
+
+Reason = Literal["", "cost", "lead", "posture", "agreement", "pause"]
+REASONS: tuple[Reason, ...] = ("", "cost", "lead", "posture", "agreement", "pause")
+BY_NOTHING, BY_COST, BY_LEAD, BY_POSTURE, BY_AGREEMENT, BY_PAUSE = range(6)
+
+
+class Explanation(msgspec.Struct, frozen=True):
+    """What came nearest in one movement.
+
+    A move is recognised when log(cost) - 0.8 · log(lead) is below log(most), where no lead above 2 counts, and when two
+    comparisons in a row say so.
+
+    Args:
+        performer: Name.
+        start: s; where the stretch begins that was compared.
+        end: s; where it ends.
+        nearest: Name of the move that came nearest.
+        reason: What kept it from being recognised: its `cost`; a `lead` that is too small, while a clear one would have
+            been enough; another `posture`, without which the cost would have been low enough; `agreement`, if only one
+            comparison said so; the move's own `pause`. Empty if it was recognised.
+        cost: Of taking the movement for an example of the move: about 0.1 for the same, above 1 for others.
+        most: What it might have cost without a lead, by the move's strictness.
+        lead: How many times more the second move would have cost; infinite if there is none.
+        second: Name of the second move; empty if there is none.
+        posture: Factor of the cost that is due to another posture; 1 if the posture was as shown.
+    """
+
+    performer: str
+    start: float
+    end: float
+    nearest: str
+    reason: Reason
+    cost: float
+    most: float
+    lead: float
+    second: str
+    posture: float
