@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mossar_stream.errors import FrameError, MossarError, MovesError, SettingsError, SnapshotError
     from mossar_stream.events import (
         BODY,
+        FOLLOW_STATUSES,
         KEY_FRAME_KINDS,
         KEY_FRAME_STATUSES,
         MOVE_STATUSES,
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
         STEP_STATUSES,
         ActivityEvent,
         Event,
+        FollowEvent,
+        FollowStatus,
         KeyFrameEvent,
         KeyFrameKind,
         KeyFrameStatus,
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
         StreamEvent,
         to_json,
     )
+    from mossar_stream.following.alignment import FollowState
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.example import Example
@@ -79,6 +83,7 @@ _NAMES = {
     "errors": ("FrameError", "MossarError", "MovesError", "SettingsError", "SnapshotError"),
     "events": (
         "BODY",
+        "FOLLOW_STATUSES",
         "KEY_FRAME_KINDS",
         "KEY_FRAME_STATUSES",
         "MOVE_STATUSES",
@@ -88,6 +93,8 @@ _NAMES = {
         "ActivityEvent",
         "STEP_STATUSES",
         "Event",
+        "FollowEvent",
+        "FollowStatus",
         "KeyFrameEvent",
         "KeyFrameKind",
         "KeyFrameStatus",
@@ -107,6 +114,7 @@ _NAMES = {
         "StreamEvent",
         "to_json",
     ),
+    "following.alignment": ("FollowState",),
     "frames": ("MAX_PERFORMER_NAME", "Frames", "constant_times", "narrow", "performer_name"),
     "jit.listening": ("on_first_compile",),
     "moves.example": ("Example",),
@@ -141,6 +149,7 @@ _NAMES = {
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
     "BODY",
+    "FOLLOW_STATUSES",
     "KEY_FRAME_KINDS",
     "KEY_FRAME_STATUSES",
     "LEVEL_NAMES",
@@ -162,6 +171,9 @@ __all__ = [
     "Example",
     "Facing",
     "Features",
+    "FollowEvent",
+    "FollowState",
+    "FollowStatus",
     "FrameError",
     "Frames",
     "Gait",

@@ -28,6 +28,7 @@ SegmentState = Literal["moving", "resting"]
 MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
 StepStatus = Literal["strike", "off"]
+FollowStatus = Literal["begun", "progress", "done", "left"]
 Side = Literal["left", "right"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
@@ -41,6 +42,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
 )
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
 STEP_STATUSES: tuple[StepStatus, ...] = ("strike", "off")
+FOLLOW_STATUSES: tuple[FollowStatus, ...] = ("begun", "progress", "done", "left")
 REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
@@ -332,6 +334,51 @@ class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_on
     decided_time: float
 
 
+class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", kw_only=True, gc=False):
+    """News about a performance of a move that is followed (parameter `follow`): how far it is, how fast, and how like.
+
+    Args:
+        id: `performer/follow/take/NUMBER`, which counts the performances of the take from 1.
+        rev: Counts the messages about this id from 1.
+        name: Of the move, as its examples have it.
+        status: `begun` when the performance is recognised, `progress` at most every `follow_every` seconds, then `done`, or
+            `left` if it was given up or became something else.
+        count: Performances of this name that are done in this take, this one included when `done`.
+        start: Begin of the performance, s on the source's clock.
+        time: Of the moment that the numbers are of, s; of `done` the end of the performance.
+        progress: 0 to 1, along the whole of what was shown.
+        tempo: Relative to the example, over the last second; 1.2 is a fifth faster. Of `done` that of the whole.
+        certainty: 0 to 1: how likely the performance will be done.
+        deviation: Root mean square angle between the directions of bones and the example's, since `start`, degrees.
+        limbs: The same for each limb.
+        joint: End of the bone that strayed most.
+        range: When `done`: extent of each limb's path relative to the example's, for limbs that move in the example; else
+            None.
+        score: When `done`: 0 to 1, how alike the performance and the examples are; else None.
+        decided_time: Time of the frame that caused this message, s.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    name: str
+    status: FollowStatus
+    take: int
+    count: int
+    start: float
+    time: float
+    progress: float
+    tempo: float
+    certainty: float
+    deviation: float
+    limbs: dict[str, float]
+    joint: str
+    range: dict[str, float] | None
+    score: float | None
+    decided_time: float
+
+
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
     """Counters of one performer's stream since it began; made by the pipeline, not by the core."""
 
@@ -356,6 +403,7 @@ Event = (
     | SegmentEvent
     | ActivityEvent
     | MoveEvent
+    | FollowEvent
     | RepetitionEvent
     | PhaseEvent
     | StepEvent

@@ -1,7 +1,7 @@
 """Performers: segmenters by name, for streams in which several people move."""
 
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -13,14 +13,15 @@ from mossar_stream.engine.intake import given_positions
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools, Row
 from mossar_stream.engine.together import process_together
-from mossar_stream.errors import FrameError, SettingsError, SnapshotError
+from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
+from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
-from mossar_stream.settings import LevelName, Settings, settings_or_default
+from mossar_stream.settings import LevelName, Settings, Up, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
 MOST_PERFORMERS = 1024
@@ -62,6 +63,7 @@ class Performers:
             goes on with the next take when it is announced again.
         most_memory: Bytes that their states may take together; who would need more is refused.
         moves: That are recognised of all performers; they share the examples.
+        follow: Names of the moves that are followed, or True for all; see `Segmenter`.
 
     Example:
         >>> import numpy as np
@@ -78,6 +80,7 @@ class Performers:
         most: int = MOST_PERFORMERS,
         most_memory: int = MOST_MEMORY,
         moves: Moves | None = None,
+        follow: Iterable[str] | bool = (),
     ) -> None:
         if most < 1:
             raise ValueError(f"at least one performer must be followed, not {most}")
@@ -86,6 +89,9 @@ class Performers:
         self._level = self._settings.level
         self._moves = copy_of(moves) if moves is not None else None
         self._stores: dict[Skeleton, NDArray[np.uint8]] = {}  # the moves' examples, described for a skeleton
+        self._follow = checked_follow(follow, moves)
+        # The same of the moves that are followed, by the axis that points upwards, too.
+        self._banks: dict[tuple[Skeleton, Up], NDArray[np.uint8]] = {}
         self._most = most
         self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
         self._segmenters: OrderedDict[str, Segmenter] = (
@@ -167,13 +173,14 @@ class Performers:
     def _new_segmenter(self, name: str, skeleton: Skeleton, fps: float | None) -> Segmenter:
         """Return a segmenter for a performer, with the performer's own settings."""
         recognition = self._recognition_of(name, skeleton)
+        following = self._follow, self._alignment_of(name, skeleton, self._settings)
         row = self._pools_for(skeleton, fps, self._settings).allocate(name)
 
         def new_row(plan: Plan) -> Row:
             return self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate_alone(name)
 
         try:
-            segmenter = Segmenter.of_row(row, recognition, new_row)
+            segmenter = Segmenter.of_row(row, recognition, following, new_row)
             if segmenter.level != self._level:
                 segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
             segmenter.change(**self._own_changes(name))
@@ -201,16 +208,51 @@ class Performers:
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
         self._check_idle(self.names)
-        before = self._moves, self._stores
-        self._moves, self._stores = copy_of(moves) if moves is not None else None, {}
+        before = self._moves, self._stores, self._banks
+        self._moves, self._stores, self._banks = copy_of(moves) if moves is not None else None, {}, {}
+        own = self._segmenters.items()
         try:
-            fresh = {name: self._recognition_of(name, s.skeleton) for name, s in self._segmenters.items()}
+            fresh = {name: self._recognition_of(name, s.skeleton) for name, s in own}
+            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
         except BaseException:
-            self._moves, self._stores = before
+            self._moves, self._stores, self._banks = before
             raise
         for name, recognition in fresh.items():
             segmenter = self._segmenters[name]
             segmenter.recognition = recognition and recognition.follow_on(segmenter.recognition)
+            segmenter.steps.follow_moves(self._follow, aligned[name])
+
+    @property
+    def follow(self) -> Follow:
+        """The names of the moves to follow, or True for all; setting them takes effect with everybody's next frame.
+
+        Raises:
+            MovesError: If there are no moves, or none of a name; nothing is changed then.
+        """
+        return self._follow
+
+    @follow.setter
+    def follow(self, follow: Iterable[str] | bool) -> None:
+        before = self._follow, self._banks
+        self._follow, self._banks = checked_follow(follow, self._moves), {}
+        own = self._segmenters.items()
+        try:
+            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
+        except (FrameError, MovesError):
+            self._follow, self._banks = before
+            raise
+        for name, alignment in aligned.items():
+            self._segmenters[name].steps.follow_moves(self._follow, alignment)
+
+    def _alignment_of(self, name: str, skeleton: Skeleton, settings: Settings) -> Alignment | None:
+        """Return what follows the moves of a performer."""
+        key = skeleton, settings.up
+        alignment = alignment_of(self._follow, self._moves, skeleton, settings, name, self._banks.get(key))
+        if alignment is not None:
+            while len(self._banks) >= MOST_KINDS and key not in self._banks:
+                del self._banks[next(iter(self._banks))]
+            self._banks[key] = alignment.store
+        return alignment
 
     def _recognition_of(self, name: str, skeleton: Skeleton) -> Recognition | None:
         """Return what recognises the moves of a performer."""
@@ -403,7 +445,7 @@ class Performers:
             SnapshotError: If one of them is damaged; nothing is changed then.
         """
         segmenters = {
-            name: Segmenter.restore(blob, self._moves, with_moves=self._moves is not None)
+            name: Segmenter.restore(blob, self._moves, self._follow, with_moves=self._moves is not None)
             for name, blob in blobs.items()
         }
         if lasting:

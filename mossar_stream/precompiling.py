@@ -99,7 +99,7 @@ def _compile(part: str, similarity: SimilarityName) -> None:
     elif part == STEPS:
         Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
     else:
-        Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves())
+        Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves(), follow=True)
 
 
 def _any_plan(similarity: SimilarityName) -> Plan:

@@ -16,6 +16,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.validation import is_sound
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
+from mossar_stream.following.alignment import Alignment, Follow, alignment_of
 from mossar_stream.frames import constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
@@ -25,7 +26,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 19  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 20  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -39,6 +40,8 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         repetitions: What was told of them, if they are told of.
         limbs: A snapshot of each limb, in their order.
         steps: What is known of the feet; None if steps are not reported.
+        follow: Which moves are to be followed.
+        followed: What is known of them; None if none are.
     """
 
     moves: bytes | None = None
@@ -47,6 +50,8 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     repetitions: Told | None = None
     limbs: tuple[bytes, ...] = ()
     steps: bytes | None = None
+    follow: bool | tuple[str, ...] = ()
+    followed: bytes | None = None
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -154,3 +159,33 @@ def _recognition(content: _Content, performer: str, moves: Moves | None) -> Reco
     else:
         recognition.go_on_from(known.recognition)
     return recognition
+
+
+def restored_following(
+    known: Following, recognition: Recognition | None, follow: Follow | None, plan: Plan, performer: str
+) -> tuple[Follow, Alignment | None]:
+    """Return which moves are followed, and what follows them on from a snapshot.
+
+    Args:
+        known: Of `unpack_snapshot`.
+        recognition: The same.
+        follow: Which moves are followed from now on; None as before.
+        plan: Of the row.
+        performer: Name.
+
+    Raises:
+        SnapshotError: If it is damaged.
+    """
+    chosen = known.follow if follow is None else follow
+    if recognition is None:
+        return chosen, None
+    try:
+        alignment = alignment_of(chosen, recognition.moves, plan.skeleton, plan.given, performer)
+    except MovesError as error:
+        raise SnapshotError(f"the snapshot's moves cannot be followed: {error}") from None
+    if alignment is not None and known.followed is not None:
+        if known.digest == recognition.digest and chosen == known.follow:
+            alignment.go_on_from(known.followed)
+        else:
+            alignment.count_on_from(known.followed)
+    return chosen, alignment

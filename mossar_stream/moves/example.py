@@ -11,7 +11,9 @@ from mossar_stream.frames import plain_array
 from mossar_stream.moves.activity import AVERAGED, ONSET
 from mossar_stream.moves.track import SMOOTHED
 
-MAX_FRAMES = 128  # that an example keeps
+MAX_FRAMES = 128  # of the movement that an example keeps
+MOST_SHOWN = 300  # frames that an example keeps of the whole: 10 s at 30 Hz, longer ones coarser
+SHOWN_RATE = 30.0  # Hz, highest rate of the whole
 LONGEST_TAKEN = 100_000  # frames that are looked at
 LEAST_FRAMES = 8
 MAX_DISTANCE = 1000.0  # m from the origin
@@ -24,22 +26,35 @@ NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
 _Integer = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 
 
-class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """An example of a move.
 
     Args:
         name: Of the move.
         fps: Frames per second, Hz.
-        positions: `n · J · 3` numbers in `UNIT` (tenths of a millimetre), frame by frame, joint by joint.
+        positions: `n · J · 3` numbers in `UNIT` (tenths of a millimetre), frame by frame, joint by joint: the movement, from
+            its onset to its offset.
+        whole_fps: Frames per second of `whole`, Hz; 0 if the example has none.
+        whole: Everything that was shown, in the same form; empty if that is `positions`.
     """
 
     name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_NAME)]
     fps: Annotated[float, msgspec.Meta(gt=0, le=10_000)]
     positions: Annotated[tuple[_Integer, ...], msgspec.Meta(max_length=MAX_FRAMES * 3 * 1024)]
+    whole_fps: Annotated[float, msgspec.Meta(ge=0, le=10_000)] = 0.0
+    whole: Annotated[tuple[_Integer, ...], msgspec.Meta(max_length=MOST_SHOWN * 3 * 1024)] = ()
 
     def metres(self, joints: int) -> NDArray[np.float32]:
         """Return the positions as (n, J, 3) float32, metres."""
         return (np.array(self.positions, np.float64) * UNIT).astype(np.float32).reshape(-1, joints, 3)
+
+    def shown(self, joints: int) -> tuple[NDArray[np.float32], float]:
+        """Return everything that was shown as (n, J, 3) float32 metres, and its rate, Hz; `progress` is along this."""
+        if not self.whole:
+            return self.metres(joints), self.fps
+        return (np.array(self.whole, np.float64) * UNIT).astype(np.float32).reshape(
+            -1, joints, 3
+        ), self.whole_fps
 
 
 def check_name(name: str) -> str:
@@ -56,7 +71,7 @@ def check_name(name: str) -> str:
 
 
 def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root: int) -> Example:
-    """Return an example of a move, cut at its onset and its offset.
+    """Return an example of a move: the movement, from its onset to its offset, and everything that was shown.
 
     Args:
         name: Of the move.
@@ -78,8 +93,17 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
     if len(cut) > MAX_FRAMES:
         rate = fps * (MAX_FRAMES - 1) / (len(cut) - 1)
         cut = _resampled(cut, MAX_FRAMES)
-    numbers = np.rint(cut / UNIT).astype(np.int64)
-    return Example(name, float(rate), tuple(numbers.ravel().tolist()))
+    if len(cut) == len(shown) and fps <= SHOWN_RATE:
+        return Example(name, float(rate), _integers(cut))
+    whole_rate = min(fps, SHOWN_RATE, fps * (MOST_SHOWN - 1) / (len(shown) - 1))
+    count = max(2, round((len(shown) - 1) * whole_rate / fps) + 1)
+    whole_rate = fps * (count - 1) / (len(shown) - 1)
+    return Example(name, float(rate), _integers(cut), float(whole_rate), _integers(_resampled(shown, count)))
+
+
+def _integers(positions: NDArray[np.float64]) -> tuple[int, ...]:
+    """Return positions, m, as whole numbers of `UNIT`."""
+    return tuple(np.rint(positions / UNIT).astype(np.int64).ravel().tolist())
 
 
 def _numbers(positions: ArrayLike) -> NDArray[np.float64]:

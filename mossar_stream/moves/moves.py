@@ -113,7 +113,7 @@ class Moves:
         return [mirrored(one, self.skeleton) for one in self._examples if self.rule(one.name).mirrored]
 
     def add(self, name: str, positions: ArrayLike, fps: float) -> None:
-        """Add an example; it is cut at its onset and its offset.
+        """Add an example; it is recognised by what lies between its onset and its offset, and followed as a whole.
 
         Args:
             name: Of the move; 1 to 64 printable characters.

@@ -2,10 +2,12 @@
 
     {"format": "mossar-moves", "version": 2, "skeleton": {"names": […], "parents": […], "root": 0},
      "facing": "any", "rules": {"jab_left": {"strict": 0.8, "again": 0.5, "mirrored": true}},
-     "examples": [{"name": "jab_left", "fps": 30.0, "positions": [-123, 4567, …]}, …]}
+     "examples": [{"name": "jab_left", "fps": 30.0, "positions": [-123, 4567, …],
+                   "whole_fps": 30.0, "whole": [-121, 4569, …]}, …]}
 
 Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules say what differs
-from `MoveRule`'s defaults; moves without a rule need not be named. Files of version 1 have neither.
+from `MoveRule`'s defaults; moves without a rule need not be named. `whole` is everything that was shown, where `positions` are
+the movement alone; without it they are the same. Files of version 1 have none of these.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,14 +16,14 @@ from typing import Annotated, Literal
 import msgspec
 
 from mossar_stream.errors import FrameError, MovesError
-from mossar_stream.moves.example import LEAST_FRAMES, MAX_FRAMES, Example, check_name
+from mossar_stream.moves.example import LEAST_FRAMES, MAX_FRAMES, MOST_SHOWN, Example, check_name
 from mossar_stream.moves.mirroring import mirrored_joints
 from mossar_stream.moves.rules import Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
 VERSION = 2
 MAX_EXAMPLES = 500
-MAX_BYTES = 64 << 20
+MAX_BYTES = 128 << 20
 
 
 class _Kind(msgspec.Struct, frozen=True):
@@ -91,4 +93,10 @@ def _check(place: int, example: Example, joints: int) -> None:
         raise MovesError(
             f"example {place} has {len(example.positions)} numbers, not {LEAST_FRAMES} to {MAX_FRAMES} frames"
             f" of {joints} joints"
+        )
+    whole, rest = divmod(len(example.whole), 3 * joints)
+    if rest or whole > MOST_SHOWN or bool(whole) != bool(example.whole_fps) or whole == 1:
+        raise MovesError(
+            f"example {place} has {len(example.whole)} numbers as its whole at {example.whole_fps:g} Hz, not 2 to {MOST_SHOWN}"
+            f" frames of {joints} joints"
         )

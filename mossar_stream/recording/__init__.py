@@ -5,7 +5,7 @@ The frames go through the same kernels as a stream, but no key frame is decided 
 
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -28,6 +28,7 @@ from mossar_stream.events import (
     KEY_FRAME_KINDS,
     SENT_AS_NONE,
     Event,
+    FollowEvent,
     KeyFrameEvent,
     KeyFrameKind,
     MoveEvent,
@@ -36,6 +37,7 @@ from mossar_stream.events import (
     SegmentState,
     StepEvent,
 )
+from mossar_stream.following.alignment import Alignment, alignment_of, checked_follow
 from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
@@ -117,6 +119,7 @@ class Result:
             k-th of the paper's nested sets.
         curves: The velocity curve, frame by frame, if it was asked for.
         moves: The moves that were recognised, if there were any to recognise; a list with `to_dataframe`.
+        followed: Performances of the moves that are followed that were done; a list with `to_dataframe`.
         repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
         limbs: What was found in each limb, with the setting `limbs`.
         steps: When feet left the ground and came down, with the setting `steps`.
@@ -130,6 +133,7 @@ class Result:
         self.moves = notebook.Table(moves, MoveEvent)
         self.repetitions = notebook.Table[RepetitionEvent]([], RepetitionEvent)
         self.steps = notebook.Table[StepEvent]([], StepEvent)
+        self.followed = notebook.Table[FollowEvent]([], FollowEvent)
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
@@ -231,6 +235,7 @@ def segment_recording(
     times: ArrayLike | None = None,
     curves: bool = False,
     moves: Moves | None = None,
+    follow: Iterable[str] | bool = (),
 ) -> Result:
     """Segment a whole recording (Algorithms 1, 2 and 3).
 
@@ -245,12 +250,14 @@ def segment_recording(
         times: (n,) seconds.
         curves: Whether to keep the velocity curve.
         moves: That are recognised.
+        follow: Names of the moves that are followed, or True for all.
 
     Returns:
         The key frames and their hierarchy.
 
     Raises:
         FrameError: If the shapes do not fit, or joints are missing that the moves or the limbs need.
+        MovesError: If `follow` has a name that the moves lack.
         ValueError: If there are neither times nor a rate.
 
     Example:
@@ -263,7 +270,14 @@ def segment_recording(
     """
     frames, moments, skeleton = _checked(positions, fps, skeleton, times)
     any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
-    return _segmented(frames, moments, skeleton, settings_or_default(settings), fps, moves, curves=curves)
+    chosen = settings_or_default(settings)
+    followed = checked_follow(follow, moves)
+    alignment = alignment_of(followed, moves, skeleton, chosen, "p1")
+    result = _segmented(frames, moments, skeleton, chosen, fps, moves, curves=curves)
+    if alignment is not None:
+        done = _followed(alignment, _narrowed(frames, -1), moments)
+        result.followed = notebook.Table(done, FollowEvent)
+    return result
 
 
 def _segmented(
@@ -382,6 +396,21 @@ def _recognised(
             recognition.end(events)
         begin = stop + 1
     return [event for event in events if isinstance(event, MoveEvent) and event.status == "final"]
+
+
+def _followed(
+    alignment: Alignment, frames: NDArray[np.float32], times: NDArray[np.float64]
+) -> list[FollowEvent]:
+    """Return the performances of a recording that were done."""
+    events: list[Event] = []
+    begin = 0
+    while begin < len(times):
+        stop = alignment.follow(frames, times, begin)
+        if stop < len(times):
+            alignment.news(0, events)
+        begin = stop + 1
+    alignment.end(0, events)
+    return [event for event in events if isinstance(event, FollowEvent) and event.status == "done"]
 
 
 def _steps(

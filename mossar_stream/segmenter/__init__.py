@@ -1,7 +1,7 @@
 """Segmenter: frames of one performer in, events out."""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,9 +12,10 @@ from mossar_stream.engine.engine import process_frame
 from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, pool_of_one
-from mossar_stream.engine.snapshot import pack_snapshot, unpack_snapshot
+from mossar_stream.engine.snapshot import pack_snapshot, restored_following, unpack_snapshot
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event
+from mossar_stream.following.alignment import Alignment, Follow, FollowState, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
@@ -41,6 +42,8 @@ class Segmenter:
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
         moves: That are recognised, as they are now; events of type `MoveEvent` tell of them.
+        follow: Names of the moves that are followed while they are made, or True for all; events of type `FollowEvent`
+            report them.
 
     Attributes:
         row: Where the state lies, for those who run the rows of a pool.
@@ -53,6 +56,7 @@ class Segmenter:
         SettingsError: If `settings.range` is `file`, which a stream does not have.
         ValueError: If `fps` is not positive.
         FrameError: If the skeleton lacks joints that the moves or the limbs need.
+        MovesError: If `follow` has a name that the moves lack.
 
     Example:
         >>> from mossar_stream import KeyFrameEvent
@@ -73,6 +77,7 @@ class Segmenter:
         performer: str = "p1",
         fps: float | None = None,
         moves: Moves | None = None,
+        follow: Iterable[str] | bool = (),
     ) -> None:
         if not isinstance(skeleton, Skeleton):
             raise TypeError(
@@ -83,13 +88,16 @@ class Segmenter:
         name = performer_name(performer)
         recognition = Recognition(moves, skeleton, name) if moves is not None else None
         plan = Plan(skeleton, settings_or_default(settings), fps)
-        self._begin(pool_of_one(plan, name), plan.given.level, recognition)
+        followed = checked_follow(follow, moves)
+        following = followed, alignment_of(followed, moves, skeleton, plan.given, name)
+        self._begin(pool_of_one(plan, name), plan.given.level, recognition, following)
 
     def _begin(
         self,
         row: Row,
         level: LevelName | float,
         recognition: Recognition | None,
+        following: tuple[Follow, Alignment | None] = ((), None),
         new_row: NewRow | None = None,
     ) -> None:
         self.performer = row.name
@@ -102,16 +110,20 @@ class Segmenter:
         self._one_time = np.zeros(1)
         self._is_measured = False
         # Nothing here may lead back to the segmenter: it would keep its memory until the collector comes by.
-        self._followers = Followers(row, recognition, functools.partial(_new_limbs, new_row))
+        self._followers = Followers(row, recognition, following, functools.partial(_new_limbs, new_row))
         self.steps = Steps(row, self._followers, level)
 
     @classmethod
     def of_row(
-        cls, row: Row, recognition: Recognition | None = None, new_row: NewRow | None = None
+        cls,
+        row: Row,
+        recognition: Recognition | None = None,
+        following: tuple[Follow, Alignment | None] = ((), None),
+        new_row: NewRow | None = None,
     ) -> "Segmenter":
         """Return a segmenter whose state is a row of a pool; those of limbs come from `new_row`, or have own pools."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.given.level, recognition, new_row)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.given.level, recognition, following, new_row)  # noqa: SLF001 - its own class
         return segmenter
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
@@ -168,12 +180,14 @@ class Segmenter:
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
+        self.steps.mend()
+        alignment = alignment_of(self.follow, moves, self.skeleton, self.settings, self.performer)
         if moves is None:
             self.recognition = None
         else:
-            self.steps.mend()
             fresh = Recognition(moves, self.skeleton, self.performer)
             self.recognition = fresh.follow_on(self.recognition)
+        self.steps.follow_moves(self.follow, alignment)
 
     @property
     def recognition(self) -> Recognition | None:
@@ -183,6 +197,31 @@ class Segmenter:
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
         self.steps.recognise(recognition)
+
+    @property
+    def follow(self) -> Follow:
+        """The names of the moves to follow, or True for all.
+
+        Setting them takes effect with the next frame; what is being made then is decided, and the events come with the next
+        push. Moves that are set later are followed if their names are among these.
+
+        Raises:
+            MovesError: If there are no moves, or none of a name.
+        """
+        return self._followers.follow
+
+    @follow.setter
+    def follow(self, follow: Iterable[str] | bool) -> None:
+        self.steps.mend()
+        chosen = checked_follow(follow, self.moves)
+        alignment = alignment_of(chosen, self.moves, self.skeleton, self.settings, self.performer)
+        self.steps.follow_moves(chosen, alignment)
+
+    @property
+    def following(self) -> dict[str, FollowState | None]:
+        """Where the performer is in each move that is followed at the last frame; None while it is not being made."""
+        alignment = self._followers.alignment
+        return {} if alignment is None else alignment.following
 
     @property
     def limbs(self) -> tuple[str, ...]:
@@ -368,22 +407,36 @@ class Segmenter:
         return pack_snapshot(row.plan, row.name, self.steps.level, pending, row.memory[0], following)
 
     @classmethod
-    def restore(cls, blob: bytes, moves: Moves | None = None, *, with_moves: bool = True) -> "Segmenter":
+    def restore(
+        cls,
+        blob: bytes,
+        moves: Moves | None = None,
+        follow: Follow | None = None,
+        *,
+        with_moves: bool = True,
+    ) -> "Segmenter":
         """Return a segmenter that goes on exactly where the one that made `blob` was.
 
         Args:
             blob: Of `snapshot`.
             moves: Of a snapshot without them; others than it was made with are recognised from now on.
+            follow: Names of the moves that are followed from now on, or True for all; None as when it was made.
             with_moves: Whether moves are recognised at all from now on, if they were before.
 
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version, or lack the moves.
         """
-        return cls._restored(blob, moves, with_moves=with_moves)
+        return cls._restored(blob, moves, follow, with_moves=with_moves)
 
     @classmethod
     def _restored(
-        cls, blob: bytes, moves: Moves | None = None, *, channel: str = BODY, with_moves: bool = True
+        cls,
+        blob: bytes,
+        moves: Moves | None = None,
+        follow: Follow | None = None,
+        *,
+        channel: str = BODY,
+        with_moves: bool = True,
     ) -> "Segmenter":
         plan, performer, level, pending, content, recognition, known = unpack_snapshot(
             blob, moves, channel, with_moves=with_moves
@@ -393,7 +446,8 @@ class Segmenter:
         row = pool_of_one(plan, performer, content)
         row.pending += pending
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, level, recognition)  # noqa: SLF001
+        following = restored_following(known, recognition, follow, plan, performer)
+        segmenter._begin(row, level, recognition, following)  # noqa: SLF001
         segmenter._followers.restore(row, known, lambda limb, channel: cls._restored(limb, channel=channel))  # noqa: SLF001
         return segmenter
 

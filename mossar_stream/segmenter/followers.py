@@ -1,4 +1,4 @@
-"""What else follows a performer's frames: moves, limbs, steps, the phase. All are off by default, and cost nothing then."""
+"""What else follows a performer's frames: moves, what was shown, limbs, steps, the phase. All are off by default, and cost nothing then."""
 
 import functools
 from collections.abc import Callable
@@ -10,11 +10,13 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
 from mossar_stream.events import BODY
+from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.limbs import Limbs, LimbSegmenter
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.steps.stepping import Stepping
 
+Reader = Recognition | Alignment | Stepping
 Push = Callable[[Row, NDArray[np.float32], NDArray[np.float64], int | None], int]
 
 
@@ -26,17 +28,25 @@ class Followers:
     Args:
         row: The performer's.
         recognition: Of moves, or None.
+        following: Which moves are to be followed, and what follows them, or None.
         new_limbs: Returns the limbs of a row's performer that settings call for, None if there are none.
 
     Attributes:
+        follow: Which moves are to be followed.
+        alignment: What follows them, or None.
         limbs: Key frames of limbs, or None.
         stepping: Steps, or None.
     """
 
     def __init__(
-        self, row: Row, recognition: Recognition | None, new_limbs: Callable[[Row, Settings], Limbs | None]
+        self,
+        row: Row,
+        recognition: Recognition | None,
+        following: tuple[Follow, Alignment | None],
+        new_limbs: Callable[[Row, Settings], Limbs | None],
     ) -> None:
         self._recognition = recognition
+        self.follow, self.alignment = following
         self._new_limbs = new_limbs
         self._given = row.plan.given
         self.stepping = _stepping_of(row)
@@ -52,7 +62,7 @@ class Followers:
         self._recognition = recognition
 
     def __bool__(self) -> bool:
-        others = self.recognition, self.limbs, self.stepping
+        others = self.recognition, self.alignment, self.limbs, self.stepping
         return self._given.phase or any(other is not None for other in others)
 
     def _limbs_of(self, row: Row) -> Limbs | None:
@@ -76,6 +86,8 @@ class Followers:
             limbs.follow(given, level)
         if _steps_differ(given, self._given):
             self.stepping = _stepping_of(row)
+        if self.alignment is not None:
+            self.alignment = self.alignment.adopt(given, int(row.clock["take"]), row.pending)
         self._given = given
 
     def push_one(self, row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
@@ -96,6 +108,9 @@ class Followers:
             done = limbs.take(position, time) or bool(self._push_limbs(limbs, row, position, time, None))
         if done and recognition is not None and not recognition.hold(position, seconds):
             self._read(recognition, row, position, time)
+        alignment = self.alignment
+        if done and alignment is not None and not alignment.hold(position, seconds):
+            self._read(alignment, row, position, time)
         if done and self.stepping is not None and not self.stepping.hold(position, seconds):
             self._read(self.stepping, row, position, time)
         if done and self._given.phase:
@@ -135,16 +150,16 @@ class Followers:
     def _push_all(
         self, row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None
     ) -> int:
-        """Process frames; what is said of moves, then of steps, comes right after the events of the same frame."""
+        """Process frames; events of moves, of what is followed, then of steps, come right after those of the same frame."""
         push = self._push_channels
-        for reader in (self._recognition, self.stepping):
+        for reader in (self._recognition, self.alignment, self.stepping):
             if reader is not None:
                 push = functools.partial(self._push_and_read, reader, push)
         return push(row, positions, times, first_frame)
 
     def _push_and_read(
         self,
-        reader: Recognition | Stepping,
+        reader: Reader,
         push: Push,
         row: Row,
         positions: NDArray[np.float32],
@@ -174,7 +189,7 @@ class Followers:
 
     def _read(
         self,
-        reader: Recognition | Stepping,
+        reader: Reader,
         row: Row,
         position: NDArray[np.float32],
         time: NDArray[np.float64],
@@ -238,6 +253,8 @@ class Followers:
             self.stepping.forget()
         if self.recognition is not None:
             self.recognition.end(row.pending)
+        if self.alignment is not None:
+            self.alignment.end(int(row.clock["take"]), row.pending)
         engine.close_take(row)
         if self.limbs is not None:
             self.limbs.end_take()
@@ -255,6 +272,8 @@ class Followers:
             self.limbs.mend()
         if self.recognition is not None:
             self.recognition.mend(int(row.clock["take"]), row.pending)
+        if self.alignment is not None:
+            self.alignment.mend(int(row.clock["take"]), row.pending)
 
     def release(self) -> None:
         """Give back what limbs lie in."""
@@ -265,6 +284,7 @@ class Followers:
     def bytes_taken(self) -> int:
         """Bytes of what is known here, besides what is shared with others."""
         more = 0 if self._recognition is None else self._recognition.bytes_taken
+        more += 0 if self.alignment is None else self.alignment.bytes_taken
         more += 0 if self.stepping is None else self.stepping.bytes_taken
         limbs = {} if self.limbs is None else self.limbs.segmenters
         return more + sum(own.state_bytes for own in limbs.values())
@@ -279,6 +299,8 @@ class Followers:
             repetitions=None if row.telling is None else row.telling.told(),
             limbs=() if self.limbs is None else self.limbs.snapshot(),
             steps=None if self.stepping is None else self.stepping.to_bytes(),
+            follow=self.follow,
+            followed=None if self.alignment is None else self.alignment.to_bytes(),
         )
 
     def restore(self, row: Row, known: Following, restored: Callable[[bytes, str], LimbSegmenter]) -> None:

@@ -16,6 +16,7 @@ from mossar_stream.engine.intake import less_origin, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
+from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
@@ -124,6 +125,20 @@ class Steps:
     def _recognise(self, recognition: Recognition | None) -> None:
         self._followers.recognition = recognition
         self.is_followed = bool(self._followers)
+
+    def follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
+        """Let something else follow moves; what is being made is decided."""
+        self._carry_out(functools.partial(self._follow_moves, follow, alignment))
+
+    def _follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
+        followers, row = self._followers, self._row
+        before = followers.alignment
+        if before is not None and before is not alignment:
+            before.decide(int(row.clock["take"]), row.pending)
+            if alignment is not None:
+                alignment.follow_on(before)
+        followers.follow, followers.alignment = follow, alignment
+        self.is_followed = bool(followers)
 
     def planned_level(self, level: LevelName | float) -> LevelName | float:
         """Return a level that `set_level` can set, and change nothing.

@@ -108,7 +108,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         steps: Whether to report when feet leave the ground and come down.
         feet: Which joints or markers are the feet, as `left=LANK,LTOE right=RANK,RTOE`; empty: those known by name.
         step_sensitivity: Larger: smaller and slower movements of a foot are steps; a step goes 6 cm / sensitivity.
-        up: Which axis points upwards, for steps: `y`, `-z` and so on; `auto`: from the feet to the head.
+        up: Which axis points upwards, for steps and for moves that are followed: `y`, `-z` and so on; `auto`: for steps from
+            the feet to the head, else `y`.
+        follow_every: Time between two `progress` events of a move that is followed, s; 0 for as many as there can be.
 
     Raises:
         SettingsError: If a value is outside its legal range; the message names field, value and range.
@@ -160,6 +162,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     feet: str = ""
     step_sensitivity: float = 1.0
     up: Up = "auto"
+    follow_every: float = 0.1
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:

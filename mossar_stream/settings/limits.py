@@ -25,5 +25,6 @@ SETTING_LIMITS: dict[str, tuple[float, float]] = {
     "max_speed": (0.1, 1e4),
     "step_sensitivity": (0.1, 10.0),
     "max_pause": (0.05, 3600.0),
+    "follow_every": (0.0, 60.0),
     "rest_seconds": (0.05, 60.0),
 }

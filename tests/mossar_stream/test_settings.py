@@ -224,6 +224,7 @@ ALONE = {  # values that no bundle has, one for each field; some are legal with 
     "feet": ["left=a right=b"],
     "step_sensitivity": [0.7],
     "up": ["z"],
+    "follow_every": [0.7],
     "repetitions": [True],
     "phase": [True],
     "limbs": [True],

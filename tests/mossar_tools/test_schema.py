@@ -103,6 +103,7 @@ def test_the_events_in_the_documentation_fit(valid):
         "segment",
         "activity",
         "move",
+        "follow",
         "repetition",
         "phase",
         "stream",

@@ -10,6 +10,7 @@ from mossar_adapters.maps.states import StateMap
 from mossar_stream import (
     ActivityEvent,
     Event,
+    FollowEvent,
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
@@ -28,6 +29,7 @@ _EVENTS = (
     PhaseEvent,
     StepEvent,
     MoveEvent,
+    FollowEvent,
     StreamEvent,
     StatsEvent,
 )

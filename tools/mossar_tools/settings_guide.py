@@ -94,5 +94,8 @@ SETTINGS_GUIDE: Final[dict[str, Guide]] = {
     "steps": Guide("", "true: reports when feet leave the ground and come down"),
     "feet": Guide("", "for steps: left=JOINT,... right=JOINT,...; empty: those known by name"),
     "step_sensitivity": Guide("", "larger: smaller and slower movements of a foot are steps"),
-    "up": Guide("", "for steps: the axis that points upwards, as y or -z; auto: from the feet to the head"),
+    "up": Guide(
+        "", "the axis that points upwards, as y or -z; auto: for steps from the feet to the head, else y"
+    ),
+    "follow_every": Guide("s", "time between two progress events of a move that is followed"),
 }

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from mossar_stream import (
+    FOLLOW_STATUSES,
     KEY_FRAME_STATUSES,
     MOVE_STATUSES,
     REPETITION_STATUSES,
@@ -10,6 +11,7 @@ from mossar_stream import (
     STEP_STATUSES,
     ActivityEvent,
     Event,
+    FollowEvent,
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
@@ -30,6 +32,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "stream": ("",),
     "stats": ("",),
     "activity": ("",),
+    "follow": FOLLOW_STATUSES,
 }
 
 
@@ -84,6 +87,8 @@ def _pair(event: Event) -> tuple[str, str]:
         return "segment", event.status
     if isinstance(event, MoveEvent):
         return "move", event.status
+    if isinstance(event, FollowEvent):
+        return "follow", event.status
     if isinstance(event, RepetitionEvent):
         return "repetition", event.status
     if isinstance(event, ActivityEvent):

@@ -1,0 +1,473 @@
+"""Alignment: a performer's frames in, follow events out."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import MovesError, SnapshotError
+from mossar_stream.events import Event, FollowEvent, FollowStatus
+from mossar_stream.following.bank import examples_of, make_bank, rows_of
+from mossar_stream.following.bones import names_of_limbs, shared_bones
+from mossar_stream.following.layout import (
+    HEAD,
+    HEAD_BYTES,
+    LAYERS,
+    MOVE,
+    MOVE_BYTES,
+    PERIOD,
+    RECENT,
+    RING,
+    STATE,
+    STATE_BYTES,
+    TEMPO_SAMPLES,
+    example_memory,
+    head_memory,
+)
+from mossar_stream.following.sampling import EARLY, MAX_STEP
+from mossar_stream.following.tracking import (
+    BEGAN,
+    DONE,
+    GAVE_UP,
+    GOES_ON,
+    NOTHING,
+    finish_take,
+    follow_frames,
+)
+from mossar_stream.jit.cache import open_cache
+from mossar_stream.moves.moves import Moves, copy_of
+from mossar_stream.settings import Settings
+from mossar_stream.skeleton import Skeleton
+
+Follow = bool | tuple[str, ...]  # names of moves; True for all
+HELD = 8  # frames that wait at most until they are processed together
+STATUSES: dict[int, FollowStatus] = {BEGAN: "begun", GOES_ON: "progress", DONE: "done", GAVE_UP: "left"}
+MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
+FAIR = 15.0  # degrees of deviation at which the score is a half
+
+
+class FollowState(msgspec.Struct, frozen=True):
+    """Where a performer is in a followed move; the fields are those of `FollowEvent`.
+
+    Args:
+        example: Place of the aligned example in `Moves.examples`.
+    """
+
+    example: int
+    count: int
+    start: float
+    time: float
+    progress: float
+    tempo: float
+    certainty: float
+    deviation: float
+    limbs: dict[str, float]
+    joint: str
+
+
+def checked_follow(follow: Iterable[str] | bool, moves: Moves | None) -> Follow:
+    """Return which moves are to be followed, each once.
+
+    Args:
+        follow: Names, or True for all; False or none for nothing.
+        moves: Those that there are.
+
+    Raises:
+        MovesError: If there are no moves, or none of a name.
+        TypeError: If `follow` is something else.
+    """
+    if isinstance(follow, str | bytes) or not isinstance(follow, bool | Iterable):
+        raise TypeError(f"follow is a tuple of names of moves, or True for all, not {follow!r}")
+    chosen: Follow = follow if isinstance(follow, bool) else tuple(dict.fromkeys(follow))
+    if chosen and moves is None:
+        raise MovesError("there is nothing to follow without moves; give moves, too")
+    known = () if moves is None else moves.names
+    missing = () if isinstance(chosen, bool) else [name for name in chosen if name not in known]
+    if missing:
+        raise MovesError(
+            f"there is no move called {str(missing[0])[:80]!r} to follow; there are {', '.join(known[:40]) or 'none'}"
+        )
+    return chosen
+
+
+def alignment_of(
+    follow: Follow,
+    moves: Moves | None,
+    skeleton: Skeleton,
+    settings: Settings,
+    performer: str,
+    store: NDArray[np.uint8] | None = None,
+) -> "Alignment | None":
+    """Return what follows those moves that there are; None if there is nothing to follow; see `Alignment`."""
+    if moves is None:
+        return None
+    names = tuple(name for name in moves.names if follow is True or (follow and name in follow))
+    return Alignment(moves, names, skeleton, settings, performer, store) if names else None
+
+
+class Alignment:
+    """What follows one performer's performances of moves that were shown; all its memory has a fixed size.
+
+    Args:
+        moves: Whose examples there are.
+        names: Of the moves to follow.
+        skeleton: The performer's joints.
+        settings: `follow_every` and `up` are used.
+        performer: Name that events carry.
+        store: The bank for these joints, if there is one already.
+
+    Raises:
+        FrameError: If the performer lacks joints that the examples need.
+        MovesError: If an example cannot be followed.
+    """
+
+    def __init__(
+        self,
+        moves: Moves,
+        names: tuple[str, ...],
+        skeleton: Skeleton,
+        settings: Settings,
+        performer: str,
+        store: NDArray[np.uint8] | None = None,
+    ) -> None:
+        self.moves = copy_of(moves)
+        self.names = names
+        self._skeleton = skeleton
+        self._settings = settings
+        self._performer = performer
+        shown = self.moves
+        bones = shared_bones(shown.skeleton, skeleton)
+        self.store = (
+            make_bank(shown.skeleton, shown.examples, names, skeleton, settings.up)
+            if store is None
+            else store
+        )
+        self._places = _places(shown, names)
+        self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
+        limbs = names_of_limbs(skeleton, bones.bones)
+        members = {
+            name: [k for k, bone in enumerate(bones.bones) if bone.limb == i] for i, name in limbs.items()
+        }
+        self._limbs = {name: np.array(own) for name, own in members.items()}
+        self._head = self.store[:HEAD_BYTES].view(HEAD)[0]
+        self._examples = examples_of(self.store)
+        self._extents = [self._extents_of(rows) for rows in rows_of(self.store)]
+        self._memory = np.zeros(memory_bytes(self.store), np.uint8)
+        self._state = self._memory[:STATE_BYTES].view(STATE)
+        self._next = self._state["next"]
+        self._last = self._state["time"]
+        self._frames = self._state["frames"]
+        size = len(names) * MOVE_BYTES
+        self._moves = self._memory[STATE_BYTES : STATE_BYTES + size].view(MOVE)
+        lanes, points = int(self._head["lanes"]), int(self._head["points"])
+        numbers = self._memory[STATE_BYTES + size : head_memory(points, lanes, len(names))].view(np.float32)
+        at = 2 * 3 * points + 3 * lanes
+        self._strays = numbers[at : at + len(names) * lanes].reshape(-1, lanes)
+        at += 2 * len(names) * lanes + RING * 3 * lanes
+        self._boxes = numbers[at : at + len(names) * 6 * lanes].reshape(-1, 2, 3, lanes)
+        self._positions = np.zeros((HELD + 1, len(skeleton), 3), np.float32)
+        self._times = np.zeros(HELD + 1)
+        self._held = 0  # frames that wait: none of them can bring news
+        self._has_news = False  # of the frame that `hold` processed
+        self._latest = self._due = -math.inf  # s, of the last frame; before which none can bring news
+        open_cache()
+        self._begin()
+        # No frame: the kernels are compiled now, and never while frames come in.
+        finish_take(self._memory, self.store)
+        follow_frames(self._memory, self.store, self._positions, self._times, 0, 0)
+
+    def _begin(self) -> None:
+        """Begin anew, as for a take."""
+        self._memory[:] = 0
+        self._moves["best"] = np.inf
+        self._moves["from_time"] = -np.inf
+        self._state["every"] = self._settings.follow_every
+        for example in self._examples:
+            begin = int(example["memory"]) + 8 * LAYERS * int(example["phases"])
+            self._memory[begin : begin + 4 * LAYERS * int(example["phases"])].view(np.float32)[:] = np.inf
+        self._held = 0
+        self._has_news = False
+        self._see()
+
+    def adopt(self, settings: Settings, take: int, pending: list[Event]) -> "Alignment":
+        """Go on with other settings; if another axis points upwards, what is being made is given up.
+
+        Args:
+            settings: From now on.
+            take: Number of the take that is open.
+            pending: Gets the events.
+
+        Returns:
+            What follows the frames to come.
+        """
+        if settings.up == self._settings.up:
+            self._settings = settings
+            self._state["every"] = settings.follow_every
+            return self
+        self.decide(take, pending)
+        fresh = Alignment(self.moves, self.names, self._skeleton, settings, self._performer)
+        return fresh.follow_on(self)
+
+    def follow_on(self, before: "Alignment | None") -> "Alignment":
+        """Number performances on from those of another alignment, after `decide`; return this one."""
+        if before is not None:
+            known, moves = before.numbers
+            self._state["number"] = known
+            for m, name in enumerate(self.names):
+                self._moves[m]["count"] = moves.get(name, 0)
+        return self
+
+    @property
+    def numbers(self) -> tuple[int, dict[str, int]]:
+        """The number of the latest performance, and how many are done of each name, in this take."""
+        counts = self._moves["count"].tolist()
+        return int(self._state["number"][0]), dict(zip(self.names, counts, strict=True))
+
+    @property
+    def bytes_taken(self) -> int:
+        """Bytes of a performer, besides the examples that all share."""
+        return len(self._memory) + self._positions.nbytes + self._times.nbytes
+
+    @property
+    def following(self) -> dict[str, FollowState | None]:
+        """Where the performer is in each followed move at the last frame; None where it is not being made."""
+        return {name: self._now(m) if self._moves[m]["active"] else None for m, name in enumerate(self.names)}
+
+    def hold(self, position: NDArray[np.float32], time: float) -> bool:
+        """Process one frame, or keep it until a sample is due, which is quicker than a kernel's call.
+
+        Args:
+            position: (J, 3) or (1, J, 3) m; copied.
+            time: s.
+
+        Returns:
+            Whether it brings no news; if it does, `follow` says so when it is called with the frame.
+        """
+        if not 0.0 < time - self._latest <= MAX_STEP:
+            return False
+        held = self._held
+        self._positions[held] = position
+        self._times[held] = time
+        if time < self._due and held < HELD:
+            self._latest = time
+            self._held = held + 1
+            return True
+        self._has_news = not self._take_in(held + 1)
+        return not self._has_news
+
+    def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
+        """Process frames until there is news; return the number of the frame that brought it, n if none did.
+
+        Args:
+            positions: (n, J, 3) m.
+            times: (n,) s.
+            begin: First frame to process.
+        """
+        if self._has_news and len(times) == 1:  # as `hold` has found
+            self._has_news = False
+            return 0
+        self._flush()
+        stop: int = follow_frames(self._memory, self.store, positions, times, begin, len(times))
+        self._see()
+        return stop
+
+    def _take_in(self, count: int) -> bool:
+        """Process the frames that wait, and tell whether the last one brings no news; others cannot."""
+        stop: int = follow_frames(self._memory, self.store, self._positions, self._times, 0, count)
+        self._held = 0  # not before: frames that come again are late
+        self._see()
+        return stop == count
+
+    def _flush(self) -> None:
+        if self._held:
+            self._take_in(self._held)
+
+    def _see(self) -> None:
+        """Note when the last frame was, and when the next sample is due."""
+        begun = self._frames[0] > 0
+        self._latest = float(self._last[0]) if begun else -math.inf
+        self._due = float(self._next[0]) - EARLY if begun else -math.inf
+
+    def news(self, take: int, pending: list[Event], _origin: NDArray[np.float64] | None = None) -> None:
+        """Report what happened at the frame that `follow` stopped at.
+
+        Args:
+            take: Number of the take that is open.
+            pending: Gets the events.
+        """
+        events = [self._event(m, take) for m in np.flatnonzero(self._moves["happened"]).tolist()]
+        self._moves["happened"] = NOTHING
+        self._state["happened"] = 0
+        pending += events
+
+    def mend(self, take: int, pending: list[Event]) -> None:
+        """Go on after an exception; report what the last frame brought, if that is still to be done; see `news`."""
+        self._has_news = False
+        self._flush()
+        self._see()
+        self.news(take, pending)
+
+    def decide(self, take: int, pending: list[Event]) -> None:
+        """Decide what is being made; see `news`."""
+        self._flush()
+        finish_take(self._memory, self.store)
+        self.news(take, pending)
+
+    def end(self, take: int, pending: list[Event]) -> None:
+        """Decide everything as a take ends, and begin anew; see `news`."""
+        events: list[Event] = []
+        self.decide(take, events)
+        self._begin()
+        pending += events
+
+    def _now(self, m: int) -> FollowState:
+        return FollowState(**self._numbers(m))
+
+    def _numbers(self, m: int) -> dict[str, Any]:
+        move, strays = self._moves[m], self._strays[m, : len(self._ends)]
+        return {
+            "example": self._places[int(move["example"])],
+            "count": int(move["count"]),
+            "start": round(float(move["start"]), 6),
+            "time": round(float(move["time"]), 6),
+            "progress": round(float(move["progress"]), 4),
+            "tempo": round(self._tempo(m), 3),
+            "certainty": round(float(move["certainty"]), 3),
+            "deviation": round(_degrees(float(strays.mean())), 2),
+            "limbs": {
+                name: round(_degrees(float(strays[own].mean())), 2) for name, own in self._limbs.items()
+            },
+            "joint": self._ends[int(np.argmax(strays))],
+        }
+
+    def _tempo(self, m: int) -> float:
+        """Return the tempo over the last second, of what is done that of the whole."""
+        move = self._moves[m]
+        example = self._examples[int(move["example"])]
+        seconds = (int(example["phases"]) - 1) * int(example["stride"]) * PERIOD
+        if move["happened"] == DONE:
+            return seconds / max(float(move["time"] - move["start"]), PERIOD)
+        recents = int(move["recents"])
+        if recents < 2:
+            return 1.0
+        back = min(recents - 1, TEMPO_SAMPLES)
+        way = move["recent"][(recents - 1) % RECENT] - move["recent"][(recents - 1 - back) % RECENT]
+        return max(0.0, float(way)) * seconds / (back * PERIOD)
+
+    def _event(self, m: int, take: int) -> FollowEvent:
+        move = self._moves[m]
+        numbers = self._numbers(m)
+        del numbers["example"]
+        done = int(move["happened"]) == DONE
+        return FollowEvent(
+            performer=self._performer,
+            id=f"{self._performer}/follow/{take}/{int(move['number'])}",
+            rev=int(move["rev"]),
+            name=self.names[m],
+            status=STATUSES[int(move["happened"])],
+            take=take,
+            **numbers,
+            range=self._range(m) if done else None,
+            score=round(1.0 / (1.0 + (numbers["deviation"] / FAIR) ** 2), 3) if done else None,
+            decided_time=float(self._state["time"][0]),
+        )
+
+    def _range(self, m: int) -> dict[str, float]:
+        """Return the extent of each limb's path relative to the example's; of limbs that move in the example."""
+        box = self._boxes[m, 1] - self._boxes[m, 0]
+        shown = self._extents[int(self._moves[m]["example"])]
+        return {
+            name: round(float(np.sqrt((box[:, own] ** 2).sum(axis=0).mean())) / shown[name], 3)
+            for name, own in self._limbs.items()
+            if shown[name] >= MOVES_LEAST
+        }
+
+    def _extents_of(self, rows: NDArray[np.float32]) -> dict[str, float]:
+        box = rows.max(axis=0) - rows.min(axis=0)
+        return {
+            name: float(np.sqrt((box[:, own] ** 2).sum(axis=0).mean())) for name, own in self._limbs.items()
+        }
+
+    def to_bytes(self) -> bytes:
+        """Return what is known of the performer, for a snapshot."""
+        self._flush()
+        return self._memory.tobytes()
+
+    def go_back_to(self, content: bytes) -> None:
+        """Forget the frames since `to_bytes` returned this."""
+        self._memory[:] = np.frombuffer(content, np.uint8)
+        self._held = 0
+        self._has_news = False
+        self._see()
+
+    def go_on_from(self, content: bytes) -> None:
+        """Go on where another alignment of the same moves and joints was.
+
+        Raises:
+            SnapshotError: If the bytes do not fit, or contradict themselves.
+        """
+        if len(content) != len(self._memory):
+            raise SnapshotError(
+                f"the snapshot's followed moves have {len(content)} bytes, not {len(self._memory)}"
+            )
+        fresh = np.frombuffer(content, np.uint8).copy()
+        if not self._is_sound(fresh):
+            raise SnapshotError("the snapshot's state of followed moves contradicts itself")
+        self.go_back_to(content)
+        self._state["every"] = self._settings.follow_every
+
+    def count_on_from(self, content: bytes) -> None:
+        """Number performances on from those of an alignment with other moves.
+
+        Args:
+            content: Of its `to_bytes`.
+
+        Raises:
+            SnapshotError: If the bytes are none.
+        """
+        number = -1
+        if len(content) >= STATE_BYTES:
+            number = int(np.frombuffer(content[:STATE_BYTES], STATE)[0]["number"])
+        if not 0 <= number < 1 << 60:
+            raise SnapshotError("the snapshot's state of followed moves contradicts itself")
+        self._state["number"] = number
+
+    def _is_sound(self, memory: NDArray[np.uint8]) -> bool:
+        """Tell whether a performer's memory is one that following could have left."""
+        state = memory[:STATE_BYTES].view(STATE)[0]
+        moves = memory[STATE_BYTES : STATE_BYTES + len(self.names) * MOVE_BYTES].view(MOVE)
+        counts = [*(int(state[name]) for name in ("frames", "samples", "poses", "number"))]
+        counts += [
+            number for name in ("number", "count", "rev", "recents") for number in moves[name].tolist()
+        ]
+        examples = np.array([moves["example"], moves["best_example"]])
+        within = (examples >= 0).all() and (examples < len(self._examples)).all()
+        times = np.array([state["time"], state["next"], state["sampled"]])
+        return (
+            all(0 <= number < 1 << 60 for number in counts)
+            and bool(((moves["active"] == 0) | (moves["active"] == 1)).all())
+            and bool((moves["happened"] == NOTHING).all() and within)
+            and bool(np.isfinite(times).all() and state["next"] - state["time"] <= 2 * PERIOD)
+        )
+
+
+def memory_bytes(store: NDArray[np.uint8]) -> int:
+    """Return the bytes that following takes for one performer."""
+    head = store[:HEAD_BYTES].view(HEAD)[0]
+    lanes, examples = int(head["lanes"]), examples_of(store)
+    fixed = head_memory(int(head["points"]), lanes, int(head["moves"]))
+    return fixed + sum(example_memory(int(example["phases"]), lanes) for example in examples)
+
+
+def _places(moves: Moves, names: tuple[str, ...]) -> list[int]:
+    """Return the place in `Moves.examples` of each example of a bank."""
+    places = [place for place, example in enumerate(moves.examples) if example.name in names]
+    return sorted(places, key=lambda place: names.index(moves.examples[place].name))
+
+
+def _degrees(chord: float) -> float:
+    """Return the angle between directions whose ends lie so far apart, squared."""
+    return math.degrees(2.0 * math.asin(min(1.0, math.sqrt(max(chord, 0.0)) / 2.0)))
