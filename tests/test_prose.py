@@ -34,3 +34,13 @@ def test_words_to_be_avoided_are_rare():
         for hit in AVOIDED.finditer(text)
     ]
     assert len(found) <= MOST, "\n".join(found)
+
+
+def test_the_readme_is_short_and_leads_each_reader_to_a_first_command():
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert len(lines) <= 180
+    first = "\n".join(lines[:36])  # a screen
+    assert "mossar demo" in first
+    assert "docs/segment.png" in first
+    for command in ("mossar run osc://", "mossar view webcam:", "mossar segment take.bvh"):
+        assert command in first

@@ -1,6 +1,13 @@
 """Commands of the documentation are found, and judged as they deserve."""
 
-from checks.readme_commands.commands import Command, all_commands, lines_of, parts_of, wrong_mentions
+from checks.readme_commands.commands import (
+    Command,
+    all_commands,
+    lines_of,
+    parts_of,
+    steps_of,
+    wrong_mentions,
+)
 from checks.readme_commands.files import furnish
 from checks.readme_commands.stage import Stage
 from mossar_adapters.files import read
@@ -26,9 +33,9 @@ def test_running_text_mentions_only_what_there_is():
 
 
 def test_a_command_that_stands_in_several_places_is_run_once():
-    lines = [command.line for command in all_commands()]
+    lines = [command.line for command in all_commands() if not command.series]
     assert len(lines) == len(set(lines))
-    places = {command.line: command.place for command in all_commands()}
+    places = {command.line: command.place for command in all_commands() if not command.series}
     assert places["mossar evaluate DIR --plot strips.png"] == "mossar evaluate --help"
     assert places["mossar bench"] == "docs/measurements.md, mossar bench --help"
 
@@ -56,3 +63,14 @@ def test_the_stand_ins_are_recordings(tmp_path):
     for name in ("take.bvh", "86_01.amc", "take.c3d", "take.msk", "DIR/walk.npz"):
         assert len(read(tmp_path / "a" / name).times) >= 30, name
     assert read(tmp_path / "a" / "long.bvh").times[-1] > 660
+
+
+def test_a_tutorial_is_run_in_order_and_in_one_folder(tmp_path):
+    page = "```\n$ mossar demo\n{}\n```\ntext\n```python\nprint(1)\n```\n```json\n{}\n```\n```\nmossar --version\n```\n"
+    assert list(steps_of(page)) == ["mossar demo", "python - <<'END'\nprint(1)\nEND", "mossar --version"]
+    stage = Stage(tmp_path / "a", 2.0, 120.0)
+    assert stage.run(Command("x", "python - <<'END'\nopen('made', 'w').close()\nEND", "series")) == ""
+    assert stage.run(Command("x", "python -c \"open('made')\"", "series")) == ""
+    assert stage.run(Command("x", "python -c \"open('made')\"")).startswith("WRONG")
+    series = [command.line for command in all_commands() if command.series == "docs/tutorials/game.md"]
+    assert series.index("mossar teach moves.json --list") > 0

@@ -2,8 +2,8 @@
 
 Fenced blocks of README.md, CONTRIBUTING.md, SECURITY.md and docs, and the examples of every `--help`, are run literally,
 each in a folder of its own with files of the names they use. What goes on is interrupted after some seconds and must
-then end as Ctrl-C ends it; everything else must end by itself, with status 0. Commands and options that running text
-mentions must exist.
+then end as Ctrl-C ends it; everything else must end by itself, with status 0. The commands and programs of a tutorial run
+one after another in one folder. Commands and options that running text mentions must exist.
 """
 
 import argparse
@@ -51,15 +51,21 @@ def _all_run(stage: Stage, commands: list[Command]) -> Iterator[tuple[Command, t
     """Run commands, those that go on beside those that compute, and yield the report of each."""
     computing, waiting = ThreadPoolExecutor(os.cpu_count()), ThreadPoolExecutor(WAITING)
 
-    def run(command: Command) -> tuple[str, float]:
+    before: dict[str, Future[tuple[str, float]]] = {}  # the last command of each series
+
+    def run(command: Command, earlier: Future[tuple[str, float]] | None) -> tuple[str, float]:
+        if earlier is not None:
+            earlier.result()
         began = time.monotonic()
         return stage.run(command), time.monotonic() - began
 
     try:
-        futures: list[Future[tuple[str, float]]] = [
-            (waiting if GOES_ON.search(command.line) else computing).submit(run, command)
-            for command in commands
-        ]
+        futures: list[Future[tuple[str, float]]] = []
+        for command in commands:
+            pool = waiting if GOES_ON.search(command.line) else computing
+            futures.append(pool.submit(run, command, before.get(command.series)))
+            if command.series:
+                before[command.series] = futures[-1]
         for command, future in zip(commands, futures, strict=True):
             yield command, future.result()
     finally:

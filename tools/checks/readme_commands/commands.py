@@ -16,28 +16,34 @@ PAGES = (
     "SECURITY.md",
     *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
 )
+TUTORIALS = tuple(sorted(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")))
 OTHERS = frozenset({"--group"})  # options of pip
 COMMENT = re.compile(r"\s{2,}|\s+#\s")
 
 
 class Command(NamedTuple):
-    """A line that a reader may type.
+    """A line that a reader may type, or a program of several lines.
 
     Args:
         place: Where it stands; several places are separated by commas.
         line: As it stands there, without its comment.
+        series: Commands of one series share a folder and run in order; each of the others has a folder of its own.
     """
 
     place: str
     line: str
+    series: str = ""
 
 
 def all_commands() -> list[Command]:
-    """Return the commands of all pages and of every `--help`, each once."""
+    """Return the commands of all pages and of every `--help`, each once, then those of each tutorial in order."""
     places: dict[str, list[str]] = {}
     for place, line in _everywhere():
         places.setdefault(line, []).append(place)
-    return [Command(", ".join(dict.fromkeys(where)), line) for line, where in places.items()]
+    once = [Command(", ".join(dict.fromkeys(where)), line) for line, where in places.items()]
+    return once + [
+        Command(page, line, page) for page in TUTORIALS for line in steps_of((ROOT / page).read_text())
+    ]
 
 
 def _everywhere() -> Iterator[tuple[str, str]]:
@@ -66,6 +72,15 @@ def parts_of(page: str) -> tuple[list[list[str]], str]:
     return blocks, "\n".join(text)
 
 
+def steps_of(page: str) -> Iterator[str]:
+    """Yield the commands of a page and its programs in Python, in order."""
+    for language, text in re.findall(r"^```(\w*)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
+        if language == "python":
+            yield f"python - <<'END'\n{text}END"
+        elif not language:
+            yield from lines_of(text.splitlines())
+
+
 def lines_of(block: Sequence[str]) -> Iterator[str]:
     """Yield the commands of a block, without prompts, comments, and what is shown of their output."""
     prompted = any(line.startswith("$ ") for line in block)
@@ -76,7 +91,7 @@ def lines_of(block: Sequence[str]) -> Iterator[str]:
 
 def wrong_mentions() -> Iterator[tuple[str, str]]:
     """Yield what running text says of commands, options and modules that there are not."""
-    for page in PAGES:
+    for page in (*PAGES, *TUTORIALS):
         _, text = parts_of((ROOT / page).read_text())
         for problem in (*_wrong_commands(text), *_wrong_options(text), *_wrong_modules(text)):
             yield page, problem

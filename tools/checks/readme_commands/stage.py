@@ -24,7 +24,7 @@ PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # noth
 # Streams of others, the dashboard, endless shows, and what takes minutes.
 GOES_ON = re.compile(
     r"mossar (run|record|teach|replay|view)\b.*\b(osc|zmq\S*)://|mossar run --config|mossar view|mossar demo\b(?!.*head)"
-    r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks"
+    r"|mossar bench|mossar evaluate ('?demo:|.*--leave-out)|python -m checks|python examples/"
 )
 NOT_RUN: Final[dict[str, str]] = {  # beginning of a command: why it is not run here
     "pip install": "installs; .ci/run does it in an environment of its own",
@@ -65,6 +65,7 @@ class Stage:
         self._folder, self._patience, self._limit, self._count = folder, patience, limit, 0
         self._lock = threading.Lock()
         self._ports: dict[str, threading.Lock] = {}
+        self._series: dict[str, Path] = {}
         bin_ = folder / "bin"
         bin_.mkdir(parents=True)
         for name, module in {"mossar": "-m mossar_tools", "python": ""}.items():
@@ -91,12 +92,7 @@ class Stage:
         if missing := [word for word in command.line.split() if word == "jq" and not shutil.which(word)]:
             return f"not run: {missing[0]} is not installed"
         with self._lock:
-            self._count += 1
-            folder = self._folder / str(self._count)
-            shutil.copytree(self._full, folder)
-            # What a command makes is not there before.
-            for made in re.findall(r"(?:\brecord \S+|--save) (\S+)", command.line):
-                (folder / made).unlink(missing_ok=True)
+            folder = self._folder_for(command)
             ports = [
                 self._ports.setdefault(port, threading.Lock())
                 for port in sorted(set(re.findall(r":(\d{4,5})\b", command.line)))
@@ -108,6 +104,26 @@ class Stage:
         finally:
             for port in ports:
                 port.release()
+
+    def _folder_for(self, command: Command) -> Path:
+        """Return a folder with the files that the command names, or that of the series that it belongs to.
+
+        A tutorial begins as its reader does: with the examples, and a labelled folder.
+        """
+        if command.series in self._series:
+            return self._series[command.series]
+        self._count += 1
+        folder = self._folder / str(self._count)
+        if command.series:
+            self._series[command.series] = folder
+            shutil.copytree(self._full / "DIR", folder / "DIR")
+            shutil.copytree(ROOT / "examples", folder / "examples")
+            return folder
+        shutil.copytree(self._full, folder)
+        # What a command makes is not there before.
+        for made in re.findall(r"(?:\brecord \S+|--save) (\S+)", command.line):
+            (folder / made).unlink(missing_ok=True)
+        return folder
 
     def _judged(self, command: Command, folder: Path) -> str:
         endless = GOES_ON.search(command.line) is not None
