@@ -39,6 +39,8 @@ def make_store(
     rules: Mapping[str, MoveRule],
     streamed: Skeleton,
     facing: Facing,
+    *,
+    explains: bool = False,
 ) -> NDArray[np.uint8]:
     """Describe examples for a stream.
 
@@ -48,6 +50,7 @@ def make_store(
         rules: Of each move, in the order in which they are numbered.
         streamed: Skeleton of the stream.
         facing: Whether moves are recognised from any side.
+        explains: Whether movements that are not recognised are news.
 
     Returns:
         A store, as `recogniser.open_store` opens it.
@@ -62,7 +65,7 @@ def make_store(
     girdles = [slots.index(slot) if slot in slots and facing == "any" else -1 for slot in GIRDLES]
     most = [MOST - STRICT_WORTH * (rule.strict - USUAL.strict) for rule in rules.values()]
     bar = np.exp(max(most, default=MOST) + LEAD_WORTH * LEAD_COUNTED)
-    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers, len(rules), bar, girdles
+    store[:STORE_BYTES].view(STORE)[0] = len(ours), len(examples), numbers, len(rules), bar, girdles, explains
     store[STORE_BYTES : STORE_BYTES + len(ours) * JOINT_BYTES].view(JOINT)[:] = _joint_records(
         theirs, streamed
     )
@@ -80,7 +83,7 @@ def make_store(
 def write_example(store, t, move, poses, path):
     """Describe the whole of an example, number t; see `measure.describe`."""
     bank = open_store(store)
-    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.girdles, bank.scratch)
+    describe(poses, path, 0, path.size - 1, bank)
     bank.examples[t].move = move
     bank.examples[t].size = bank.scratch.size[0]
     at = t * ROWS
@@ -98,7 +101,7 @@ def compare_with_all(store, poses, path, costs):
     """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
     bank = open_store(store)
     scratch, rows = bank.scratch, bank.rows
-    describe(poses, path, 0, path.size - 1, bank.joints.size, bank.girdles, scratch)
+    describe(poses, path, 0, path.size - 1, bank)
     for t in range(bank.examples.size):
         at = t * ROWS
         factor = correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)

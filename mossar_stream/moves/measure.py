@@ -44,7 +44,7 @@ class Description(NamedTuple):
 
 
 @kernel
-def describe(poses, path, first, last, joints, girdles, found):
+def describe(poses, path, first, last, bank):
     """Describe the stretch from pose number `first` to `last`.
 
     Args:
@@ -52,11 +52,11 @@ def describe(poses, path, first, last, joints, girdles, found):
         path: (H,) float64 metres, length of the path up to each pose, another ring.
         first: Number of the first pose.
         last: Number of the last one, above `first`, less than H later.
-        joints: Number of joints, the first three coordinates being the first joint's.
-        girdles: (4,) of these joints, see `facing.GIRDLES`: the stretch is described as of a body that faces +z. Without
+        bank: With `joints`, the first three coordinates being the first joint's; `scratch`, the description to write to; and
+            `girdles`, (4,) of these joints, see `facing.GIRDLES`: the stretch is described as of a body that faces +z. Without
             hips (-1) it is described as it was made.
-        found: Description to write to.
     """
+    joints, girdles, found = bank.joints.size, bank.girdles, bank.scratch
     _equal_steps(poses, path, first, last, found.points)
     if girdles[0] >= 0 and girdles[1] >= 0:
         _turn_to_front(found.points, joints, girdles)

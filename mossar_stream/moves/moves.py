@@ -185,7 +185,9 @@ class Moves:
 
         examples = [*self._examples, *self.mirror_images()]
         rules = {name: self.rule(name) for name in self.reported}
-        return make_store(self.skeleton, examples, rules, streamed, self._facing)
+        return make_store(
+            self.skeleton, examples, rules, streamed, self._facing, explains=self.explained is not None
+        )
 
     def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:
         """Return what it costs to take one movement for each of the examples: what was it? The least says it.

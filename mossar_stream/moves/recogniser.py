@@ -142,6 +142,7 @@ class Bank(NamedTuple):
     rules: NDArray[np.void]  # (M,) RULE
     bar: np.float32  # no stretch that costs more can be recognised as any move
     rows: NDArray[np.float32]  # (T·ROWS, D)
+    explains: int  # whether movements are explained
     scratch: Description
 
 
@@ -159,6 +160,10 @@ STORE = np.dtype(
             "i8",
             (4,),
         ),  # of the joints, see `facing.GIRDLES`; -1: moves are recognised as they were shown
+        (
+            "explains",
+            "i8",
+        ),  # whether it is news, too, what came nearest in a movement; that stands in `nearest`
     ],
 )
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES, RULE_BYTES = (
@@ -221,6 +226,7 @@ def open_store(store):
         part(store, at_rules, RULE, (head.moves,)),
         np.float32(head.bar),
         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
+        head.explains,
         Description(
             part(store, at_scratch, np.float32, (POINTS, numbers)),
             part(store, at_scratch + POINTS * line, np.float32, (DIRECTIONS, numbers)),
@@ -242,7 +248,6 @@ def recognise(
     times: NDArray[np.float64],
     begin: int,
     end: int,
-    explains: bool,
 ) -> int:
     """Take frames in until there is news of a move.
 
@@ -253,7 +258,6 @@ def recognise(
         times: (n,) float64 s.
         begin: First frame to take in.
         end: Frame to stop before.
-        explains: Whether it is news, too, that a movement was not recognised; that stands in `nearest`.
 
     Returns:
         Number of the frame that brought news, which stand in `happened` of its record; `end` if none did.
@@ -265,14 +269,14 @@ def recognise(
     last_times = part(memory, STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,))
     for i in range(begin, end):
         if is_due(state.track, times[i]):
-            _follow(state, poses, last_times, bank, positions[i], times[i], explains)
+            _follow(state, poses, last_times, bank, positions[i], times[i])
             if state.happened != 0:
                 return i
     return end
 
 
 @kernel
-def _follow(state, poses, last_times, bank, positions, time, explains):
+def _follow(state, poses, last_times, bank, positions, time):
     """Take one frame in."""
     state.happened = 0
     state.time = time
@@ -289,8 +293,8 @@ def _follow(state, poses, last_times, bank, positions, time, explains):
     was_moving = state.activity.moving
     follow_activity(state.activity, state.track.speed, state.track.times, state.track.first, pose)
     if _is_look_due(state.decision, state.activity, was_moving, time):
-        _look(state, poses, last_times, bank, pose, explains)
-    elif explains:
+        _look(state, poses, last_times, bank, pose)
+    elif bank.explains != 0:
         _end_movement(state, time)
     rests = state.activity.moving == 0 or time - state.found.time > SETTLED
     if rests and state.found.move >= 0 and (state.happened & ~EXPLAINED) == 0:
@@ -346,7 +350,7 @@ def _copy(to, found):
 
 
 @kernel
-def _look(state, poses, last_times, bank, last, explains):
+def _look(state, poses, last_times, bank, last):
     """Compare the stretches that end at pose `last` with the examples, and decide."""
     examples = bank.examples
     for t in range(examples.size):
@@ -356,23 +360,23 @@ def _look(state, poses, last_times, bank, last, explains):
         first = max(state.activity.starts[i] - 1, state.track.first)
         if state.activity.starts[i] < 0 or not _may_begin(state, first, last):
             continue
-        describe(poses, state.track.path, first, last, bank.joints.size, bank.girdles, bank.scratch)
+        describe(poses, state.track.path, first, last, bank)
         cost = _compare(state, bank, first, best)
         if cost < best:
             best, best_first = cost, first
-        if explains and first >= state.decision.from_pose:
+        if bank.explains != 0 and first >= state.decision.from_pose:
             compare_without_limits(bank, first)
-    if explains:
+    if bank.explains != 0:
         _note_nearest(state, bank)
     if best_first < 0 or not _is_agreed(state.decision, bank, best):
         return
     move = state.decision.leader
     if 0.0 <= state.time - last_times[move] < bank.rules[move].again:
-        _pass_over(state, last, explains)
+        _pass_over(state, last)
         return
     last_times[move] = state.time
     _confirm(state, poses, bank, best_first, last)
-    if explains:
+    if bank.explains != 0:
         _explain_found(state, bank)
 
 
@@ -451,7 +455,7 @@ def _confirm(state, poses, bank, first, last):
     found.first = first
     found.start = state.track.times[first % RING]
     found.end = found.time = state.time
-    describe(poses, state.track.path, first, last, bank.joints.size, bank.girdles, bank.scratch)
+    describe(poses, state.track.path, first, last, bank)
     found.limb = _leading_limb(bank)
     state.happened |= CONFIRMED
     decision.from_pose = last
@@ -461,14 +465,14 @@ def _confirm(state, poses, bank, first, last):
 
 
 @inline_kernel
-def _pass_over(state, last, explains):
+def _pass_over(state, last):
     """Let a move that was made again too soon be over without a word."""
     decision = state.decision
     decision.from_pose = last
     decision.peak = 0.0
     decision.leader = -1
     decision.agreed = 0
-    if explains and state.nearest.open == 1:
+    if state.nearest.open == 1:
         state.nearest.kept = BY_PAUSE
         _explain(state)
 

@@ -73,7 +73,7 @@ class Recognition:
         self._latest = -math.inf  # s, of the last pose, or of the last frame that is to become one
         self._due = -math.inf  # s, before which no frame can bring news
         # No frame: the kernel is compiled now, and never while frames come in.
-        recognise(self._memory, self.store, self._positions, self._times, 0, 0, self._explains)
+        recognise(self._memory, self.store, self._positions, self._times, 0, 0)
         self._see()
 
     @cached_property
@@ -132,7 +132,7 @@ class Recognition:
         if count == 1 and begin == 0:
             return self._follow_one(positions, times)
         self._flush()
-        stop: int = recognise(self._memory, self.store, positions, times, begin, count, self._explains)
+        stop: int = recognise(self._memory, self.store, positions, times, begin, count)
         self._see()
         return stop
 
@@ -149,9 +149,7 @@ class Recognition:
 
     def _take_in(self, count: int) -> bool:
         """Take in the frames that wait, and tell whether the last one brings no news; others cannot."""
-        stop: int = recognise(
-            self._memory, self.store, self._positions, self._times, 0, count, self._explains
-        )
+        stop: int = recognise(self._memory, self.store, self._positions, self._times, 0, count)
         self._held = 0  # not before: frames that come again become no poses
         self._see()
         return stop == count
