@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     from mossar_stream.frames import MAX_PERFORMER_NAME, Frames, constant_times, narrow, performer_name
     from mossar_stream.jit.listening import on_first_compile
     from mossar_stream.moves.example import Example
+    from mossar_stream.moves.explaining import Explanation
     from mossar_stream.moves.joints import joint_places
     from mossar_stream.moves.moves import Moves
-    from mossar_stream.moves.rules import Facing, MoveRule
+    from mossar_stream.moves.oddity import Oddity
+    from mossar_stream.moves.rules import FACINGS, Facing, MoveRule
     from mossar_stream.performers import Performers
     from mossar_stream.precompiling import precompile
     from mossar_stream.recording import KeyFrame, Result, Segment, Segmentation, segment_recording
@@ -120,7 +122,9 @@ _NAMES = {
     "moves.example": ("Example",),
     "moves.joints": ("joint_places",),
     "moves.moves": ("Moves",),
-    "moves.rules": ("Facing", "MoveRule"),
+    "moves.explaining": ("Explanation",),
+    "moves.oddity": ("Oddity",),
+    "moves.rules": ("FACINGS", "Facing", "MoveRule"),
     "performers": ("Performers",),
     "recording": ("KeyFrame", "Result", "Segment", "Segmentation", "segment_recording"),
     "segmenter": ("Segmenter",),
@@ -149,6 +153,7 @@ _NAMES = {
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = [
     "BODY",
+    "FACINGS",
     "FOLLOW_STATUSES",
     "KEY_FRAME_KINDS",
     "KEY_FRAME_STATUSES",
@@ -169,6 +174,7 @@ __all__ = [
     "CurveState",
     "Event",
     "Example",
+    "Explanation",
     "Facing",
     "Features",
     "FollowEvent",
@@ -190,6 +196,7 @@ __all__ = [
     "MoveStatus",
     "Moves",
     "MovesError",
+    "Oddity",
     "Performers",
     "PhaseEvent",
     "RangeOfMotion",

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
+from mossar_stream.jit.simd import line_product
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.facing import GIRDLES
 from mossar_stream.moves.joints import Pair, shared_joints
@@ -97,8 +98,16 @@ def write_example(store, t, move, poses, path):
 
 
 @entry_point
-def compare_with_all(store, poses, path, costs):
-    """Note what it costs to take an example for each of those in a store, in (n,) `costs`."""
+def compare_with_all(store, poses, path, costs, postures):
+    """Compare an example with each of those in a store.
+
+    Args:
+        store: See `make_store`.
+        poses: (n, D) m of the example; see `example_poses`.
+        path: (n,) m; see `path_of`.
+        costs: (T,) float64, gets what it costs to take the example for each.
+        postures: (T,) float64, gets the cosine of the two mean postures.
+    """
     bank = open_store(store)
     scratch, rows = bank.scratch, bank.rows
     describe(poses, path, 0, path.size - 1, bank)
@@ -107,6 +116,7 @@ def compare_with_all(store, poses, path, costs):
         factor = correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], bank.examples[t].size)
         factor *= strangeness(scratch, rows[at + DIRECTIONS + 2])
         costs[t] = factor * warped(scratch, rows[at : at + DIRECTIONS], NEVER)
+        postures[t] = line_product(scratch.stance, rows[at + DIRECTIONS + 2])
 
 
 def example_poses(example: Example, joints: int, pairs: Sequence[Pair], numbers: int) -> NDArray[np.float32]:

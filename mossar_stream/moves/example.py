@@ -48,6 +48,10 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         """Return the positions as (n, J, 3) float32, metres."""
         return (np.array(self.positions, np.float64) * UNIT).astype(np.float32).reshape(-1, joints, 3)
 
+    def seconds(self, joints: int) -> float:
+        """Return how long the movement takes, s."""
+        return (len(self.positions) // (3 * joints) - 1) / self.fps
+
     def shown(self, joints: int) -> tuple[NDArray[np.float32], float]:
         """Return everything that was shown as (n, J, 3) float32 metres, and its rate, Hz; `progress` is along this."""
         if not self.whole:

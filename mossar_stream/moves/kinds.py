@@ -41,25 +41,31 @@ def described(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -
     return make_store(skeleton, examples, {example.name: USUAL for example in examples}, skeleton, facing)
 
 
-def costs_of(skeleton: Skeleton, store: NDArray[np.uint8], movement: Example) -> NDArray[np.float64]:
-    """Return what it costs to take a movement for each example of a store, (n,); the least is the likeliest.
+def costs_of(
+    skeleton: Skeleton, store: NDArray[np.uint8], movement: Example
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what it costs to take a movement for each example of a store, and how alike the mean postures are (cosine).
 
     Args:
         skeleton: Of the examples and of the movement.
         store: See `described`.
         movement: From its onset to its offset.
+
+    Returns:
+        (n,) costs, of which the least is the likeliest, and (n,) cosines.
     """
     costs = np.zeros(int(store[:STORE_BYTES].view(STORE)[0]["examples"]))
     _, ours, _ = shared_joints(skeleton, skeleton)
     poses = example_poses(movement, len(skeleton), ours, padded(3 * len(ours)))
-    compare_with_all(store, poses, path_of(poses), costs)
-    return costs
+    postures = np.zeros(len(costs))
+    compare_with_all(store, poses, path_of(poses), costs, postures)
+    return costs, postures
 
 
 def _costs(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> NDArray[np.float64]:
     """Return (n, n) natural logarithms of the costs between examples, the mean of both directions."""
     store = described(skeleton, examples, facing)
-    costs = np.array([costs_of(skeleton, store, example) for example in examples])
+    costs = np.array([costs_of(skeleton, store, example)[0] for example in examples])
     logs: NDArray[np.float64] = np.log(np.maximum(costs, np.finfo(np.float64).tiny))
     return (logs + logs.T) / 2
 

@@ -27,6 +27,7 @@ CARRIED_FREE = 2.0  # the same for how far the centre of the body is carried
 CARRIED_LEAST = np.float32(0.1)  # m, that is added to both: less is sway
 STANCE_FREE = np.float32(0.95)  # cosine between two mean postures, below which it costs
 STANCE_STEEP = np.float32(13.0)  # how much more the natural logarithm of the cost is for each 1 below
+STEADY = np.float32(0.75)  # share of a body's steady turn that is taken back
 NEVER = np.float32(1e30)
 
 
@@ -59,7 +60,7 @@ def describe(poses, path, first, last, bank):
     joints, girdles, found = bank.joints.size, bank.girdles, bank.scratch
     _equal_steps(poses, path, first, last, found.points)
     if girdles[0] >= 0 and girdles[1] >= 0:
-        _turn_to_front(found.points, joints, girdles)
+        _turn_to_front(found.points, joints, girdles, found.row)
     _stance(found.points, found.stance)
     _directions(found.points, found.directions, found.low)
     for j in range(joints):
@@ -86,18 +87,52 @@ def _equal_steps(poses, path, first, last, points):
             points[i, d] = poses[before, d] + share * (poses[after, d] - poses[before, d])
 
 
-@inline_kernel
-def _turn_to_front(points, joints, girdles):
-    """Turn a stretch about the vertical, so that the body faces +z on average."""
+@kernel
+def _turn_to_front(points, joints, girdles, facings):
+    """Turn a stretch about the vertical, so that the body faces +z on average and no longer turns steadily.
+
+    Args:
+        points: (POINTS, D) m; the centre is counted from where it was first.
+        joints: Number of joints.
+        girdles: (4,) of them.
+        facings: (2, POINTS + 1), scratch.
+    """
     x = z = np.float32(0.0)
     for i in range(POINTS):
-        facing_x, facing_z = facing_of(points[i, : 3 * joints].reshape((joints, 3)), girdles)
-        x += facing_x
-        z += facing_z
+        facings[0, i], facings[1, i] = facing_of(points[i, : 3 * joints].reshape((joints, 3)), girdles)
+        x += facings[0, i]
+        z += facings[1, i]
     cosine, sine = heading(x, z)
+    step = STEADY * _turn_of_a_step(facings, cosine, sine)
+    first = np.float32(0.5 * DIRECTIONS) * step
+    cosine, sine = _sum_of_turns(cosine, sine, np.cos(first), -np.sin(first))
+    step_cosine, step_sine = np.cos(step), np.sin(step)
+    begin_x, begin_z = points[0, 0], points[0, 2]
     for i in range(POINTS):
+        points[i, 0] -= begin_x
+        points[i, 2] -= begin_z
         for d in range(0, 3 * joints, 3):
             points[i, d], points[i, d + 2] = turned_back(points[i, d], points[i, d + 2], cosine, sine)
+        cosine, sine = _sum_of_turns(cosine, sine, step_cosine, step_sine)
+
+
+@inline_kernel
+def _turn_of_a_step(facings, cosine, sine):
+    """Return by how much a body that is described turns from each point to the next, rad: the slope of a straight line."""
+    products = np.float32(0.0)
+    squares = np.float32(1e-6)
+    for i in range(POINTS):
+        x, z = turned_back(facings[0, i], facings[1, i], cosine, sine)
+        length = np.sqrt(x * x + z * z)  # of a body that leans, the facing says less
+        place = np.float32(i - 0.5 * DIRECTIONS)
+        products += length * place * np.arctan2(x, z)
+        squares += length * place * place
+    return products / squares
+
+
+@inline_kernel
+def _sum_of_turns(cosine, sine, other_cosine, other_sine):
+    return cosine * other_cosine - sine * other_sine, sine * other_cosine + cosine * other_sine
 
 
 # One plain loop after the other, because the compiler makes several numbers at once of each.

@@ -2,10 +2,11 @@
 
 import re
 
+import msgspec
 import numpy as np
 
 from mossar_stream.errors import MovesError
-from mossar_stream.moves.example import UNIT, Example
+from mossar_stream.moves.example import Example
 from mossar_stream.moves.facing import girdles_of, mean_heading
 from mossar_stream.moves.joints import known_joints
 from mossar_stream.skeleton import Skeleton
@@ -58,16 +59,22 @@ def mirrored(example: Example, skeleton: Skeleton) -> Example:
         MovesError: See `mirrored_joints`.
     """
     others = mirrored_joints(skeleton)
-    positions = example.metres(len(skeleton)).astype(np.float64)
-    cosine, sine = mean_heading(positions.astype(np.float32), girdles_of(skeleton))
-    # Turned to the front, mirrored in x, turned back: a reflection whose axis has twice the angle of the facing.
-    double_cosine, double_sine = cosine * cosine - sine * sine, 2 * cosine * sine
-    image = positions[:, others]
-    x, z = image[..., 0].copy(), image[..., 2].copy()
-    image[..., 0] = -double_cosine * x + double_sine * z
-    image[..., 2] = double_sine * x + double_cosine * z
-    return Example(
-        other_side(example.name),
-        example.fps,
-        tuple(np.rint(image / UNIT).astype(np.int64).ravel().tolist()),
+    joints = len(skeleton)
+    cosine, sine = mean_heading(example.metres(joints), girdles_of(skeleton))
+    return msgspec.structs.replace(
+        example,
+        name=other_side(example.name),
+        positions=_image(example.positions, others, cosine, sine),
+        whole=_image(example.whole, others, cosine, sine),
     )
+
+
+def _image(numbers: tuple[int, ...], others: list[int], cosine: float, sine: float) -> tuple[int, ...]:
+    """Return positions, n · J · 3 numbers, mirrored across the plane of the vertical and a heading."""
+    positions = np.array(numbers, np.float64).reshape(-1, len(others), 3)[:, others]
+    # Turned to the front, mirrored in x, turned back: a reflection whose axis has twice the angle of the heading.
+    double_cosine, double_sine = cosine * cosine - sine * sine, 2 * cosine * sine
+    x, z = positions[..., 0].copy(), positions[..., 2].copy()
+    positions[..., 0] = -double_cosine * x + double_sine * z
+    positions[..., 2] = double_sine * x + double_cosine * z
+    return tuple(np.rint(positions).astype(np.int64).ravel().tolist())

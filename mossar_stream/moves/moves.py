@@ -12,6 +12,7 @@ from mossar_stream.moves.example import Example, check_name, make_example
 from mossar_stream.moves.explaining import Explanation
 from mossar_stream.moves.mirroring import mirrored, mirrored_joints, other_side
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
+from mossar_stream.moves.oddity import Oddity, oddity_of
 from mossar_stream.moves.rules import USUAL, Facing, MoveRule, changed_rule, check_facing
 from mossar_stream.skeleton import Skeleton
 
@@ -169,11 +170,14 @@ class Moves:
         Raises:
             MovesError: If there is no such example.
         """
-        if not 0 <= place < len(self._examples):
-            raise MovesError(f"there is no example {place}; there are {len(self._examples)}")
+        self._check_place(place)
         name = self._examples.pop(place).name
         if name not in self.names:
             self._rules.pop(name, None)
+
+    def _check_place(self, place: int) -> None:
+        if not 0 <= place < len(self._examples):
+            raise MovesError(f"there is no example {place}; there are {len(self._examples)}")
 
     def store(self, streamed: Skeleton) -> NDArray[np.uint8]:
         """Return the examples, described for a stream.
@@ -202,12 +206,42 @@ class Moves:
         Raises:
             MovesError: If the positions cannot be used, nothing moves, or there are no examples.
         """
-        from mossar_stream.moves.kinds import costs_of, described  # noqa: PLC0415 - not before it is wanted
-
         if not self._examples:
             raise MovesError("there are no examples to compare with")
         skeleton = self.skeleton
-        movement = make_example("movement", positions, fps, len(skeleton), skeleton.root)
+        return self._compared(make_example("movement", positions, fps, len(skeleton), skeleton.root))[0]
+
+    def oddity(self, place: int) -> Oddity | None:
+        """Return what an example has unlike the others of its name: duration, posture or the movement itself.
+
+        Args:
+            place: Of the example, in the order of `examples`.
+
+        Returns:
+            None if nothing is unlike, or no other example has its name.
+
+        Raises:
+            MovesError: If there is no such example.
+        """
+        self._check_place(place)
+        own = self._examples[place]
+        costs, postures = self._compared(own)
+        same = [i for i, one in enumerate(self._examples) if one.name == own.name and i != place]
+        if not same:
+            return None
+        nearest = min(
+            ((one.name, float(costs[i])) for i, one in enumerate(self._examples) if one.name != own.name),
+            key=lambda pair: pair[1],
+            default=("", np.inf),
+        )
+        seconds = np.array([one.seconds(len(self.skeleton)) for one in self._examples])
+        return oddity_of(float(seconds[place]), seconds[same], postures[same], costs[same], nearest)
+
+    def _compared(self, movement: Example) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (n,) costs and cosines of postures between a movement and all examples; see `kinds.costs_of`."""
+        from mossar_stream.moves.kinds import costs_of, described  # noqa: PLC0415 - not before it is wanted
+
+        skeleton = self.skeleton
         key = (self._facing, *self._examples)
         if self._described is None or self._described[0] != key:
             self._described = key, described(skeleton, self._examples, self._facing)

@@ -5,7 +5,7 @@ write over what the other took. The lock is a file beside it, because the file i
 """
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import filelock
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mossar_stream import Moves, MovesError, Skeleton
 from mossar_tools.errors import UsageError
+from mossar_tools.explaining import lines_of_oddity
 
 PATIENCE = 10.0  # s, that another program may take to change the file
 
@@ -87,3 +88,20 @@ def take_example(
     with changing(path, skeleton) as moves:
         moves.add(name, positions, fps)
     return moves
+
+
+def oddities_of(moves: Moves, places: Iterable[int]) -> list[str]:
+    """Return lines about those of some examples that are unlike the others of their name.
+
+    Args:
+        moves: With all examples.
+        places: Of the examples, in the order of `Moves.examples`.
+    """
+    lines = []
+    for place in places:
+        oddity = moves.oddity(place)
+        if oddity is not None:
+            name = moves.examples[place].name
+            number = sum(one.name == name for one in moves.examples[: place + 1])
+            lines += lines_of_oddity(name, number, oddity)
+    return lines

@@ -18,6 +18,7 @@ from mossar_tools.compiling import saying_if_cold
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
+from mossar_tools.explaining import line_of
 from mossar_tools.live_view import LiveView
 from mossar_tools.moves_file import read_moves
 from mossar_tools.opening import check_no_clash, sink_of, source_of
@@ -46,6 +47,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     tell_what_tables_leave_out(options, settings)
     # The page may teach moves into a file that is not there yet.
     moves = read_moves(options.moves) if options.moves and not _is_new(options, page_only) else None
+    if moves is not None and options.explain:
+        moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
     with contextlib.ExitStack() as opened:
         snapshot = _snapshot(options, opened)
         listeners = [ControlListener() for _ in options.sources]

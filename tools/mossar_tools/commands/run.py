@@ -22,6 +22,7 @@ EXAMPLES = """  mossar run osc://0.0.0.0:39539                         a VMC or 
   mossar run osc://127.0.0.1:7110 --to osc://127.0.0.1:9000   key frames to a game
   mossar run zmq://127.0.0.1:5556 --to ws://127.0.0.1:8765 --level cluster
   mossar run walk.bvh --to events.jsonl --stats 5
+  mossar run take.bvh --moves moves.json --explain --emit move    why was a move not recognised?
   python poses.py | mossar run - | jq 'select(.status == "final")'
 """
 
@@ -36,6 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_speed(parser, "max for recordings, 1 for demo:")
     add_stream(parser)
+    parser.add_argument(
+        "--explain",
+        action="store_true",
+        help="with --moves: a line about each movement: which move was nearest, and what kept it from being recognised",
+    )
     parser.add_argument("--view", action="store_true", help="show the dashboard in a browser meanwhile")
     add_page(parser)
     add_settings(parser)
@@ -50,6 +56,8 @@ def run(options: Options, console: Console) -> int:
 
     if not options.sources:
         raise UsageError("which source? A URL, a recording, or - (see mossar run --help)")
+    if options.explain and not options.moves:
+        raise UsageError("--explain needs --moves: it says which move was nearest in each movement")
     status, summary = stream(options, console)
     if is_terminal(console.out):
         for line in summary:

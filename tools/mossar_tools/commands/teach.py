@@ -1,6 +1,7 @@
 """`mossar teach`: show moves, once or twice each, that `mossar run --moves` then recognises."""
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,9 +9,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_tools.console import Console
+from mossar_stream import FACINGS, MoveRule
+from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.moves_file import changing, moves_for, read_moves, take_example
+from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves, take_example
 from mossar_tools.options import (
     Options,
     add_body,
@@ -21,7 +23,8 @@ from mossar_tools.options import (
     add_settings,
     add_speed,
 )
-from mossar_tools.values import names
+from mossar_tools.values import names, seconds
+from mossar_tools.values import share as share_of_one
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
@@ -36,6 +39,9 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json take.bvh --labels take.eaf --tier moves      as ELAN, Praat and others write
   mossar teach moves.json take.bvh --discover --plot kinds.png      which moves are in it? Then
   mossar teach moves.json take.bvh --discover --names punch,-,kick  call kinds 1 and 3 so
+  mossar teach moves.json --name punch --strict 0.8 --again 0.5    fewer false punches, none twice
+  mossar teach moves.json --name jab_left --mirrored               jab_right, too
+  mossar teach moves.json --facing as_shown                        from the side it was shown only
   mossar teach moves.json --list
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
@@ -67,6 +73,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="call the kinds so, in their order, - for none, and take the --times most typical examples of each",
     )
     add_plot(group)
+    group = parser.add_argument_group("how moves are recognised, kept in the file; alone or while showing")
+    group.add_argument(
+        "--strict",
+        metavar="X",
+        type=share_of_one,
+        help="of --name: from 0 (whatever is nearest) to 1 (only what is almost the same; default: 0.5)",
+    )
+    group.add_argument(
+        "--again",
+        metavar="SECONDS",
+        type=seconds,
+        help="of --name: not confirmed again before so much time (default: 0)",
+    )
+    group.add_argument(
+        "--mirrored",
+        action=argparse.BooleanOptionalAction,
+        help="of --name: its mirror image is recognised, too; of jab_left as jab_right",
+    )
+    group.add_argument(
+        "--facing",
+        choices=FACINGS,
+        help="of all moves: recognised from any side, or only as they were shown (default: any)",
+    )
     group = parser.add_argument_group("what there is")
     group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
     group.add_argument("--remove", metavar="NAME", help="forget a move")
@@ -81,6 +110,10 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.list or options.remove is not None:
         return _look_after(options, console)
+    if _has_rules(options) and options.name is None:
+        raise UsageError("--strict, --again and --mirrored are of one move: --name says of which")
+    if not options.sources and (_has_rules(options) or options.facing is not None):
+        return _set_rules(options, console)
     if len(options.sources) != 1:
         raise UsageError("what to learn from? One stream or recording (see mossar teach --help)")
     if options.discover:
@@ -99,6 +132,42 @@ def run(options: Options, console: Console) -> int:
     return _teach_live(options, console)
 
 
+def _has_rules(options: Options) -> bool:
+    return any(value is not None for value in (options.strict, options.again, options.mirrored))
+
+
+def _set_rules(options: Options, console: Console) -> int:
+    """Change how the moves of a file are recognised."""
+    with changing(options.file) as moves:
+        _apply_rules(options, moves)
+    if options.name is not None:
+        console.say(f"{options.name}: {_rule_text(moves, options.name) or 'recognised as usual'}")
+    if options.facing is not None:
+        console.say(f"{options.file}: facing {moves.facing}")
+    return DONE
+
+
+def _apply_rules(options: Options, moves: "Moves") -> None:
+    if options.facing is not None:
+        moves.facing = options.facing
+    if options.name is not None and _has_rules(options):
+        moves.set_rule(options.name, strict=options.strict, again=options.again, mirrored=options.mirrored)
+
+
+def _rule_text(moves: "Moves", name: str) -> str:
+    """Return what is not as usual in how a move is recognised."""
+    rule, usual = moves.rule(name), MoveRule()
+    parts = [f"strict {rule.strict:g}"] if rule.strict != usual.strict else []
+    parts += [f"again after {rule.again:g} s"] if rule.again else []
+    parts += ["mirrored"] if rule.mirrored else []
+    return ", ".join(parts)
+
+
+def _warn(moves: "Moves", places: Iterable[int]) -> None:
+    for line in oddities_of(moves, places):
+        LOGGER.warning("%s", line)
+
+
 def _look_after(options: Options, console: Console) -> int:
     if options.remove is not None:
         with changing(options.file) as moves:
@@ -113,7 +182,13 @@ def _look_after(options: Options, console: Console) -> int:
                 if e.name == name
             ]
             spans = ", ".join(f"{length:.2f} s" for length in lengths)
-            console.line(f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}")
+            rule = _rule_text(moves, name)
+            console.line(
+                f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}{f'; {rule}' if rule else ''}"
+            )
+        if moves.facing != FACINGS[0]:
+            console.line(f"facing {moves.facing}")
+        _warn(moves, range(len(moves)))
     return DONE
 
 
@@ -146,9 +221,12 @@ def _teach_parts(
     if options.labels is not None:
         parts = _within(options, parts, origin)
     with changing(options.file, whole.skeleton) as moves:
+        before = len(moves)
         for begin, until, name in parts:
             positions, fps = _part(whole, origin + begin, origin + until)
             moves.add(name, positions, fps)
+        _apply_rules(options, moves)
+    _warn(moves, range(before, len(moves)))
     console.say(f"{options.file}: {len(parts)} taken; {_what_is_in(moves)}")
     return DONE
 
@@ -201,9 +279,12 @@ def _discover(options: Options, console: Console) -> int:
     if len(options.names) > len(kinds):
         raise UsageError(f"--names has {len(options.names)} names; there are {len(kinds)} kinds of moves")
     with changing(options.file, whole.skeleton) as moves:
+        before = len(moves)
         for name, kind in zip(options.names, kinds, strict=False):
             for part in kind[: options.times] if name != "-" else ():
                 moves.add(name, part.positions, part.fps)
+        _apply_rules(options, moves)
+    _warn(moves, range(before, len(moves)))
     console.say(f"{options.file}: {_what_is_in(moves)}")
     return DONE
 
@@ -244,12 +325,15 @@ def _teach_live(options: Options, console: Console) -> int:
                 return
             skeleton = pipeline.pool[pipeline.pool.names[0]].skeleton
             # Written to the file before it is reported: whatever happens afterwards, nothing is lost.
-            take_example(options.file, skeleton, options.name or "", positions, fps)
+            moves = take_example(options.file, skeleton, options.name or "", positions, fps)
             taken += 1
             console.say(
                 f"{options.name}: example {taken} of {options.times} taken ({len(positions) / fps:.1f} s)"
             )
+            _warn(moves, [len(moves) - 1])
             if taken >= options.times:
+                if _has_rules(options) or options.facing is not None:
+                    _set_rules(options, console)
                 pipeline.stop()
 
         taker = MovementTaker(take, console.say)
