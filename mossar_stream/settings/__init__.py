@@ -6,14 +6,14 @@ fills them in. The names are those of the command line's `--set name=value`.
 
 import difflib
 from collections.abc import Mapping
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 
 from mossar_stream.errors import SettingsError
 from mossar_stream.settings.feet import parse_feet
 from mossar_stream.settings.limb_groups import parse_groups
-from mossar_stream.settings.limits import SETTING_LIMITS
+from mossar_stream.settings.meta import document, metas_of, setting
 from mossar_stream.settings.presets import BUNDLES, PRESETS, RANGE_FLOOR_SPEED, STRENGTHS
 from mossar_stream.settings.texts import number, parse_group, plain
 
@@ -57,60 +57,12 @@ class _NamedFields(msgspec.StructMeta):
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, metaclass=_NamedFields):
     """Everything that can be set on a segmenter.
 
-    Args:
-        rate_limit: Highest rate at which frames are processed, Hz; those between are counted and skipped. 0 processes all,
-            as a `fixed` range does by default.
-        window: Trailing velocity window, s (equation 1; the paper's is 1 s).
-        smoothing: `none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints.
-        smoothing_window: Length of the moving average, frames (wSize).
-        one_euro_cutoff: Minimum cut-off frequency of the One-Euro filter, Hz.
-        one_euro_beta: Speed coefficient of the One-Euro filter, Hz per m/s.
-        sig_threshold: θ (sigThre), as a share of the velocity range.
-        range: Where the range for normalisation comes from: the largest value so far (`running`), the whole
-            recording (`file`, offline only), `fixed` bounds, or a `decay`-ing maximum.
-        range_min: Lower bound for `fixed`, m of path summed over the joints within the window.
-        range_max: Upper bound for `fixed`, m.
-        range_half_life: Half-life of the maximum for `decay`, s.
-        range_floor: `running` and `decay` never fall below this, m per joint over the window.
-        noise_margin: θ · range is at least this many times what the sensor's noise adds to the velocity, for
-            `running`, `decay` and `file`; 0 is off.
-        center: Body centre that positions are relative to: the skeleton's `root`, or the `centroid`.
-        similarity: What compares neighbouring segments: `evidence`, `likelihood` or `path_kernel`.
-        features: Weights of the likelihood's feature groups.
-        variance_floor: Floors on the variances of the likelihood's feature groups.
-        edges: N, the edges of a segment graph, 1 to 45.
-        layers: L, the layers of the temporal pyramid, 1 to 5.
-        kernel_form: `damped` (ours), `sum` or `normalised` (the paper's).
-        short_segment: Merge costs weigh less on sides shorter than this, s; 0 is off.
-        location: Whether a final key frame moves to the likeliest place: `none`, anywhere near (`free`), or
-            to another candidate of Algorithm 2 (`candidates`). It needs another similarity than `evidence`.
-        refine: How far it may move, s.
-        pre_roll: How long the first posture is taken to have been held before the take, s. It needs another similarity
-            than `evidence`, and so do `post_roll`, `tempo` and `features`.
-        post_roll: The same for the last posture, after the take.
-        tempo: Whether the level scales with the performer's tempo.
-        level: `posture`, `motion`, `cluster`, or a strength. A name brings its bundle of the fields above.
-        max_key_frames: Alpha of Algorithm 3 (offline): merging stops when this many key frames are left, so at least so
-            many stand, whatever the level says; None for the level alone.
-        remerge_window: W, the undecided key frames kept while streaming.
-        remerge_seconds: Time until the oldest undecided key frame is decided, s of frame time.
-        max_gap: A missing joint is held this long, s; also the longest time step that counts as duration.
-        max_speed: A joint faster than this is an outlier, m/s.
-        max_pause: A gap or a step back in time longer than this starts a new take, s.
-        repetitions: Whether to count how often movements are repeated.
-        rest_seconds: How long the speed must have been below the line until an activity event reports `resting`, s.
-        rests: Whether holds and rests of 0.6 s and more are segments of their own (`keep`, that of level `motion`), or the level
-            decides (`merge`).
-        phase: Whether to tell of each frame where in the cycle of a repeated movement it is; needs `repetitions`.
-        limbs: Whether limbs have key frames and segments of their own: True for those known by the joints' names, or
-            else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`.
+    The methods are those of Paliyawan, Choensawat and Thawonmas, *Mossar: motion segmentation by using splitting and remerging
+    strategies* (2018): equation 1 (`window`), Algorithms 1 and 2 (`sig_threshold`), Algorithm 3 (`level`, `max_key_frames`)
+    and the path kernel (`edges`, `layers`). `Settings.build("paper")` has the paper's values.
 
-        steps: Whether to report when feet leave the ground and come down.
-        feet: Which joints or markers are the feet, as `left=LANK,LTOE right=RANK,RTOE`; empty: those known by name.
-        step_sensitivity: Larger: smaller and slower movements of a foot are steps; a step goes 6 cm / sensitivity.
-        up: Which axis points upwards, for steps and for moves that are followed: `y`, `-z` and so on; `auto`: for steps from
-            the feet to the head, else `y`.
-        follow_every: Time between two `progress` events of a move that is followed, s; 0 for as many as there can be.
+    Args:
+        FIELDS
 
     Raises:
         SettingsError: If a value is outside its legal range; the message names field, value and range.
@@ -120,71 +72,395 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         4.4
     """
 
-    rate_limit: float | None = None
-    window: float | None = None
-    smoothing: Smoothing = "none"
-    smoothing_window: int = 1
-    one_euro_cutoff: float = 1.5
-    one_euro_beta: float = 2.0
-    sig_threshold: float = 0.05
-    range: RangePolicy = "running"
-    range_min: float = 0.0
-    range_max: float | None = None
-    range_half_life: float = 300.0
-    range_floor: float | None = None
-    noise_margin: float = 1.5
-    center: Center = "root"
-    similarity: SimilarityName | None = None
-    features: Features | None = None
-    variance_floor: VarianceFloor = VarianceFloor()
-    edges: int = 20
-    layers: int = 1
-    kernel_form: KernelForm = "damped"
-    short_segment: float | None = None
-    location: Location | None = None
-    refine: float | None = None
-    pre_roll: float | None = None
-    post_roll: float | None = None
-    tempo: bool | None = None
-    level: LevelName | float = "motion"
-    max_key_frames: int | None = None
-    remerge_window: int | None = None
-    remerge_seconds: float | None = None
-    max_gap: float = 0.25
-    max_speed: float = 15.0
-    max_pause: float = 1.0
-    rest_seconds: float = 0.25
-    rests: Rests | None = None
-    repetitions: bool = False
-    phase: bool = False
-    limbs: bool | str = False
-    steps: bool = False
-    feet: str = ""
-    step_sensitivity: float = 1.0
-    up: Up = "auto"
-    follow_every: float = 0.1
+    rate_limit: Annotated[
+        float | None,
+        setting(
+            "Highest rate at which frames are processed; frames between are counted and skipped. 0 processes all, as a `fixed` range does by default",
+            "lower: fewer frames are processed, the others are skipped; 0 processes all",
+            unit="Hz",
+            low=0.0,
+            high=1e4,
+        ),
+    ] = None
+    window: Annotated[
+        float | None,
+        setting(
+            "Trailing window of the velocity (equation 1; the paper's is 1 s)",
+            "longer: a smoother velocity, fewer key frames, each later",
+            unit="s",
+            low=0.01,
+            high=10.0,
+        ),
+    ] = None
+    smoothing: Annotated[
+        Smoothing,
+        setting(
+            "`none`, `moving_average` of the velocity (the paper's) or `one_euro` filter on the joints",
+            "none, moving_average of the velocity (the paper's), one_euro filter on the joints",
+        ),
+    ] = "none"
+    smoothing_window: Annotated[
+        int,
+        setting(
+            "Length of the moving average (wSize)",
+            "longer: smoother, later; for smoothing=moving_average",
+            unit="frames",
+            low=1,
+            high=1000,
+        ),
+    ] = 1
+    one_euro_cutoff: Annotated[
+        float,
+        setting(
+            "Minimum cut-off frequency of the One-Euro filter",
+            "smaller: less jitter, more lag; for smoothing=one_euro",
+            unit="Hz",
+            low=0.01,
+            high=100.0,
+        ),
+    ] = 1.5
+    one_euro_beta: Annotated[
+        float,
+        setting(
+            "Speed coefficient of the One-Euro filter",
+            "larger: less lag in quick moves; for smoothing=one_euro",
+            unit="Hz per m/s",
+            low=0.0,
+            high=1000.0,
+        ),
+    ] = 2.0
+    sig_threshold: Annotated[
+        float,
+        setting(
+            "θ (sigThre)",
+            "larger: fewer onsets, offsets and minima; small moves are missed",
+            unit="of the range",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = 0.05
+    range: Annotated[
+        RangePolicy,
+        setting(
+            "Source of the range for normalisation: the largest value so far (`running`), the whole recording (`file`, offline only), `fixed` bounds, or a `decay`-ing maximum",
+            "running: the largest velocity so far; decay: forgets it slowly; fixed: range_min to range_max; file: offline",
+        ),
+    ] = "running"
+    range_min: Annotated[
+        float,
+        setting(
+            "Lower bound for `fixed`, as a path summed over the joints within the window",
+            "for range=fixed: the summed path of all joints within the window that counts as 0",
+            unit="m",
+            low=0.0,
+            high=1e6,
+        ),
+    ] = 0.0
+    range_max: Annotated[
+        float | None,
+        setting(
+            "Upper bound for `fixed`",
+            "for range=fixed: the summed path that counts as 1; larger: fewer key frames",
+            unit="m",
+            low=0.0,
+            high=1e6,
+        ),
+    ] = None
+    range_half_life: Annotated[
+        float,
+        setting(
+            "Half-life of the maximum for `decay`",
+            "for range=decay; shorter: quiet moves count again sooner after a wild one",
+            unit="s",
+            low=0.1,
+            high=1e6,
+        ),
+    ] = 300.0
+    range_floor: Annotated[
+        float | None,
+        setting(
+            "Least range for `running` and `decay`, over the window",
+            "larger: small movements cause fewer key frames",
+            unit="m per joint",
+            low=0.0,
+            high=1e3,
+        ),
+    ] = None
+    noise_margin: Annotated[
+        float,
+        setting(
+            "θ · range is at least this many times the velocity that the sensor's noise adds, for `running`, `decay` and `file`; 0 is off",
+            "larger: a noisy sensor causes fewer key frames; 0 is off",
+            low=0.0,
+            high=100.0,
+        ),
+    ] = 1.5
+    center: Annotated[
+        Center,
+        setting(
+            "Body centre that positions are relative to: the skeleton's `root`, or the `centroid`",
+            "root: positions relative to the root joint; centroid: to the mean of the joints",
+        ),
+    ] = "root"
+    similarity: Annotated[
+        SimilarityName | None,
+        setting(
+            "Measure that compares neighbouring segments: `evidence`, `likelihood` or `path_kernel` (the paper's)",
+            "evidence: odds of a change, a stop, a rest; likelihood: whether one pose distribution explains both sides; path_kernel: the paper's",
+        ),
+    ] = None
+    features: Annotated[
+        Features | None,
+        setting(
+            "Weights of the likelihood's feature groups",
+            "weights of the likelihood: positions, distances between joints, log_speed of joints",
+            unit="weights",
+            legal="parts",
+        ),
+    ] = None
+    variance_floor: Annotated[
+        VarianceFloor,
+        setting(
+            "Floors on the variances of the likelihood's feature groups",
+            "larger: small differences of poses count less, more is merged",
+            unit="m², m², 1",
+            legal="parts",
+        ),
+    ] = VarianceFloor()
+    edges: Annotated[
+        int,
+        setting(
+            "N, the edges of a segment graph", "N of the path kernel; more: finer and slower", low=1, high=45
+        ),
+    ] = 20
+    layers: Annotated[
+        int,
+        setting(
+            "L, the layers of the temporal pyramid",
+            "L of the path kernel's pyramid; more: the order of poses counts",
+            low=1,
+            high=5,
+        ),
+    ] = 1
+    kernel_form: Annotated[
+        KernelForm,
+        setting(
+            "Form of the path kernel: `damped` (ours), `sum` or `normalised` (the paper's)",
+            "damped (ours), sum or normalised (the paper's)",
+        ),
+    ] = "damped"
+    short_segment: Annotated[
+        float | None,
+        setting(
+            "Merge costs weigh less on sides shorter than this; 0 is off",
+            "longer: short segments are merged sooner; 0 is off",
+            unit="s",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = None
+    location: Annotated[
+        Location | None,
+        setting(
+            "Whether a final key frame moves to the likeliest place: `none`, anywhere near (`free`), or to another candidate of Algorithm 2 (`candidates`). Only with another similarity than `evidence`",
+            "whether a final key frame may move to a likelier place: none, free, candidates",
+        ),
+    ] = None
+    refine: Annotated[
+        float | None,
+        setting(
+            "Largest distance that it moves",
+            "larger: a final key frame may move farther",
+            unit="s",
+            low=0.0,
+            high=5.0,
+        ),
+    ] = None
+    pre_roll: Annotated[
+        float | None,
+        setting(
+            "Assumed time for which the first posture was held before the take. Only with another similarity than `evidence`, like `post_roll`, `tempo` and `features`",
+            "longer: the first onset is stronger",
+            unit="s",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = None
+    post_roll: Annotated[
+        float | None,
+        setting(
+            "The same for the last posture, after the take",
+            "longer: the last offset is stronger",
+            unit="s",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = None
+    tempo: Annotated[
+        bool | None,
+        setting(
+            "Whether the level scales with the performer's tempo",
+            "true: slow performers keep as many key frames as quick ones",
+        ),
+    ] = None
+    level: Annotated[
+        LevelName | float,
+        setting(
+            "`posture`, `motion`, `cluster`, or a strength (β of Algorithm 3). A name brings its bundle of the fields above",
+            "posture keeps every key frame, motion single moves, cluster activities; a number is a strength, larger keeps fewer",
+            low=0.0,
+            high=1e9,
+            legal="posture, motion, cluster or a number >= 0",
+        ),
+    ] = "motion"
+    max_key_frames: Annotated[
+        int | None,
+        setting(
+            "α of Algorithm 3 (offline): merging stops when this many key frames are left, whatever the level; None for the level alone",
+            "offline: at least so many key frames are kept, the strongest, whatever the level",
+            low=0,
+            high=1_000_000,
+        ),
+    ] = None
+    remerge_window: Annotated[
+        int | None,
+        setting(
+            "W, the undecided key frames kept while streaming",
+            "more: later context decides, final comes later; work and memory grow",
+            unit="key frames",
+            low=1,
+            high=1024,
+        ),
+    ] = None
+    remerge_seconds: Annotated[
+        float | None,
+        setting(
+            "Time until the oldest undecided key frame is decided, in frame time",
+            "longer: final is more reliable and comes later",
+            unit="s",
+            low=0.05,
+            high=1e9,
+        ),
+    ] = None
+    max_gap: Annotated[
+        float,
+        setting(
+            "A missing joint keeps its position for this time; also the longest time step that counts as duration",
+            "longer: a missing joint keeps its position longer",
+            unit="s",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = 0.25
+    max_speed: Annotated[
+        float,
+        setting(
+            "A joint faster than this is an outlier",
+            "smaller: more of a quick move counts as outliers",
+            unit="m/s",
+            low=0.1,
+            high=1e4,
+        ),
+    ] = 15.0
+    max_pause: Annotated[
+        float,
+        setting(
+            "A gap or a step back in time longer than this starts a new take",
+            "longer: a take survives longer pauses of its sender",
+            unit="s",
+            low=0.05,
+            high=3600.0,
+        ),
+    ] = 1.0
+    rest_seconds: Annotated[
+        float,
+        setting(
+            "Time for which the speed must be below the line until an activity event reports `resting`",
+            "longer: `resting` is reported later, and shorter rests are part of the movement",
+            unit="s",
+            low=0.05,
+            high=60.0,
+        ),
+    ] = 0.25
+    rests: Annotated[
+        Rests | None,
+        setting(
+            "Whether holds and rests of 0.6 s and more are segments of their own (`keep`, that of level `motion`), or the level decides (`merge`)",
+            "keep: holds and rests of 0.6 s and more are segments of their own; merge: the level alone decides",
+        ),
+    ] = None
+    repetitions: Annotated[
+        bool,
+        setting(
+            "Whether to count repetitions", "true: counts how often movements are repeated, and how fast"
+        ),
+    ] = False
+    phase: Annotated[
+        bool,
+        setting(
+            "Whether to emit the position in the cycle of a repeated movement with each frame; needs `repetitions`",
+            "true: with repetitions, emits the position in the cycle with each frame",
+        ),
+    ] = False
+    limbs: Annotated[
+        bool | str,
+        setting(
+            "Whether limbs have key frames and segments of their own: True for limbs known by the joints' names, or else by the hierarchy; a text names others, as `left_arm=LeftElbow,LeftHand;tail=TailTip`",
+            "true: arms, legs and trunk have key frames of their own; or NAME=JOINT,...;...",
+            legal="true, false or groups as in arm=LeftElbow,LeftHand",
+        ),
+    ] = False
+    steps: Annotated[
+        bool,
+        setting(
+            "Whether to report when feet leave the ground and come down",
+            "true: reports when feet leave the ground and come down",
+        ),
+    ] = False
+    feet: Annotated[
+        str,
+        setting(
+            "Joints or markers of the feet, as `left=LANK,LTOE right=RANK,RTOE`; empty: those known by name",
+            "for steps: left=JOINT,... right=JOINT,...; empty: those known by name",
+            legal="a text as in left=LANK,LTOE right=RANK,RTOE",
+        ),
+    ] = ""
+    step_sensitivity: Annotated[
+        float,
+        setting(
+            "Sensitivity of steps: a step goes at least 6 cm / sensitivity",
+            "larger: smaller and slower movements of a foot are steps",
+            low=0.1,
+            high=10.0,
+        ),
+    ] = 1.0
+    up: Annotated[
+        Up,
+        setting(
+            "Axis that points upwards, for steps and for moves that are followed: `y`, `-z` and so on; `auto`: for steps from the feet to the head, else `y`",
+            "the axis that points upwards, as y or -z; auto: for steps from the feet to the head, else y",
+        ),
+    ] = "auto"
+    follow_every: Annotated[
+        float,
+        setting(
+            "Time between two `progress` events of a move that is followed; 0 for every frame processed",
+            "longer: fewer progress events of a move that is followed",
+            unit="s",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = 0.1
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             msgspec.structs.force_setattr(self, name, plain(getattr(self, name)))
-        for name, (low, high) in SETTING_LIMITS.items():
-            value = getattr(self, name)
-            if value is not None and not (isinstance(value, int | float) and low <= value <= high):
-                raise SettingsError(f"setting {name} is {value!r}; it must lie between {low:g} and {high:g}")
-        _check_choices(self)
-        level: object = self.level
-        known = (
-            level in LEVEL_NAMES
-            if isinstance(level, str)
-            else isinstance(level, int | float) and 0 <= level < 1e9
-        )
-        if not known:
-            raise SettingsError(f"setting level is {level}; it must be {', '.join(LEVEL_NAMES)} or >= 0")
+        for name, meta in SETTING_METAS.items():
+            if not meta.allows(value := getattr(self, name)):
+                raise SettingsError(_refusal(name, value))
         _check_groups(self)
         if isinstance(self.limbs, str):
             parse_groups(self.limbs)
-        if not isinstance(self.feet, str):
-            raise SettingsError(f"setting feet is {self.feet!r}; it must be a text")
         if self.feet:
             parse_feet(self.feet)
         if self.phase and not self.repetitions:
@@ -279,6 +555,18 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return msgspec.convert(values, ResolvedSettings)
 
 
+SETTING_METAS = metas_of(Settings)
+document(Settings, SETTING_METAS)
+SETTING_LIMITS = {
+    name: meta.limits for name, meta in SETTING_METAS.items() if meta.limits and name != "level"
+}
+SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
+    name: (*meta.choices, None) if meta.optional else meta.choices
+    for name, meta in SETTING_METAS.items()
+    if meta.choices and name != "level"
+}
+
+
 def settings_or_default(settings: object) -> Settings:
     """Return what was given as settings, for None the default.
 
@@ -311,17 +599,6 @@ class ResolvedSettings(Settings, frozen=True, forbid_unknown_fields=True, kw_onl
     rests: Rests
 
 
-SETTING_CHOICES: dict[str, tuple[str | None, ...]] = {
-    "smoothing": get_args(Smoothing),
-    "range": get_args(RangePolicy),
-    "center": get_args(Center),
-    "similarity": (*get_args(SimilarityName), None),
-    "kernel_form": get_args(KernelForm),
-    "location": (*get_args(Location), None),
-    "rests": (*get_args(Rests), None),
-    "up": get_args(Up),
-}
-SWITCHES = ("tempo", "repetitions", "phase", "steps")
 NOT_OF_EVIDENCE = (
     "features",
     "location",
@@ -329,24 +606,6 @@ NOT_OF_EVIDENCE = (
     "post_roll",
     "tempo",
 )  # what other similarities make use of
-WHOLE_NUMBERS = ("smoothing_window", "edges", "layers", "max_key_frames", "remerge_window")
-
-
-def _check_choices(settings: Settings) -> None:
-    for name, choices in SETTING_CHOICES.items():
-        if getattr(settings, name) not in choices:
-            legal = ", ".join(choice for choice in choices if choice)
-            raise SettingsError(f"setting {name} is {getattr(settings, name)!r}; it must be one of {legal}")
-    for name in WHOLE_NUMBERS:
-        value = getattr(settings, name)
-        if value is not None and not isinstance(value, int):
-            raise SettingsError(f"setting {name} is {value!r}; it must be a whole number")
-    for name in SWITCHES:
-        value = getattr(settings, name)
-        if not isinstance(value, bool) and not (value is None and name == "tempo"):
-            raise SettingsError(f"setting {name} is {value!r}; it must be true or false")
-    if not isinstance(settings.limbs, bool | str):
-        raise SettingsError(f"setting limbs is {settings.limbs!r}; it must be true, false or a text")
 
 
 def _check_combination(settings: Settings) -> None:
@@ -416,28 +675,14 @@ def _unknown(name: str) -> str:
 
 def _explain(message: str, values: Mapping[str, object]) -> str:
     """Turn msgspec's message into one that names the field, its value and what is legal."""
-    text, _, path = message.partition(" - at `$.")
+    path = message.partition(" - at `$.")[2]
     field = path.rstrip("`").partition(".")[0]
     if not field:
         return message
-    if field == "level":
-        return (
-            f"setting level is {values.get('level')!r}; it must be {', '.join(LEVEL_NAMES)} or a number >= 0"
-        )
-    choices = [choice for choice in SETTING_CHOICES.get(field, ()) if choice]
-    legal = (
-        f"; it must be one of {', '.join(map(str, choices))}"
-        if choices and isinstance(choices[0], str)
-        else ""
-    )
-    if field in SETTING_LIMITS:
-        low, high = SETTING_LIMITS[field]
-        kind = "a whole number" if "`int" in text else "a number"
-        legal = f"; it must be {kind} between {low:g} and {high:g}"
-    elif field in ("features", "variance_floor"):
-        legal = f"; its parts are {', '.join(Features.__struct_fields__)}, each a number"
-    elif field in SWITCHES:
-        legal = "; it must be true or false"
-    if legal:
-        return f"setting {field} is {values.get(field)!r}{legal}"
-    return f"setting {field} is {values.get(field)!r}: {text[0].lower()}{text[1:]}"
+    if field in ("features", "variance_floor"):
+        return f"setting {field} is {values.get(field)!r}; its parts are {', '.join(Features.__struct_fields__)}, each a number"
+    return _refusal(field, values.get(field))
+
+
+def _refusal(name: str, value: object) -> str:
+    return f"setting {name} is {value!r}; it must {SETTING_METAS[name].rule}"

@@ -1,15 +1,13 @@
 """Settings: names, limits, texts, presets and bundles."""
 
 import re
-from typing import get_args
 
 import msgspec
 import numpy as np
 import pytest
 
-from mossar_stream import Settings, SettingsError
+from mossar_stream import SETTING_LIMITS, SETTING_METAS, Settings, SettingsError
 from mossar_stream.settings import LEVEL_NAMES, Features, VarianceFloor
-from mossar_stream.settings.limits import SETTING_LIMITS
 from mossar_stream.settings.presets import BUNDLES, PRESETS, STRENGTHS
 
 
@@ -42,9 +40,15 @@ def test_every_number_has_limits_and_the_message_names_them(name):
 def test_every_setting_is_documented_and_every_number_has_limits():
     arguments = Settings.__doc__.partition("Raises:")[0]
     assert set(re.findall(r"^        (\w+): ", arguments, re.MULTILINE)) == set(Settings.__struct_fields__)
-    kinds = {field.name: field.type for field in msgspec.structs.fields(Settings)}
-    numbers = {name for name, kind in kinds.items() if {int, float} & {kind, *get_args(kind)}}
+    numbers = {name for name, meta in SETTING_METAS.items() if {int, float} & set(meta.kinds)}
     assert numbers - {"level"} == set(SETTING_LIMITS)
+    assert all(meta.text and meta.effect and meta.written for meta in SETTING_METAS.values())
+
+
+def test_the_schema_has_the_descriptions_and_limits():
+    fields = msgspec.json.schema(Settings)["$defs"]["Settings"]["properties"]
+    assert (fields["window"]["minimum"], fields["window"]["maximum"]) == SETTING_LIMITS["window"]
+    assert all(fields[name]["description"] == meta.text for name, meta in SETTING_METAS.items())
 
 
 @pytest.mark.parametrize(

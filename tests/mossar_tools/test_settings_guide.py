@@ -5,13 +5,12 @@ import json
 
 import pytest
 
-from mossar_stream import Settings
-from mossar_tools.settings_guide import SETTINGS_GUIDE
+from mossar_stream import SETTING_METAS, Settings
 
 
-def test_every_setting_has_a_guide():
-    assert set(SETTINGS_GUIDE) == set(Settings.__struct_fields__)
-    assert all(guide.effect for guide in SETTINGS_GUIDE.values())
+def test_every_setting_is_explained():
+    assert set(SETTING_METAS) == set(Settings.__struct_fields__)
+    assert all(meta.effect and meta.written for meta in SETTING_METAS.values())
 
 
 @pytest.mark.parametrize("arguments", [[], ["--preset", "paper"], ["--level", "cluster"], ["--level", "0.3"]])
@@ -86,4 +85,4 @@ def test_a_value_says_what_it_follows(mossar, given, name, value, origin):
 def test_a_table_comes_without_an_option(mossar):
     status, out, _ = mossar("settings")
     assert status == 0
-    assert all(any(line.startswith(name) for line in out.splitlines()) for name in SETTINGS_GUIDE)
+    assert all(any(line.startswith(name) for line in out.splitlines()) for name in SETTING_METAS)

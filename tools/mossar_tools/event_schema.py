@@ -16,6 +16,7 @@ from mossar_stream import (
     PhaseEvent,
     RepetitionEvent,
     SegmentEvent,
+    Settings,
     StatsEvent,
     StepEvent,
     StreamEvent,
@@ -75,6 +76,11 @@ def _add_map(schema: dict[str, Any], record: type) -> None:
     for field in definition["properties"].values():
         if field.get("default") in ((), {}):
             del field["default"]
+    if "settings" in definition["properties"]:
+        settings = msgspec.json.schema(Settings)["$defs"]
+        settings["Settings"]["description"] = _explained(Settings)[0]
+        schema["$defs"].update(settings)
+        definition["properties"]["settings"]["$ref"] = "#/$defs/Settings"
     definition["required"] = [field for field in definition["properties"] if field not in may_be_absent]
     schema["$defs"][record.__name__] = definition
     schema["anyOf"].append({"$ref": place})

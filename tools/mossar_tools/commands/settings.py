@@ -6,12 +6,11 @@ from typing import Any
 
 import msgspec
 
-from mossar_stream import SETTING_CHOICES, SETTING_LIMITS, Settings
+from mossar_stream import SETTING_METAS, Settings
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages, add_output, add_settings
 from mossar_tools.outputs import Outputs
-from mossar_tools.settings_guide import SETTINGS_GUIDE
 
 DESCRIPTION = """Print the value that every setting has, with its unit, where it comes from (default, preset, the level's
 bundle, or you), and what moving it does. Any of them goes with --set NAME=VALUE into the commands that segment."""
@@ -21,12 +20,6 @@ EXAMPLES = """  mossar settings
 """
 
 LONG = 20  # characters of legal values that are not repeated in the table
-LEGAL = {  # what is neither a number, nor a choice, nor true or false
-    "level": "posture, motion, cluster or a strength from 0",
-    "features": "parts",
-    "variance_floor": "parts",
-    "limbs": "true, false or groups as in arm=LeftElbow,LeftHand",
-}
 # What follows another setting where it is left to the bundle.
 FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "range", "rests": "similarity"}
 
@@ -77,13 +70,13 @@ def explained(options: Options) -> dict[str, dict[str, Any]]:
     chosen = options.settings()
     resolved = chosen.resolved()
     found = {}
-    for name, guide in SETTINGS_GUIDE.items():
+    for name, meta in SETTING_METAS.items():
         found[name] = {
             "value": msgspec.to_builtins(getattr(resolved, name)),
-            "unit": guide.unit,
+            "unit": meta.unit,
             "from": _origin(name, options, chosen),
-            "legal": _legal(name),
-            "effect": guide.effect,
+            "legal": meta.written,
+            "effect": meta.effect,
         }
     return found
 
@@ -112,15 +105,6 @@ def _followed(name: str, chosen: Settings) -> str:
         return ""
     leader = FOLLOWED[name]
     return f"{leader}={_shown(getattr(chosen, leader))}"
-
-
-def _legal(name: str) -> str:
-    if name in SETTING_CHOICES:
-        return ", ".join(choice for choice in SETTING_CHOICES[name] if choice)
-    if name in SETTING_LIMITS:
-        low, high = SETTING_LIMITS[name]
-        return f"{low:g} to {high:g}"
-    return LEGAL.get(name, "true, false")
 
 
 def _shown(value: Any) -> str:
