@@ -1,8 +1,11 @@
-"""Arrival: joints that are there for the first time in a take.
+"""Arrival: joints that are there for the first time in a take, or again.
 
 Whoever was not there must not count. A joint therefore counts from here on as if it had rest where it is now, relative
 to the centre, since the take began: in the means of the pose, in the poses that are kept, and in the summaries of the
 segments. So neither its coming nor where it was before makes segments unlike.
+
+One that was left out, and is back elsewhere, did not move there in this moment. To filters and speeds it has rested
+where it is now; the summaries of the segments keep where it was.
 """
 
 from mossar_stream.algorithm.joints import count_moving, counts
@@ -55,6 +58,29 @@ def welcome(joints, segment, history, filtered, rest):
                 add_joint(segment.params, summary, segment.pose, plan.joints, j)
         if summary[DURATION] > 0.0:
             close(segment.params, summary)
+
+
+@kernel
+def resume(joints, history, filtered):
+    """Let the joints that are back rest where they are, before anything is filtered.
+
+    Args:
+        joints: Joints; WORK is 1 for those that are back.
+        history: PoseHistory.
+        filtered: (6, filtered_joints) m and m/s, see one_euro.py.
+    """
+    plan, body = joints.plan, joints.body
+    joints.state.returned = 0
+    all_moved = plan.center >= 0 and body[place(plan.center) + WORK] > 0.0
+    center = center_of(plan, joints.state, body)
+    for j in range(plan.joints):
+        k = place(j)
+        if body[k + WORK] > 0.0 and plan.filtered_joints > 0:
+            begin_filter(body, filtered, j)
+        if plan.evidence == 1 and body[k + LIVE] > 0.0 and (all_moved or body[k + WORK] > 0.0):
+            for axis in range(3):
+                body[k + POSE_X + axis * PAGE] = body[k + X + axis * PAGE] - center[axis]
+            keep_all_along(history, j)
 
 
 @kernel

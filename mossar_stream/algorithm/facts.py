@@ -18,9 +18,12 @@ RISEN = 1.2  # times the speed at the key frame that the speed must have reached
 QUICK = 3.0  # V; who is faster is in the midst of a move
 ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
+NOT_PLACED = np.int64(-1)
+
 FACTS_OF_CANDIDATE = np.dtype(
     [
-        ("frame", "i8"),  # where it is told to be: `EARLIER` than Algorithm 2's frame
+        # Where it is told to be: `EARLIER` than Algorithm 2's frame; NOT_PLACED if nothing was seen there.
+        ("frame", "i8"),
         ("time", "f8"),  # s
         ("speed", "f8"),  # m/s, lowest since the candidate
         ("home", "f8"),  # m, distance from the pose in which the performer dwells

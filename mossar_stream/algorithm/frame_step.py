@@ -22,7 +22,7 @@ from mossar_stream.algorithm.activity import (
     noises_of_speed,
     start_activity,
 )
-from mossar_stream.algorithm.arrival import welcome
+from mossar_stream.algorithm.arrival import resume, welcome
 from mossar_stream.algorithm.clock import (
     BEYOND,
     IN_TIME,
@@ -36,13 +36,21 @@ from mossar_stream.algorithm.clock import (
 from mossar_stream.algorithm.facts import (
     EARLIER,
     EARLIER_IN_NOISE,
+    NOT_PLACED,
     noise_of_speed,
     note_place,
     note_speed,
     smoothing_weights,
     start_facts,
 )
-from mossar_stream.algorithm.joints import Joints, count_nobody, is_empty, start_joints, step_joints
+from mossar_stream.algorithm.joints import (
+    Joints,
+    count_nobody,
+    is_empty,
+    last_seen,
+    start_joints,
+    step_joints,
+)
 from mossar_stream.algorithm.localising import localise, speed_to_come
 from mossar_stream.algorithm.noise import calm_noise, hear_aside, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
@@ -239,7 +247,9 @@ def _take_in(state, a, frame, time):
     if first:
         start_curve(state.curve, value, plan.theta * scale, scale, clock.used_frame, time)
     else:
-        split(a.segment, state.curve, clock, value, scale)
+        if state.joints.complete == 0:
+            value = _seen_velocity(state, a, value, time)
+        split(a.segment, state.curve, clock, value, scale, state.joints.unseen_time < time)
         if plan.evidence == 1:
             _note_facts(state, a)
     _describe(state, a, dt, first)
@@ -282,6 +292,8 @@ def _velocity(state, a, frame, time, dt, first):
     else:
         state.counters.gaps += 1 if time - clock.taken_time > plan.max_gap else 0
         displacement = step_joints(a.joints, frame, clock.taken_time, time)
+        if state.joints.returned == 1:
+            resume(a.joints, a.history, a.filtered)
     if plan.smoothing == FILTERED:
         displacement = filter_joints(plan, body, a.filtered, dt)
     if plan.evidence == 1:
@@ -296,6 +308,20 @@ def _velocity(state, a, frame, time, dt, first):
     if plan.smoothing == AVERAGED:
         velocity = moving_average(state.average, a.average, velocity)
     return velocity
+
+
+@kernel
+def _seen_velocity(state, a, value, time):
+    """Return the velocity of a frame in which a joint is missing: what is not seen neither slows down nor comes to rest.
+
+    While nothing is there that moves, the last velocity stands for `max_gap` seconds, then none: Algorithm 2 finds no
+    extremum in either, and a crossing in a frame that was not seen is no key frame.
+    """
+    seen = last_seen(a.joints)
+    if seen >= time:
+        return value
+    state.joints.unseen_time = time
+    return state.curve.value if time - seen <= state.plan.max_gap else 0.0
 
 
 @inline_kernel
@@ -340,6 +366,8 @@ def _note_facts(state, a):
         time = state.clock.time if found.happened & CROSSED else found.time
         earlier = EARLIER_IN_NOISE if state.noise.loud == 1 else EARLIER
         note_place(facts, state.scales, a.history, a.joints.body, time - earlier, state.joints.moving)
+        if facts.time <= state.joints.unseen_time:
+            facts.frame = NOT_PLACED
     else:
         facts.speed = min(facts.speed, state.scales.speed)
 

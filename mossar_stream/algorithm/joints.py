@@ -41,12 +41,14 @@ JOINTS = np.dtype(
     [
         ("complete", "i8"),  # whether all joints were there in the last frame
         ("arrived", "i8"),  # whether one is there for the first time in this take
+        ("returned", "i8"),  # whether one is there again after it was left out; WORK says which
         ("present", "i8"),  # how many were there in the last frame
         ("moving", "i8"),  # joints seen in this take that can move relative to the centre, at least 1
         # m, from the mean of the joints seen in this take to the centroid: who arrives must not move it.
         ("offset_x", "f8"),
         ("offset_y", "f8"),
         ("offset_z", "f8"),
+        ("unseen_time", "f8"),  # s, of the last frame in which nothing could be seen of how they move
         ("placed", "i8"),  # whether the following is known
         # m, what was taken off the source's coordinates before they became single precision; see intake.py.
         ("origin_x", "f8"),
@@ -78,6 +80,8 @@ def start_joints(joints, frame, time):
     body, state = joints.body, joints.state
     state.complete = 1
     state.arrived = 0
+    state.returned = 0
+    state.unseen_time = -np.inf
     state.offset_x = state.offset_y = state.offset_z = 0.0
     found = 0
     for j in range(joints.plan.joints):
@@ -98,6 +102,21 @@ def start_joints(joints, frame, time):
     for j in range(joints.plan.joints):
         body[place(j) + LIVE] = 1.0 if counts(joints, j) else 0.0
     count_moving(joints)
+
+
+@kernel
+def last_seen(joints):
+    """Return when the centre and a joint that can move relative to it were last there, s; -inf if never in this take.
+
+    Args:
+        joints: Joints; the last frame was not complete.
+    """
+    latest = -np.inf
+    center = joints.plan.center
+    for j in range(joints.plan.joints):
+        if j != center:
+            latest = max(latest, joints.seen[j])
+    return min(latest, joints.seen[center]) if center >= 0 else latest
 
 
 @kernel
@@ -294,6 +313,15 @@ def _step_partial(joints, frame, time):
 
 
 @kernel
+def _keep_centroid(joints, way, center_step):
+    """Let the centroid stay where it is although a joint was carried along to another place than that where it is back."""
+    state = joints.state
+    state.offset_x -= (way[0] - center_step[0]) / state.moving
+    state.offset_y -= (way[1] - center_step[1]) / state.moving
+    state.offset_z -= (way[2] - center_step[2]) / state.moving
+
+
+@kernel
 def _partial_sum(joints, frame, time, center_step, lost):
     """Turn the marks in STEP into paths, keep the joints that are there, and return the scaled sum."""
     plan, body = joints.plan, joints.body
@@ -304,8 +332,14 @@ def _partial_sum(joints, frame, time, center_step, lost):
         mark = body[k + STEP]
         x = y = z = 0.0
         back = mark < 0.0 and _is_position(frame[j])
+        body[k + WORK] = 0.0
         if mark > 0.0:
             x, y, z = _way(body, k)
+        elif back and body[k + LIVE] > 0.0:
+            joints.state.returned = 1
+            body[k + WORK] = 1.0
+            if plan.center < 0:
+                _keep_centroid(joints, _way(body, k), center_step)
         if mark > 0.0 or back:
             joints.seen[j] = time
             _keep(body, k, frame[j])

@@ -87,7 +87,7 @@ def note_last_frame(state, time, weight, moving, speed):
 
 
 @inline_kernel
-def split(segment, curve, clock, value, scale):
+def split(segment, curve, clock, value, scale, seen):
     """Take the next velocity in, give the last frame to its summary, and close the segment that a key frame ends.
 
     Args:
@@ -96,11 +96,15 @@ def split(segment, curve, clock, value, scale):
         clock: CLOCK.
         value: V[t].
         scale: What 1 is on the scale of V.
+        seen: Whether a crossing is a key frame.
     """
     state = segment.state
     run_length = curve.run_length
     theta = segment.plan.theta * scale
     happened = follow_curve(curve, value, theta, scale, clock.used_frame, clock.time)
+    if not seen:
+        happened &= ~CROSSED
+        curve.found.happened = happened
     goes_on = curve.run_length > run_length and happened & CROSSED == 0
     if happened & REPLACED:
         settle(segment)
@@ -109,6 +113,7 @@ def split(segment, curve, clock, value, scale):
         return
     if happened & WITHDRAWN:
         settle(segment)
+        forget_candidate(curve)
     if happened & (CROSSED | CONFIRMED):
         forget_candidate(curve)
         state.closed = state.settled

@@ -22,6 +22,9 @@ from mossar_stream.similarity.evidence import AWAY, LEAST, REST, STOP
 
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
+# s, a longer period has no verdicts: half of it is more than the 3 s that a key frame waits, so what it would be compared
+# with is still to come.
+LONGEST = 6.0
 NEAREST = 0.75  # periods between two repetitions' ends, at least
 OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
 FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
@@ -102,7 +105,7 @@ def judge(verdicts):
         return FREE
     note = verdicts.notes[number % CANDIDATES]
     period = _period_at(verdicts.counted[0], note.told)
-    if not period > 0.0:
+    if not 0.0 < period <= LONGEST:
         return FREE
     best, least = number, np.inf
     for other in range(max(0, state.candidates - CANDIDATES), state.candidates):

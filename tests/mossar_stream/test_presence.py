@@ -111,6 +111,23 @@ def test_a_joint_that_arrives_changes_nothing_of_what_was_before(name):
     assert not strengths(still, MEASURES[name])
 
 
+@pytest.mark.parametrize("smoothing", ["none", "one_euro"])
+@pytest.mark.parametrize("root", [0, -1])
+@pytest.mark.parametrize("name", ["evidence", "likelihood", "paper"])
+def test_a_joint_that_is_back_elsewhere_did_not_move_there(name, root, smoothing):
+    noise = np.random.default_rng(4).normal(0, 0.002, (600, JOINTS, 3))
+    still = np.repeat(person()[:1], 600, axis=0) + noise
+    still[200:300, 5] = np.nan
+    still[300:, 5] += [0.9, 0.0, 0.0]
+    settings = MEASURES[name].replace(smoothing=smoothing)
+    segmenter = Segmenter(skeleton(JOINTS, root), settings, fps=FPS)
+    speeds = []
+    for k in range(600):
+        segmenter.push(still[k], k / FPS)
+        speeds.append(segmenter.state.value * segmenter.state.scale)
+    assert max(speeds[295:400]) < 1.5 * max(speeds[100:200])
+
+
 def test_a_root_that_is_seen_late_is_where_the_take_begins():
     late = person()
     late[:100, 0] = np.nan

@@ -1,7 +1,8 @@
 """`python -m checks.webcam VIDEO`: what poses from pictures cost, and how much key frames hang on their jitter.
 
-Rates and delays are of this machine, one thread for the networks. The delay is from a picture to the events of its
-frame: estimate and segmentation. Agreement: the final key frames of level `motion` from eight estimates of one clip,
+Rates and delays are of this machine, one thread for the networks. With `--live MINUTES`, on Linux, the clip is a camera
+at 25 Hz for a `mossar run` of its own. The delay is from a grab to the line of a `confirmed` event, and the share of a core
+includes decoding. Without it times are those of the processor, for estimate and segmentation alone. Agreement: the final key frames of level `motion` from eight estimates of one clip,
 pair by pair, within 0.25 s.
 """
 
@@ -18,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.webcam_live import live
 from mossar_adapters.pose.following import Estimator
 from mossar_adapters.pose.pictures import Picture, pictures
 from mossar_adapters.pose.settings import DEFAULTS
@@ -113,7 +115,12 @@ def main() -> None:
     parser.add_argument("video", type=Path)
     parser.add_argument("--level", default="motion")
     parser.add_argument("--costs", action="store_true", help="costs alone")
+    parser.add_argument("--live", metavar="MINUTES", type=float, help="a run at real speed, and nothing else")
+    parser.add_argument("--model", default="full", help="of --live; default: full")
     options = parser.parse_args()
+    if options.live:
+        print(live(options.video, options.model, options.live, RATE))
+        return
     for model in ("lite", "full"):
         print(costs(options.video, model), flush=True)
     if options.costs:

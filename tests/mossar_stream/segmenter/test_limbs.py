@@ -425,6 +425,32 @@ def test_a_limb_that_hangs_on_the_mean_does_not_move_as_other_joints_are_missing
         assert np.abs(np.subtract(one, other)).max() <= 0.1
 
 
+@pytest.mark.parametrize("hidden", [("ElbowLeft", "WristLeft", "HandLeft"), ("ShoulderLeft",)])
+@pytest.mark.parametrize("smoothing", ["none", "one_euro"])
+@pytest.mark.parametrize("level", ["posture", "motion"])
+def test_a_limb_that_is_not_seen_has_no_confirmed_key_frame(level, smoothing, hidden):
+    frames, times = standing(KINECT_20, 900), np.arange(900) / FPS
+    swing = 0.4 * np.sin(2 * np.pi * times / 1.7) * np.sin(2 * np.pi * times / 11.0)
+    for joint in ("ElbowLeft", "WristLeft", "HandLeft"):
+        frames[:, KINECT_20.index(joint), 0] += swing
+    unseen = np.zeros(900, bool)
+    for begin in range(100, 800, 83):  # at all phases of the swing, for 0.3 to 2 s
+        unseen[begin : begin + 10 + begin % 50] = True
+    lost = frames.copy()
+    for joint in hidden:
+        lost[unseen, KINECT_20.index(joint)] = np.nan
+    settings = Settings(limbs=True, level=level, smoothing=smoothing)
+    found = events_of(settings, lost, times, 1)
+    assert [to_json(e) for e in found] == [to_json(e) for e in events_of(settings, lost, times, 64)]
+    confirmed = [
+        e.frame
+        for e in found
+        if isinstance(e, KeyFrameEvent) and e.channel == "left_arm" and e.status == "confirmed"
+    ]
+    assert len(confirmed) > 10
+    assert not unseen[confirmed].any()
+
+
 def test_a_limb_knows_what_its_body_repeats_live_and_in_recordings():
     frames, times = standing(KINECT_20, 900), np.arange(900) / FPS
     lift = np.clip(np.sin(2 * np.pi * np.maximum(times - 3.0, 0.0) / 2.5), 0.0, None) ** 2

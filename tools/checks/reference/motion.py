@@ -220,7 +220,7 @@ class Motion:
         """Return the verdict on a candidate, and when the last repetition ended."""
         time = self._told(number)
         period = _period_at(counted, time)
-        if not period > 0.0:
+        if not 0.0 < period <= verdicts.LONGEST:
             return int(verdicts.FREE), last
 
         def cost(other: int) -> float:
