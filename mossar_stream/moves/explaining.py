@@ -12,8 +12,8 @@ BY_NOTHING, BY_COST, BY_LEAD, BY_POSTURE, BY_AGREEMENT, BY_PAUSE = range(6)
 class Explanation(msgspec.Struct, frozen=True):
     """What came nearest in one movement.
 
-    A move is recognised when log(cost) - 0.8 · log(lead) is below log(most), where no lead above 2 counts, and when two
-    comparisons in a row say so.
+    A movement ends when the body has rested for 0.67 s, when a move is recognised, or after 3 s. A move is recognised when
+    two comparisons in a row say that its cost is below the most.
 
     Args:
         performer: Name.
@@ -24,7 +24,7 @@ class Explanation(msgspec.Struct, frozen=True):
             been enough; another `posture`, without which the cost would have been low enough; `agreement`, if only one
             comparison said so; the move's own `pause`. Empty if it was recognised.
         cost: Of taking the movement for an example of the move: about 0.1 for the same, above 1 for others.
-        most: What it might have cost without a lead, by the move's strictness.
+        most: What it might cost with this lead, by the move's strictness.
         lead: How many times more the second move would have cost; infinite if there is none.
         second: Name of the second move; empty if there is none.
         posture: Factor of the cost that is due to another posture; 1 if the posture was as shown.

@@ -60,7 +60,6 @@ DECISION = np.dtype(
             "f8",
         ),  # s, when stretches are compared next; nothing happens before, if no move is open
         ("loud", "f8"),  # s, when speed was last above `LOUD`
-        ("onset", "f8"),  # s, when the last movement began from rest
         ("peak", "f8"),  # m/s, largest speed since the last onset or decision
         (
             "from_pose",
@@ -305,8 +304,6 @@ def _follow(state, poses, last_times, bank, positions, time):
 def _is_look_due(decision, activity, was_moving, time):
     speed = activity.speed
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
-    if activity.moving > was_moving:
-        decision.onset = time
     if speed > LOUD:
         decision.loud = time
     if time < decision.next_look:
@@ -320,7 +317,7 @@ def _start(state, time):
     start_activity(state.activity)
     decision = state.decision
     decision.next_look = time
-    decision.loud = decision.onset = -np.inf
+    decision.loud = -np.inf
     decision.peak = 0.0
     decision.from_pose = state.track.first
     decision.leader = -1
@@ -560,8 +557,7 @@ def _end_movement(state, time):
     nearest = state.nearest
     if nearest.open == 0:
         return
-    over = time - state.decision.loud > QUIET or state.decision.onset > nearest.end
-    if over or time - nearest.end > LONGEST:
+    if time - state.decision.loud > QUIET or time - nearest.end > LONGEST:
         _explain(state)
 
 

@@ -18,6 +18,8 @@ from mossar_stream.moves.recogniser import (
     EXPLAINED,
     FINAL,
     JOINT_BYTES,
+    LEAD_COUNTED,
+    LEAD_WORTH,
     STATE,
     STATE_BYTES,
     STORE,
@@ -198,6 +200,7 @@ class Recognition:
         if self._explained is None:
             return
         second = int(near["second"])
+        lead = float(near["second_cost"]) / float(near["cost"]) if second >= 0 else math.inf
         self._explained(
             Explanation(
                 performer=self._performer,
@@ -206,8 +209,8 @@ class Recognition:
                 nearest=self.names[int(near["move"])],
                 reason=REASONS[int(near["kept"])],
                 cost=float(near["cost"]),
-                most=math.exp(float(near["most"])),
-                lead=float(near["second_cost"]) / float(near["cost"]) if second >= 0 else math.inf,
+                most=math.exp(float(near["most"]) + LEAD_WORTH * min(math.log(lead), LEAD_COUNTED)),
+                lead=lead,
                 second=self.names[second] if second >= 0 else "",
                 posture=float(near["posture"]),
             )

@@ -116,6 +116,7 @@ class Options(msgspec.Struct, frozen=True):
     host: str = "127.0.0.1"
     no_browser: bool = False
     seeds: int | None = None
+    sides: bool = False
     leave_out: bool = False
     per_minute: float | None = None
     labels: str | None = None

@@ -36,6 +36,7 @@ EXAMPLES = """  mossar evaluate demo:                                the built-i
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
   mossar evaluate DIR --plot strips.png                a strip per recording: curve, truth, key frames
   mossar evaluate DIR                                  of moves on command: F1, delay and limb, by move
+  mossar evaluate DIR --sides                          also turned by 30, 90, 180 degrees and while turning
   mossar evaluate DIR --set sig_threshold=0.03
   mossar evaluate DIR1 DIR2 DIR3 --leave-out           several sets, each also with what serves the others best
 """
@@ -51,6 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--leave-out",
         action="store_true",
         help="of several folders, score each with the strength that serves the others best",
+    )
+    group.add_argument(
+        "--sides",
+        action="store_true",
+        help="of moves on command, also as if players were turned or turned meanwhile, and with mirrored examples",
     )
     add_output(group, "json", "everything as one JSON object")
     add_output(group, "csv", "a row for each method and recording")
@@ -68,11 +74,15 @@ def run(options: Options, console: Console) -> int:
     settings = options.settings()
     outputs = Outputs.of(options)
     if len(options.sources) > 1:
+        if options.sides:
+            raise UsageError("--sides takes one folder of moves on command")
         return _sets(options, console, outputs, settings)
     if options.leave_out:
         raise UsageError("--leave-out needs several folders: one is left out, the others choose")
     if _is_of_moves(options):
         return _moves(options, console, outputs, settings)
+    if options.sides:
+        raise UsageError("--sides takes a folder of moves on command")
     takes = load_takes(options, console)
     from mossar_tools.compiling import saying_if_cold
     from mossar_tools.evaluation.chance import chance_methods
@@ -126,7 +136,9 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
         raise UsageError("--plot takes a folder with true cuts; this one holds moves")
     with saying_if_cold(settings):
         found = interruptibly(
-            lambda: evaluate_moves(Path(parse_url(options.sources[0]).path), settings, console.status)
+            lambda: evaluate_moves(
+                Path(parse_url(options.sources[0]).path), settings, console.status, sides=options.sides
+            )
         )
     outputs.write_json(moves_json(found), console)
     outputs.write_csv(moves_rows(found), console)

@@ -26,6 +26,7 @@ from mossar_tools.evaluation.sessions import (
     sample_files,
     session_labels,
 )
+from mossar_tools.evaluation.turning import View, views
 
 EACH = (1, 2)  # examples of each move that are drawn of other people
 SINGLES = 3  # examples that are tried alone, the first ones
@@ -58,6 +59,7 @@ class Found(msgspec.Struct, frozen=True):
         people: Who showed segmented examples.
         told: For each number of examples the share told right by other people's; see `other_people`.
         kinds: Kinds found without names, moves, and the adjusted Rand index, means over people; None without examples.
+        views: What came of the sessions from other sides; see `turning.views`.
     """
 
     seconds: float
@@ -65,6 +67,7 @@ class Found(msgspec.Struct, frozen=True):
     people: int
     told: dict[int, float]
     kinds: tuple[float, float, float] | None
+    views: list[View] = []
 
 
 def is_of_moves(folder: Path) -> bool:
@@ -72,13 +75,16 @@ def is_of_moves(folder: Path) -> bool:
     return bool(session_labels(folder) or sample_files(folder))
 
 
-def evaluate_moves(folder: Path, settings: Settings, tell: Callable[[str], None]) -> Found:
+def evaluate_moves(
+    folder: Path, settings: Settings, tell: Callable[[str], None], *, sides: bool = False
+) -> Found:
     """Score the sessions and the examples of a folder.
 
     Args:
         folder: See `sessions`.
         settings: Of the segmenters.
         tell: Gets a line before each step.
+        sides: Whether the sessions are also seen from other sides.
 
     Raises:
         MossarError: If something cannot be used.
@@ -91,15 +97,16 @@ def evaluate_moves(folder: Path, settings: Settings, tell: Callable[[str], None]
             tell(f"{session.name}, {name}")
             outcomes.append(judge(session, confirmed(session, session.examples.moves(chosen), settings)))
         choices.append(Choice(name, outcomes, summary(outcomes)))
+    others = list(views(sessions, settings, tell)) if sides and sessions else []
     skeleton = sessions[0].skeleton if sessions else None
     players = {path.stem: load_examples(path, skeleton) for path in sample_files(folder)}
     seconds = sum(float(session.times[-1] - session.times[0]) for session in sessions)
     if len(players) < 2:  # nobody else
-        return Found(seconds, choices, 0, {}, None)
+        return Found(seconds, choices, 0, {}, None, others)
     if len({own.skeleton for own in players.values()}) > 1:
         raise MossarError(f"{folder}: the players' examples have different joints; they cannot be compared")
     tell("segmented examples")
-    return Found(seconds, choices, len(players), *_segmented(players))
+    return Found(seconds, choices, len(players), *_segmented(players), others)
 
 
 def _choices(sessions: Sequence[Session]) -> list[tuple[str, slice]]:
@@ -130,7 +137,10 @@ def moves_lines(found: Found) -> Iterator[str]:
             f"{'examples of each move':<24}{'recall':>8}{'precision':>11}{'F1':>8}{'delay 10 %':>12}{'median':>9}{'90 %':>9}"
             f"{'side':>14}"
         )
-        yield from (_choice_line(choice) for choice in found.choices)
+        yield from (_line(choice.examples, choice.scores) for choice in found.choices)
+        if found.views:
+            yield f"{first.examples}, from other sides"
+            yield from (_line(view.name, view.scores) for view in found.views)
         yield ""
         yield f"by move, {first.examples}"
         yield f"{'move':<24}{'hit':>8}{'missed':>11}  taken for"
@@ -148,15 +158,12 @@ def moves_lines(found: Found) -> Iterator[str]:
         yield f"kinds found without names, each person: {kinds:.1f} of {moves:.0f} moves; adjusted Rand index {index:.3f}"
 
 
-def _choice_line(choice: Choice) -> str:
-    scores = choice.scores
+def _line(name: str, scores: Summary) -> str:
     delays = "".join(
         f"{delay:.2f} s".rjust(width) for delay, width in zip(scores.delays, (12, 9, 9), strict=True)
     )
     side = f"{scores.right_side} of {scores.sided}".rjust(14) if scores.sided else ""
-    return (
-        f"{choice.examples:<24}{scores.recall:>8.3f}{scores.precision:>11.3f}{scores.f1:>8.3f}{delays}{side}"
-    )
+    return f"{name:<24}{scores.recall:>8.3f}{scores.precision:>11.3f}{scores.f1:>8.3f}{delays}{side}"
 
 
 def moves_json(found: Found) -> dict[str, Any]:
@@ -168,10 +175,11 @@ def moves_json(found: Found) -> dict[str, Any]:
 
 
 def moves_rows(found: Found) -> list[dict[str, Any]]:
-    """Return a row for each choice of examples and session."""
+    """Return a row for each choice of examples or view, and session."""
+    everything = [(choice.examples, choice.outcomes) for choice in found.choices]
     return [
         {
-            "examples": choice.examples,
+            "examples": name,
             "session": outcome.session,
             **{
                 name: value
@@ -180,6 +188,6 @@ def moves_rows(found: Found) -> list[dict[str, Any]]:
             },
             "median_delay_s": summary([outcome]).delays[1],
         }
-        for choice in found.choices
-        for outcome in choice.outcomes
+        for name, outcomes in [*everything, *((view.name, view.outcomes) for view in found.views)]
+        for outcome in outcomes
     ]
