@@ -1,6 +1,7 @@
 """Joint sets that many programs use: names, parents, body centre.
 
-Where a source gives names without a hierarchy, or only a number of joints, the hierarchy is looked up here.
+Where a source gives names without a hierarchy, or only a number of joints, the hierarchy is looked up here. The core knows
+joints of all these sets by name, too (`mossar_stream.joint_places`): which joint of one set is which of another.
 Sets without a joint at the middle of the hips have the centroid as their centre (root -1).
 """
 
@@ -116,6 +117,48 @@ JOINT_SETS: dict[str, Skeleton] = {
     "motive": MOTIVE,
 }
 
+# Names of the humanoid bones in other programs.
+# One convention per line; Left and Right alike. Order: Hips Spine Chest UpperChest Neck Head, then of one side
+# Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot Toes; `-` where the convention has none.
+HUMANOID_CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
+HUMANOID_SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
+CONVENTIONS = (
+    "hips spine chest upperchest neck head @shoulder @upperarm @lowerarm @hand @upperleg @lowerleg @foot @toes",
+    "hips spine spine1 spine2 neck head @shoulder @arm @forearm @hand @upleg @leg @foot @toebase",
+    "hips chest chest2 chest3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @toe",
+    "hip ab chest - neck head #shoulder #uarm #farm #hand #thigh #shin #foot #toe",
+    "hip abdomen chest - neck head #collar #shldr #forearm #hand #thigh #shin #foot #toe",
+    "spinebase spinemid - spineshoulder neck head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
+    "hipcenter spine - - shouldercenter head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
+    "pelvis spine1 spine2 spine3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @foot",
+    "torso - - - neck head - #shoulder #elbow #hand #hip #knee #foot -",
+)
+# Acclaim names bones: a joint of rotations is where the bone begins, a joint of positions where it ends.
+ACCLAIM_BEGINS = "root lowerback upperback thorax lowerneck head #clavicle #humerus #radius #hand #femur #tibia #foot #toes"
+ACCLAIM_ENDS = (
+    "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
+)
+
+# Joints of sensors with OpenNI: torso is the root; sides as `l_hand` or `left_hand`.
+_LIMB = {
+    "collar": "neck",
+    "shoulder": "neck",
+    "elbow": "shoulder",
+    "wrist": "elbow",
+    "hand": "elbow",
+    "finger": "hand",
+    "fingertip": "hand",
+    "hip": "torso",
+    "knee": "hip",
+    "ankle": "knee",
+    "foot": "knee",
+}
+_PARENTS = {"neck": "torso", "head": "neck", "waist": "torso"} | {
+    side + joint: parent if parent in {"neck", "torso"} else side + parent
+    for side in ("l_", "r_", "left_", "right_")
+    for joint, parent in _LIMB.items()
+}
+
 _CENTRES = ("hips", "pelvis", "midhip", "hipcenter", "spinebase", "hipcentre", "root", "hip", "sacrum")
 
 
@@ -154,6 +197,20 @@ def _parent(name: str, known: Sequence[str], best: Skeleton, place: Mapping[str,
     while ancestor >= 0 and known[ancestor] not in place:
         ancestor = best.parents[ancestor]
     return known[ancestor] if ancestor >= 0 else ""
+
+
+def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
+    """Return parents and root of joints with the names of OpenNI's sensors; of other names as `with_known_parents` does."""
+    place = {name: i for i, name in enumerate(names)}
+    if "torso" not in place:
+        return with_known_parents(names)
+    parents = []
+    for name in names:
+        ancestor = _PARENTS.get(name, "")
+        while ancestor and ancestor not in place:
+            ancestor = _PARENTS.get(ancestor, "")
+        parents.append(place.get(ancestor, -1))
+    return tuple(parents), place["torso"]
 
 
 def by_count(count: int) -> Skeleton | None:

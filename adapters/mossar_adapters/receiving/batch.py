@@ -4,7 +4,6 @@ The last step from a wire to the pipeline, and the same for all wires. Here it i
 has, which time a frame gets, and what goes on together.
 """
 
-from collections import OrderedDict
 from typing import Any
 
 import msgspec
@@ -13,19 +12,18 @@ from numpy.typing import NDArray
 
 from mossar_adapters.joint_sets import by_count
 from mossar_adapters.receiving.pose import Pose, check_time
+from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.steady import Steady
 from mossar_adapters.source import Left, Meta
 from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
-SILENT = 2.0  # s, after which the one unheard for longest may be forgotten
 FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
 
 
 class _Line(msgspec.Struct):
     """One performer's frames that wait to be taken."""
 
-    heard: float  # when it was heard last, s
     meta: Meta | None = None
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
@@ -43,7 +41,7 @@ class Batch:
 
     def __init__(self, fps: float | None = None) -> None:
         self.fps = fps
-        self._lines: OrderedDict[str, _Line] = OrderedDict()
+        self._lines: Recent[_Line] = Recent(MAX_PERFORMERS, "performers")
         self._ready: list[Meta | Frames | Left] = []
         self._now = float("-inf")  # the latest arrival, s
 
@@ -112,25 +110,13 @@ class Batch:
         return time
 
     def _line(self, performer: str) -> _Line:
-        line = self._lines.get(performer)
-        if line is None:
-            self._make_room(performer)
-            line = self._lines[performer] = _Line(self._now)
-        else:
-            self._lines.move_to_end(performer)
-            line.heard = self._now
-        return line
-
-    def _make_room(self, performer: str) -> None:
-        """Forget who has been silent; a flood of names must not take the place of those who move."""
-        if len(self._lines) < MAX_PERFORMERS:
-            return
-        silent, line = next(iter(self._lines.items()))
-        if self._now - line.heard < SILENT:
-            raise FrameError(
-                f"{MAX_PERFORMERS} performers are known and all of them move; {performer} is refused"
-            )
-        self._finish(silent, self._lines.pop(silent))
+        line = self._lines.hear(performer, self._now)
+        if line is not None:
+            return line
+        forgotten = self._lines.make_room(performer, self._now)
+        if forgotten is not None:
+            self._finish(*forgotten)
+        return self._lines.add(performer, _Line(), self._now)
 
     def _finish(self, performer: str, line: _Line) -> None:
         if not line.times:

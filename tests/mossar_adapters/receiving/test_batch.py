@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from mossar_adapters.receiving.batch import MAX_PERFORMERS, SILENT, Batch
+from mossar_adapters.receiving.batch import MAX_PERFORMERS, Batch
 from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.receiving.recent import SILENT
 from mossar_adapters.source import Left, Meta
 from mossar_stream import FrameError, Frames, Skeleton
 

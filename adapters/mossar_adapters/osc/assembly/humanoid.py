@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.kinematics import JointMotion, rest_positions
-from mossar_adapters.joint_sets import HUMANOID
+from mossar_adapters.joint_sets import (
+    ACCLAIM_BEGINS,
+    ACCLAIM_ENDS,
+    CONVENTIONS,
+    HUMANOID,
+    HUMANOID_CENTRE,
+    HUMANOID_SIDE,
+)
 from mossar_stream import Skeleton, joint_places
 
 # Metres from the parent, of a person 1.7 m tall in T-pose; the right side mirrors the left.
@@ -30,26 +37,6 @@ _REST = {
     "LeftToes": (0.0, -0.06, 0.13),
 }
 
-# One convention per line; Left and Right alike. Order: Hips Spine Chest UpperChest Neck Head, then of one side
-# Shoulder UpperArm LowerArm Hand UpperLeg LowerLeg Foot Toes; `-` where the convention has none.
-_CENTRE = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
-_SIDE = ("Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes")
-_CONVENTIONS = (
-    "hips spine chest upperchest neck head @shoulder @upperarm @lowerarm @hand @upperleg @lowerleg @foot @toes",
-    "hips spine spine1 spine2 neck head @shoulder @arm @forearm @hand @upleg @leg @foot @toebase",
-    "hips chest chest2 chest3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @toe",
-    "hip ab chest - neck head #shoulder #uarm #farm #hand #thigh #shin #foot #toe",
-    "hip abdomen chest - neck head #collar #shldr #forearm #hand #thigh #shin #foot #toe",
-    "spinebase spinemid - spineshoulder neck head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
-    "hipcenter spine - - shouldercenter head - shoulder@ elbow@ wrist@ hip@ knee@ ankle@ foot@",
-    "pelvis spine1 spine2 spine3 neck head @collar @shoulder @elbow @wrist @hip @knee @ankle @foot",
-    "torso - - - neck head - #shoulder #elbow #hand #hip #knee #foot -",
-)
-# Acclaim names bones: a joint of rotations is where the bone begins, a joint of positions where it ends.
-_ACCLAIM_BEGINS = "root lowerback upperback thorax lowerneck head #clavicle #humerus #radius #hand #femur #tibia #foot #toes"
-_ACCLAIM_ENDS = (
-    "root - lowerback upperback thorax upperneck - #clavicle #humerus #radius #hipjoint #femur #tibia #foot"
-)
 MIN_BONES = 6
 _OF_A_SIDE = [
     "UpperArm",
@@ -122,7 +109,7 @@ def mapped_bones(names: Sequence[str], *, rotations: bool) -> Mapping[str, int]:
         Index of the joint for each bone found, parents first; empty if fewer than `MIN_BONES` are found.
     """
     place = {_plain(name): i for i, name in reversed(list(enumerate(names)))}
-    tables = (*_CONVENTIONS, _ACCLAIM_BEGINS if rotations else _ACCLAIM_ENDS)
+    tables = (*CONVENTIONS, ACCLAIM_BEGINS if rotations else ACCLAIM_ENDS)
     found = max((_matches(table, place) for table in tables), key=len)
     return found if len(found) >= MIN_BONES and "Hips" in found else {}
 
@@ -145,10 +132,12 @@ def placed_bones(skeleton: Skeleton) -> Mapping[str, tuple[int, int]]:
 def _matches(table: str, place: Mapping[str, int]) -> dict[str, int]:
     words = table.split()
     found = {
-        bone: place[word] for bone, word in zip(_CENTRE, words[: len(_CENTRE)], strict=True) if word in place
+        bone: place[word]
+        for bone, word in zip(HUMANOID_CENTRE, words[: len(HUMANOID_CENTRE)], strict=True)
+        if word in place
     }
     for side in ("Left", "Right"):
-        for part, word in zip(_SIDE, words[len(_CENTRE) :], strict=True):
+        for part, word in zip(HUMANOID_SIDE, words[len(HUMANOID_CENTRE) :], strict=True):
             name = word.replace("@", side.lower()).replace("#", side[0].lower())
             if name in place:
                 found[side + part] = place[name]

@@ -19,13 +19,13 @@ from mossar_adapters.files.units import Scale, height
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, Row
 from mossar_adapters.osc.profiles.profile import Context, Message
-from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.senders import MAX_SENDERS
 from mossar_adapters.source import Left
-from mossar_stream import MAX_NAME, FrameError, Skeleton, performer_name
+from mossar_stream import MAX_NAME, Skeleton, performer_name
 
-MAX_PERFORMERS = 64  # per profile; one that has been silent makes room
+MAX_PERFORMERS = 64  # per profile
 _GAP_LOW, _GAP_HIGH, _INTERVAL = 0.004, 0.1, 0.04  # s
 
 NO_POSES: Sequence[Pose] = ()
@@ -49,7 +49,7 @@ class SingleJoints:
         self._scaling = scaling
         self._scales: OrderedDict[str, Scaled] = OrderedDict()  # by sender
         self._parents = parents
-        self._performers: dict[str, _Performer] = {}
+        self._performers: Recent[_Performer] = Recent(MAX_PERFORMERS, "performers")
 
     def put(self, message: Message, person: str, joint: str, xyzc: Row) -> Sequence[Pose]:
         """Take one joint and return the frames that it completes.
@@ -73,18 +73,13 @@ class SingleJoints:
 
     def _performer(self, message: Message, person: str) -> "_Performer":
         name = self._senders.name(message.sender, person)
-        found = self._performers.get(name)
-        if found is None:
-            if len(self._performers) == MAX_PERFORMERS:
-                silent = min(self._performers, key=lambda key: self._performers[key].last)
-                if message.arrival - self._performers[silent].last < SILENT:
-                    raise FrameError(f"{MAX_PERFORMERS} performers are known and all of them move")
-                del self._performers[silent]
-            sender = message.sender
-            found = self._performers[name] = _Performer(
-                name, lambda raw: self._scaled(sender, raw), self._parents
-            )
-        return found
+        found = self._performers.hear(name, message.arrival)
+        if found is not None:
+            return found
+        self._performers.make_room(name, message.arrival)
+        sender = message.sender
+        performer = _Performer(name, lambda raw: self._scaled(sender, raw), self._parents)
+        return self._performers.add(name, performer, message.arrival)
 
     def _scaled(self, sender: str, raw: NDArray[np.float64]) -> Scaled:
         """Return factor and scale of a sender, measured on its first performer whose height can be measured."""
@@ -100,8 +95,8 @@ class SingleJoints:
     def leave(self, message: Message, person: str, reason: str) -> list[Pose | Left]:
         """Return what a performer has, and that it left."""
         name = self._senders.name(message.sender, person)
-        found = self._performers.pop(name, None)
-        return [*(found.finish() if found is not None else ()), Left(name, reason)]
+        found = self._performers.pop(name).finish() if self._performers.get(name) is not None else ()
+        return [*found, Left(name, reason)]
 
     def idle(self, now: float) -> list[Pose]:
         """Return the frames that nothing more comes for."""

@@ -9,10 +9,10 @@ import re
 import numpy as np
 
 from mossar_adapters.files.units import guessed
+from mossar_adapters.joint_sets import openni_parents
 from mossar_adapters.osc.assembly.known_joints import MAX_NAMES
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.profiles.osceleton import openni_parents
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
 from mossar_stream import FrameError
 

@@ -5,14 +5,12 @@ are shares of the sensor's field: OSCeleton divides 2.56 m, 1.92 m and 1.28 m al
 scaled to a usual height, unless the user states a unit.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.units import Scale, fitted, guessed, height
-from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.joint_sets import openni_parents
 from mossar_adapters.osc.assembly.single_joints import SingleJoints
 from mossar_adapters.osc.messages import numbers, whole_number, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
@@ -20,24 +18,6 @@ from mossar_stream import FrameError
 
 FIELD = (2.56, 1.92, 1.28)  # m per unit along x, y, z
 _RAW = 20.0  # coordinates above this are no shares but raw millimetres
-_LIMB = {
-    "collar": "neck",
-    "shoulder": "neck",
-    "elbow": "shoulder",
-    "wrist": "elbow",
-    "hand": "elbow",
-    "finger": "hand",
-    "fingertip": "hand",
-    "hip": "torso",
-    "knee": "hip",
-    "ankle": "knee",
-    "foot": "knee",
-}
-_PARENTS = {"neck": "torso", "head": "neck", "waist": "torso"} | {
-    side + joint: parent if parent in {"neck", "torso"} else side + parent
-    for side in ("l_", "r_", "left_", "right_")
-    for joint, parent in _LIMB.items()
-}
 
 
 class Osceleton:
@@ -83,17 +63,3 @@ def _scaling(raw: NDArray[np.float64], options: ReadOptions) -> tuple[NDArray[np
     field = np.array(FIELD)
     scale = fitted(options, height(raw * field))
     return field * scale.metres, scale
-
-
-def openni_parents(names: Sequence[str]) -> tuple[tuple[int, ...], int]:
-    """Return parents and root of joints called as OpenNI's sensors call them; others as usual."""
-    place = {name: i for i, name in enumerate(names)}
-    if "torso" not in place:
-        return with_known_parents(names)
-    parents = []
-    for name in names:
-        ancestor = _PARENTS.get(name, "")
-        while ancestor and ancestor not in place:
-            ancestor = _PARENTS.get(ancestor, "")
-        parents.append(place.get(ancestor, -1))
-    return tuple(parents), place["torso"]

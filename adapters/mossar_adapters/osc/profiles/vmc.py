@@ -18,8 +18,8 @@ from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
 from mossar_adapters.osc.assembly.vmc_pose import BUILT_IN, VmcPose
 from mossar_adapters.osc.messages import numbers, word
 from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
-from mossar_adapters.receiving.batch import SILENT
 from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.receiving.recent import Recent
 from mossar_stream import FrameError
 
 BONE, ROOT, OK, TIME = "/VMC/Ext/Bone/Pos", "/VMC/Ext/Root/Pos", "/VMC/Ext/OK", "/VMC/Ext/T"
@@ -41,7 +41,7 @@ class Vmc:
     def __init__(self, context: Context) -> None:
         self._context = context
         self._rest = _rest(context)
-        self._avatars: dict[str, _Avatar] = {}
+        self._avatars: Recent[_Avatar] = Recent(MAX_AVATARS, "avatars")
 
     def claims(self, message: Message) -> bool:
         """Return whether the address is one of VMC's."""
@@ -80,15 +80,11 @@ class Vmc:
 
     def _avatar(self, message: Message) -> "_Avatar":
         name = self._context.senders.name(message.sender)
-        found = self._avatars.get(name)
-        if found is None:
-            if len(self._avatars) == MAX_AVATARS:
-                silent = min(self._avatars, key=lambda key: self._avatars[key].frames.last)
-                if message.arrival - self._avatars[silent].frames.last < SILENT:
-                    raise FrameError(f"{MAX_AVATARS} avatars are known and all of them move")
-                del self._avatars[silent]
-            found = self._avatars[name] = _Avatar(name, self._context, self._rest)
-        return found
+        found = self._avatars.hear(name, message.arrival)
+        if found is not None:
+            return found
+        self._avatars.make_room(name, message.arrival)
+        return self._avatars.add(name, _Avatar(name, self._context, self._rest), message.arrival)
 
 
 class _Avatar:
