@@ -17,7 +17,9 @@ from mossar_stream import (
     Moves,
     RepetitionEvent,
     Segment,
+    Segmenter,
     Settings,
+    StepEvent,
     segment_recording,
 )
 
@@ -35,10 +37,11 @@ class Segmented(msgspec.Struct, frozen=True):
         seconds: From the first frame to the last one.
         key_frames: All of Algorithm 2, with their strengths.
         segments: Those at the level of the settings.
-        notes: What the reader found out, one line each; why moves were not looked for.
+        notes: What the reader found out, one line each; why moves or steps were not looked for.
         limbs: The same of each limb, with the setting `limbs`.
         moves: Those that were recognised.
         repetitions: Of the body and of limbs, with the setting `repetitions`.
+        steps: With the setting `steps`.
     """
 
     performer: str
@@ -52,6 +55,7 @@ class Segmented(msgspec.Struct, frozen=True):
     limbs: dict[str, tuple[list[KeyFrame], list[Segment]]] = {}
     moves: list[MoveEvent] = []
     repetitions: list[RepetitionEvent] = []
+    steps: list[StepEvent] = []
 
 
 def segment_file(
@@ -78,6 +82,11 @@ def segment_file(
             moves.store(recording.skeleton)
         except FrameError as error:
             notes, moves = (*notes, str(error)), None
+    if settings.steps:
+        try:
+            Segmenter(recording.skeleton, Settings(steps=True, feet=settings.feet))
+        except FrameError as error:
+            notes, settings = (*notes, str(error)), settings.replace(steps=False)
     return [_segmented(recording, who, found, settings, moves, notes) for who, found in chunks.items()]
 
 
@@ -126,6 +135,7 @@ def _segmented(
         {name: (limb.key_frames, limb.segments) for name, limb in result.limbs.items()},
         result.moves,
         repetitions,
+        list(result.steps),
     )
 
 

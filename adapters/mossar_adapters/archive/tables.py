@@ -5,6 +5,7 @@
     segments/     those at the level of the settings
     moves/        those that were recognised, if a file of moves was given
     repetitions/  repetitions of movements, with the setting `repetitions`
+    steps/        feet that come down or leave the ground, with the setting `steps`
     errors/       files that could not be read, and why
 
 A part is whole when its file in `recordings` is there; what a killed job left of others is deleted before the next one
@@ -72,6 +73,18 @@ SCHEMAS: dict[str, pa.Schema] = {
             ("joint", pa.string()),
         ]
     ),
+    "steps": pa.schema(
+        [
+            *_WHO,
+            ("side", pa.string()),
+            ("status", pa.string()),
+            ("time", pa.float64()),
+            ("x", pa.float64()),
+            ("y", pa.float64()),
+            ("z", pa.float64()),
+            ("confidence", pa.float64()),
+        ]
+    ),
     "errors": pa.schema([*_FILE, ("error", pa.string())]),
     "recordings": pa.schema(
         [
@@ -117,6 +130,10 @@ def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
                 {**msgspec.structs.asdict(event), **who, "start_time": event.start, "end_time": event.end}
                 for event in events
             ]
+        rows["steps"] += [
+            {**msgspec.structs.asdict(event), **who, **dict(zip("xyz", event.position, strict=True))}
+            for event in one.steps
+        ]
 
 
 def part_name(paths: Iterable[str]) -> str:

@@ -198,6 +198,19 @@ def test_the_frames_of_each_performer_are_segmented_by_themselves(archive):
     assert {row["performer"] for row in archive.table("segments")} == {"p1", "p2"}
 
 
+def test_steps_have_rows(archive):
+    with MskWriter(archive.source / "walk.msk") as writer:
+        for item in DemoSource.from_url("demo:?seconds=8&moves=walk", speed="max").items():
+            writer.write(item)
+    archive.run("--steps")
+    rows = archive.table("steps")
+    (found,) = segment_file(archive.source / "walk.msk", Settings(range="file", steps=True), ReadOptions())
+    assert [(row["side"], row["status"], row["time"]) for row in rows if row["path"] == "walk.msk"] == [
+        (step.side, step.status, step.time) for step in found.steps
+    ]
+    assert all(row["confidence"] > 0 and row["y"] is not None for row in rows)
+
+
 def test_limbs_moves_and_repetitions_have_rows(archive, tmp_path):
     write_performance(archive.source / "a.msk", 1, seconds=12)
     (archive.source / "plain.csv").write_text(

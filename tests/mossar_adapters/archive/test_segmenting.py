@@ -80,6 +80,28 @@ def test_limbs_moves_and_repetitions_are_those_of_segment_recording(performance)
     assert found.repetitions == counted
 
 
+def test_steps_are_those_of_segment_recording(tmp_path):
+    meta, *chunks = DemoSource.from_url("demo:?seconds=8&moves=walk", speed="max").items()
+    with MskWriter(tmp_path / "walk.msk") as writer:
+        for item in (meta, *chunks):
+            writer.write(item)
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    times = np.concatenate([chunk.times for chunk in chunks])
+    (found,) = segment_file(tmp_path / "walk.msk", WHOLE.replace(steps=True), ReadOptions())
+    direct = segment_recording(positions, meta.fps, meta.skeleton, WHOLE.replace(steps=True), times=times)
+    assert found.steps == list(direct.steps)
+    assert {step.status for step in found.steps} == {"strike", "off"}
+
+
+def test_recordings_without_feet_have_no_steps_and_say_so(tmp_path):
+    rows = "".join(f"{k / 30},0,1,0,0,{k % 20 / 20},1\n" for k in range(120))
+    (tmp_path / "plain.csv").write_text("time,a.x,a.y,a.z,b.x,b.y,b.z\n" + rows)
+    (found,) = segment_file(tmp_path / "plain.csv", WHOLE.replace(steps=True), ReadOptions())
+    assert found.steps == []
+    assert found.key_frames
+    assert "steps need ankles or toes" in found.notes[-1]
+
+
 def test_recordings_that_lack_joints_of_the_moves_are_segmented_and_say_so(performance):
     moves = Moves(Skeleton(("hip", "tail"), (-1, 0)))
     wag = np.zeros((30, 2, 3))

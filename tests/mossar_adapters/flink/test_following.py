@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mossar_adapters.demo import DemoSource
 from mossar_adapters.flink.following import Following
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
@@ -136,3 +137,18 @@ def test_who_is_forgotten_begins_anew_and_a_stranger_is_nobody(people):
 def test_a_damaged_snapshot_is_said():
     with pytest.raises(SnapshotError):
         Following(Settings()).line("ann", 0.0, lambda: b"nothing")
+
+
+@pytest.mark.parametrize("lost_every", [1, 10**6])
+def test_steps_are_those_of_a_direct_run(lost_every):
+    meta, *chunks = DemoSource.from_url("demo:?seconds=8&moves=walk", speed="max").items()
+    settings = Settings(steps=True)
+    direct = Segmenter(meta.skeleton, settings, fps=meta.fps)
+    expected = [to_json(event) for chunk in chunks for event in direct.push(chunk)]
+    engine, found = Engine(settings=settings), []
+    for count, record in enumerate(record for item in (meta, *chunks) for record in records_of(item)):
+        if count % lost_every == 0:
+            engine.fail()
+        found += engine.take("p1", record)
+    assert found == expected
+    assert any(b'"type":"step"' in line for line in found)
