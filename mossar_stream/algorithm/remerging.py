@@ -46,6 +46,7 @@ BOUNDARY_BITS = (
 )
 BOUNDARY = (1 << BOUNDARY_BITS) - 1
 EMPTY = np.int64(-1)  # no key is negative
+DEAREST = 1e300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
 
 
 class Remerging(NamedTuple):
@@ -167,7 +168,9 @@ def _remove(run, count, x):
 
 @inline_kernel
 def _judged(run, x, cost):
-    """Return the cost of a merge as the verdict on its key frame leaves it."""
+    """Return the cost of a merge as the verdict on its key frame leaves it; one that cannot be computed is `DEAREST`."""
+    if not cost < DEAREST:
+        cost = DEAREST
     if run.verdicts[x] == WITHIN:
         return 0.0
     if run.verdicts[x] == ENDS:

@@ -12,7 +12,7 @@ from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.linked import publish
 from mossar_stream.memory.event_buffer import new_event_buffer
 from mossar_stream.repetitions.counting import look
-from mossar_stream.repetitions.state import HEADER, SCRATCH, length, new_room
+from mossar_stream.repetitions.state import HEADER, SCRATCH, adopt_counted, length, new_room
 from mossar_stream.settings import SimilarityName
 
 # Measures whose kernels are there; looking them up takes as long as a thousand frames.
@@ -30,8 +30,9 @@ def warm_up(plan: Plan) -> None:
 
 @functools.cache
 def warm_up_looks() -> None:
-    """Compile what looks at repetitions, or load it."""
+    """Compile what looks at repetitions, and what lets limbs know of them, or load it."""
     look(np.zeros(1, HEADER), np.zeros(length(1), np.float32), new_room(1), np.zeros(1, SCRATCH), math.inf)
+    adopt_counted(np.zeros(1, HEADER), np.zeros(1, HEADER))
 
 
 def _warm_up_steps(plan: Plan) -> None:

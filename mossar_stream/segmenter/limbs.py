@@ -43,7 +43,6 @@ class LimbSegmenter(Protocol):
     def snapshot(self) -> bytes: ...  # noqa: D102
 
 
-_LOOKED = ["origin", "looked"]  # of what is counted: at which look
 NewSegmenter = Callable[[Skeleton, Settings, str], LimbSegmenter]
 
 
@@ -126,10 +125,12 @@ class Limbs:
 
     def _adopt(self, row: Row) -> None:
         """Let a limb know what is counted of its body, after each look at that."""
-        if not len(row.adopted) or not len(self._body.counted):
+        own, body = row.adopted, self._body.counted
+        if not len(own) or not len(body):
             return  # or the body counts no longer, and the settings of the limb follow
-        if row.adopted[_LOOKED] != self._body.counted[_LOOKED]:
-            row.adopt_repetitions(self._body.counted)
+        # Field by field: of whole records numpy compares types in Python, and reports an exception in there as a TypeError.
+        if own["looked"][0] != body["looked"][0] or own["origin"][0] != body["origin"][0]:
+            row.adopt_repetitions(body)
 
     def take(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
         """Process one frame of a take that goes on, of the body and of all limbs, at once.

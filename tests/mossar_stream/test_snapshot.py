@@ -229,6 +229,21 @@ def test_samples_that_are_no_numbers_keep_nothing_from_going_on(segmenter, core,
     assert own.end_take()[-1].event == "ended"
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, 3e38])
+@pytest.mark.parametrize("line", [body_lines.POSE_X, body_lines.MEAN_X, body_lines.HOME_X, body_lines.X])
+def test_joints_that_are_nowhere_keep_nothing_from_going_on(segmenter, core, value, line):
+    """Then no merge of segments has a cost, and the key frames are removed one by one all the same."""
+    positions, times = core.moving_people(1, frames=600, losses=False)
+
+    def change(row):
+        region(row, segmenter.row.plan.shape, "body")[line] = value
+
+    own = Segmenter.restore(with_row(segmenter, change))
+    own.push(positions[200:], times[200:])
+    own.snapshot()
+    assert own.end_take()[-1].event == "ended"
+
+
 @pytest.mark.parametrize("name", ["order", "unused"])
 def test_a_slot_used_twice_or_out_of_range_is_refused(segmenter, name):
     for value in (-1, 10**9, int(segmenter.row.state["open_segment"]["settled"])):
