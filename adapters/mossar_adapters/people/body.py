@@ -190,7 +190,9 @@ class Body:
             away = centre(pose) - centre(there)
             return float(np.sqrt(away @ away))
         steps = pose - there
-        return float(np.sqrt(np.nanmean(np.einsum("jk,jk->j", steps, steps))))
+        squares = np.einsum("jk,jk->j", steps, steps)
+        squares = squares[~np.isnan(squares)]  # ten times as fast as `np.nanmean` on few numbers
+        return float(np.sqrt(squares.sum() / len(squares))) if len(squares) else float("nan")
 
 
 def filled(pose: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
@@ -200,6 +202,7 @@ def filled(pose: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
 
 def centre(pose: NDArray[Any]) -> NDArray[np.float64]:
     """Return the middle of the joints that are there, (3,) metres."""
-    here = pose[~np.isnan(pose[:, 0])]
+    gone = np.isnan(pose[:, 0])
+    here = pose[~gone] if gone.any() else pose
     found: NDArray[np.float64] = (here.sum(axis=0) / max(len(here), 1)).astype(np.float64)
     return found

@@ -90,8 +90,10 @@ class Likeness:
             return np.full(len(bones.outer), _NOISE)
         varied = median(np.array([samples.summary(bones)[1] for samples in known]))
         lengths = np.exp(median(np.array([samples.summary(bones)[0] for samples in known])))
-        varied = np.hypot(np.nan_to_num(varied, nan=_NOISE), _POSTURE)
-        return np.hypot(varied, np.nan_to_num(_BLUR / lengths, nan=_NOISE))
+        blur = _BLUR / lengths
+        varied[np.isnan(varied)] = blur[np.isnan(blur)] = _NOISE
+        noise: NDArray[np.float64] = np.sqrt(varied * varied + blur * blur + _POSTURE * _POSTURE)
+        return noise
 
 
 def _spread(gap: float) -> float:

@@ -225,7 +225,7 @@ class Slots:
         others = []
         for ident, pose in found:
             body = self._ids.get(ident)
-            if body is not None and (body.time > time or np.isnan(pose).all() or body.follow(pose, time)):
+            if body is not None and (body.time > time or body.follow(pose, time) or np.isnan(pose).all()):
                 verdicts[ident] = body
             else:
                 others.append((ident, pose))

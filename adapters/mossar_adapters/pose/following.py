@@ -107,7 +107,7 @@ class Estimator:
         return next(number for number in range(1, self._people + 1) if number not in taken)
 
     def _body(self, person: "_Person", picture: NDArray[np.uint8], time: float) -> Body | None:
-        found = self._landmarker.read(picture, person.region)
+        found = self._landmarker.read(picture, person.region, is_new=person.is_new)
         return None if found is None else person.follow(found, time, picture.shape[:2])
 
     def _drop(self, people: "Sequence[_Person]", time: float) -> None:
@@ -137,6 +137,7 @@ class _Person:
 
     def __init__(self, number: int, region: Region, smooth: bool) -> None:
         self.number, self.region = number, region
+        self.is_new = True
         self._travel = Travel()
         self._seen = np.full(JOINTS, -math.inf)  # s, when each joint was last visible
         self._filters = (OneEuro(*WORLD), OneEuro(*PICTURE), OneEuro(*REGION)) if smooth else None
@@ -160,6 +161,7 @@ class _Person:
                 found.visible,
             )
         self.region = found.next_region()
+        self.is_new = False
         hidden = self._hidden(found.visible, time)
         place = found.world + self._travel.hips(found, time, size)
         return Body(

@@ -21,7 +21,9 @@ from mossar_adapters.pose.types import JOINTS
 
 _POINTS: Final = 39
 _CENTRE, _END = 33, 34  # of the next region: pose_landmarks_to_roi.pbtxt
-_PRESENT: Final = 0.5  # `min_tracking_confidence`: below it nobody is in the region
+_PRESENT: Final = 0.5  # `min_tracking_confidence`: below it nobody is in the region any more
+# Ours, for the first picture of a person: 0.96 and more in clips of people, up to 0.73 where the detector saw one in a test card.
+_FOUND: Final = 0.85
 # `RefineLandmarksFromHeatmapCalculator` of tensors_to_pose_landmarks_and_segmentation.pbtxt.
 _KERNEL: Final = 9  # cells of the 64 x 64 that are averaged; with 9 the points are the maker's within 0.1 pixels, not with 7
 _LEAST: Final = 0.5  # `min_confidence_to_refine`
@@ -55,19 +57,20 @@ class Landmarker:
     def __init__(self, path: Path) -> None:
         self._network = Network(path)
 
-    def read(self, picture: NDArray[np.uint8], region: Region) -> Landmarks | None:
+    def read(self, picture: NDArray[np.uint8], region: Region, *, is_new: bool = False) -> Landmarks | None:
         """Return the landmarks, None if nobody is there.
 
         Args:
             picture: (h, w, 3), BGR.
             region: Where to look.
+            is_new: Whether only the detector says that somebody is there.
         """
         side = self._network.side
         matrix = region.to_picture(side)
         # What is beyond the picture repeats its edge, as in the maker's; black moves legs that are out of sight.
         part = crop(picture, matrix, side, border=cv2.BORDER_REPLICATE)
         self._network.run(part / np.float32(255.0))
-        if not self._network.output(1)[0] > _PRESENT:
+        if not self._network.output(1)[0] > (_FOUND if is_new else _PRESENT):
             return None
         found = self._network.output(5 * _POINTS).reshape(_POINTS, 5).astype(np.float64)
         points = _refined(found[:, :2] / side, self._network.output(64, 64, _POINTS)) * side

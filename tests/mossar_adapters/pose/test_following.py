@@ -77,6 +77,30 @@ def test_nobody_is_found_in_a_picture_without_anybody(weights, pan):
     assert followed(Estimator(weights), [np.zeros_like(pan[0]), noise]) == [[], []]
 
 
+def shapes(seed):
+    """Return a picture of ellipses and lines, some like limbs, (360, 640, 3) BGR."""
+    import cv2
+
+    rng = np.random.default_rng(seed)
+    picture = np.full((360, 640, 3), rng.integers(0, 255, 3), np.uint8)
+    for _ in range(25):
+        colour, (x, y), size = (
+            rng.integers(0, most, 3).tolist()[:n] for most, n in ((255, 3), (360, 2), (110, 2))
+        )
+        x, size = x * 640 // 360, [10 + side for side in size]
+        if rng.integers(2):
+            cv2.ellipse(picture, (x, y), size, float(rng.integers(180)), 0, 360, colour, -1)
+        else:
+            cv2.line(picture, (x, y), (x + size[0], y + size[1]), colour, int(rng.integers(4, 30)))
+    return picture
+
+
+def test_shapes_that_the_detector_takes_for_a_person_are_nobody(weights):
+    # Each gave a person while a new one needed no more than one who is followed.
+    for seed in (25, 60, 92, 104, 461, 539):
+        assert followed(Estimator(weights), [shapes(seed)]) == [[]], seed
+
+
 def test_a_person_who_goes_and_comes_back_is_found_again(weights, pan):
     empty = np.zeros_like(pan[0])
     found = followed(Estimator(weights), [*pan[:5], *[empty] * 5, *pan[:5]])

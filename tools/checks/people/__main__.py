@@ -8,7 +8,7 @@ through the source that `--people` makes. Rows:
 
 - short: two to four people, hidden for at most 2 s, also when they cross.
 - back: all people leave for 10 to 20 s, and come back in another order, elsewhere, under other ids.
-- cost: microseconds for a frame of a person, medians of scenes.
+- cost: microseconds for a frame of a person, the median of scenes, each the least of five turns.
 
 The exit status is 1 if a figure misses what is wanted.
 """
@@ -32,6 +32,7 @@ FOLDERS = tuple(
     Path("../shared/data") / part for part in ("labelled/precog", "labelled/ui_prmd", "moves/kinect/sessions")
 )
 _COSTS = 15  # scenes that cost is measured on
+_TURNS = 5  # of which the least counts: other programs only ever add to it
 
 
 class Row(msgspec.Struct):
@@ -89,7 +90,8 @@ def rows(casts: list[list[Actor]], scenes: int, seed: int, console: Console) -> 
     chosen = [short_scene(cast, seed) for cast, seed in short[:_COSTS]]
     for chunk, most in ((1, 10.0), (10, 2.0)):
         name = "cost, frame by frame, us" if chunk == 1 else f"cost, chunks of {chunk}, us"
-        yield Row(name, statistics.median(cost(scene, chunk) for scene in chosen), most, at_most=True)
+        least = [min(cost(scene, chunk) for _ in range(_TURNS)) for scene in chosen]
+        yield Row(name, statistics.median(least), most, at_most=True)
 
 
 def main() -> None:
