@@ -5,6 +5,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from mossar_adapters.abilities import Drops, offered
 from mossar_adapters.extras import needed
 from mossar_adapters.metrics_server import MetricsServer
 from mossar_adapters.pipeline import Pipeline
@@ -101,7 +102,8 @@ class Metrics:
         for (name, _), count in zip(sources, pipeline.inbox.dropped, strict=True):
             dropped.add_metric([name], count)
         for outlet in list(pipeline.outlets):
-            lost = outlet.dropped + int(getattr(outlet.sink, "dropped", 0))
+            dropping = offered(outlet.sink, Drops)
+            lost = outlet.dropped + (0 if dropping is None else dropping.dropped)
             dropped.add_metric([outlet.sink.name], lost)
         yield dropped
         yield GaugeMetricFamily(

@@ -11,7 +11,8 @@ class Sink(Protocol):
     """Takes events. Never blocks for long: what a slow receiver cannot take is dropped and counted.
 
     Its methods are called one at a time, and but for those that say `prompt = True` from one thread. A prompt sink
-    never waits for anybody, so events go to it without a detour through a thread of its own.
+    never blocks, so events go to it without a detour through a thread of its own. `abilities.py` has what a sink may
+    offer besides.
     """
 
     name: str  # the URL or path, for messages

@@ -65,7 +65,7 @@ class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
     A live source yields None when nothing came for about a tenth of a second, so that its reader can notice
-    a stall or a wish to stop.
+    a stall or a wish to stop. `abilities.py` has what a source may offer besides.
     """
 
     name: str  # the URL or path, for messages

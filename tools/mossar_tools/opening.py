@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
+from mossar_adapters.abilities import NamesPerformers, Notes, offered
 from mossar_adapters.address import parse_url
 from mossar_adapters.files import open_recording
 from mossar_adapters.live import Listener
@@ -41,14 +42,16 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
         remember=REMEMBERED if options.remember is None else options.remember,
     )
     _check_performer(source, options.performer)
-    _tell(source.name, getattr(source, "notes", ()))
+    noted = offered(source, Notes)
+    _tell(source.name, () if noted is None else noted.notes)
     return source
 
 
 def _check_performer(source: Source, wanted: str | None) -> None:
     """Refuse a performer of whom a source knows that they will never come."""
-    performers: tuple[str, ...] | None = getattr(source, "performers", None)
-    if wanted is not None and performers is not None and wanted not in performers:
+    named = offered(source, NamesPerformers)
+    performers = () if named is None else named.performers
+    if wanted is not None and named is not None and wanted not in performers:
         source.close()
         raise UsageError(
             f"{source.name}: no performer called {wanted[:40]!r}; there are {', '.join(performers[:40])}"

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mossar_adapters.abilities import HasSlots, Previews, SkipsWaiting, offered
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.claim import Claim
@@ -93,9 +94,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
 def _skip_waiting(sources: Sequence[Source]) -> None:
     """Have live sources begin with what comes from now on: what came while kernels were compiled is old."""
     for source in sources:
-        skip = getattr(source, "skip_waiting", None)
-        if callable(skip):
-            skip()
+        if (waiting := offered(source, SkipsWaiting)) is not None:
+            waiting.skip_waiting()
 
 
 def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:
@@ -111,8 +111,8 @@ def _opened_dashboard(
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.visitors import HERE
 
-    people = [slots for source in sources if (slots := getattr(source, "people", None)) is not None]
-    previews = [preview for source in sources if (preview := getattr(source, "preview", None)) is not None]
+    people = [own.people for source in sources if (own := offered(source, HasSlots)) is not None]
+    previews = [cam.preview for source in sources if (cam := offered(source, Previews)) is not None]
     if previews and options.host != HERE:
         raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
     show = LiveShow(

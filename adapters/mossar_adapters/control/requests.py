@@ -16,6 +16,7 @@ from typing import Any
 
 import msgspec
 
+from mossar_adapters.abilities import HasSlots, offered
 from mossar_adapters.people import PeopleSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.outcome import in_words
@@ -136,7 +137,7 @@ def of_people(pipeline: Pipeline, request: Request) -> object:
     Raises:
         SettingsError: If no source has slots, there is no such slot, or a value is impossible.
     """
-    found = [feed.source for feed in pipeline.feeds if getattr(feed.source, "people", None) is not None]
+    found = [feed.source for feed in pipeline.feeds if offered(feed.source, HasSlots) is not None]
     if not found:
         raise SettingsError("no source has slots: start with --people")
     if request.set is not None and (others := request.set.keys() - _OF_SLOTS):

@@ -17,6 +17,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
+from mossar_adapters.abilities import Orders, Resumes, offered
 from mossar_adapters.people.body import PAUSE
 from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
 from mossar_adapters.replay.interleaving import part
@@ -47,8 +48,8 @@ class PeopleSource:
     def __init__(self, source: Source, people: People, remember: float = REMEMBERED) -> None:
         self.name, self.live = source.name, source.live
         self._source = source
-        if hasattr(source, "in_order"):
-            source.in_order = True  # readers keep chunks back, each performer's for itself
+        if (ordering := offered(source, Orders)) is not None:
+            ordering.in_order = True  # readers keep chunks back, each performer's for itself
         self._slots = Slots(people, remember)
         self._lock = threading.Lock()  # requests come from other threads
         self._metas: OrderedDict[str, Meta] = OrderedDict()  # by id
@@ -117,7 +118,7 @@ class PeopleSource:
 
     def resume(self, position: dict[str, int]) -> None:
         """Begin behind the first `position[slot]` frames of each slot; before `items`."""
-        if callable(getattr(self._source, "resume", None)):
+        if offered(self._source, Resumes) is not None:
             self._skip = dict(position)
 
     def table(self) -> list[dict[str, object]]:

@@ -13,6 +13,7 @@ from typing import Protocol, cast
 
 import msgspec
 
+from mossar_adapters.abilities import Prompt, TakesEvents, TakesFrames, TakesStarts, offered
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.pipeline.take_starts import TakeStart
 from mossar_adapters.sink import FrameSink, Sink
@@ -85,10 +86,11 @@ class Outlet:
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._thread = threading.Thread(target=self._deliver, name=f"write {sink.name}", daemon=True)
-        self.prompt = bool(getattr(sink, "prompt", False))
-        self._takes_frames = hasattr(sink, "send_frames")
-        self.takes_events = hasattr(sink, "send")
-        self._takes_starts = hasattr(sink, "begin_take")
+        prompt = offered(sink, Prompt)
+        self.prompt = prompt is not None and prompt.prompt
+        self._takes_frames = offered(sink, TakesFrames) is not None
+        self.takes_events = offered(sink, TakesEvents) is not None
+        self._takes_starts = offered(sink, TakesStarts) is not None
 
     def start(self) -> None:
         """Begin to deliver."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from mossar_adapters.abilities import HasPosition, Resumes, Syncs, offered
 from mossar_adapters.pipeline.counting import counters_of, explanation
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
@@ -181,9 +182,8 @@ class Upkeep:
             _log.warning("moves are not those of the snapshot; those of now are recognised from here on")
         pipeline.naming.resume(snapshot.sources)
         for feed, position in zip(pipeline.feeds, snapshot.sources, strict=True):
-            skip = getattr(feed.source, "resume", None)
-            if callable(skip):
-                skip(position.frames)
+            if (source := offered(feed.source, Resumes)) is not None:
+                source.resume(position.frames)
 
     def _digest(self, moves: Moves | None) -> bytes:
         """Return what tells moves from others; nothing if there are none."""
@@ -199,8 +199,8 @@ class Upkeep:
         sinks = [outlet.sink for outlet in pipeline.outlets]
         try:
             for sink in sinks:
-                if hasattr(sink, "sync"):
-                    sink.sync()
+                if (written := offered(sink, Syncs)) is not None:
+                    written.sync()
             snapshot = Snapshot(
                 settings=msgspec.json.encode(pipeline.settings),
                 complete=complete,
@@ -208,7 +208,11 @@ class Upkeep:
                 performers=pipeline.pool.snapshot(),
                 pool=pipeline.pool.lasting(),
                 moves=self._digest(pipeline.pool.moves),
-                sinks={sink.name: sink.position() for sink in sinks if hasattr(sink, "position")},
+                sinks={
+                    sink.name: own.position()
+                    for sink in sinks
+                    if (own := offered(sink, HasPosition)) is not None
+                },
                 run=pipeline.run_id,
             )
             write_snapshot(self._path, snapshot)

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from mossar_adapters.abilities import HasPosition, Syncs, offered
 from mossar_adapters.address import Address
 from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
@@ -54,14 +55,13 @@ class DeferredSink:
         """Return the bytes in the file, 0 before there is one, None if it does not tell."""
         if self._sink is None:
             return 0
-        position = getattr(self._sink, "position", None)
-        return int(position()) if callable(position) else None
+        own = offered(self._sink, HasPosition)
+        return None if own is None else own.position()
 
     def sync(self) -> None:
         """Have everything written to the disk, before a snapshot counts on it."""
-        sync = getattr(self._sink, "sync", None)
-        if callable(sync):
-            sync()
+        if (written := offered(self._sink, Syncs)) is not None:
+            written.sync()
 
     def close(self) -> None:
         """Write what is left. May be called twice."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from mossar_adapters.abilities import Drops, offered
 from mossar_adapters.address import parse_url
 from mossar_stream import MossarError
 from mossar_tools.console import LOGGER, Console
@@ -77,8 +78,8 @@ def run(options: Options, console: Console) -> int:
             LOGGER.error("%s", error)
             return FAILED
     for sink in sinks:
-        if dropped := getattr(sink, "dropped", 0):
-            LOGGER.warning("%s: %d messages were not taken by the system", sink.name, dropped)
+        if (dropping := offered(sink, Drops)) is not None and dropping.dropped:
+            LOGGER.warning("%s: %d messages were not taken by the system", sink.name, dropping.dropped)
     return DONE
 
 
