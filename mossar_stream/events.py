@@ -378,6 +378,11 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
     score: float | None
     decided_time: float
 
+    @property
+    def limb(self) -> str:
+        """The limb that strays most; `body` where no bone belongs to a limb."""
+        return max(self.limbs, key=lambda name: self.limbs[name], default=BODY)
+
 
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
     """Counters of one performer's stream since it began; made by the pipeline, not by the core."""

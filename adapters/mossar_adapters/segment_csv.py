@@ -1,4 +1,4 @@
-"""A table that spreadsheets and ELAN open: a row for each segment, repetition and move; of streams and of whole files."""
+"""A table that spreadsheets and ELAN open: a row for each segment, repetition, move and performance; of streams and of whole files."""
 
 import math
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ from mossar_adapters.table_text import csv_text
 from mossar_stream import (
     BODY,
     Event,
+    FollowEvent,
     KeyFrameEvent,
     MoveEvent,
     RepetitionEvent,
@@ -40,7 +41,20 @@ COLUMNS = (
 )
 COUNTED = ("count", "total", "period", "tempo", "amplitude")  # further columns of repetitions
 NAMED = ("name", "score")  # and of moves
-OF_STREAMS = COLUMNS + COUNTED + NAMED  # settings may change while one runs
+LIMBS = (
+    "trunk",
+    "left_arm",
+    "right_arm",
+    "left_leg",
+    "right_leg",
+)  # of skeletons whose joints are known by name
+FOLLOWED = (  # and of moves that are followed, besides `count`
+    "relative_tempo",
+    "deviation",
+    *(f"deviation_{limb}" for limb in LIMBS),
+    *(f"range_{limb}" for limb in LIMBS),
+)
+OF_STREAMS = COLUMNS + COUNTED + NAMED + FOLLOWED  # settings may change while one runs
 SETTLED = 32  # repetitions later one is sure: so many at most may still be withdrawn or moved
 _KEPT = 10_000  # key frames kept whose segment is still open
 
@@ -135,12 +149,28 @@ def move_cells(event: MoveEvent) -> dict[str, object]:
     return {"limb": event.limb, "name": event.name, "score": _number(event.score)}
 
 
+def follow_cells(event: FollowEvent) -> dict[str, object]:
+    """Return the cells in which performances of a followed move differ from other stretches."""
+    strays = {f"deviation_{limb}": _number(event.limbs.get(limb)) for limb in LIMBS}
+    ranges = {f"range_{limb}": _number((event.range or {}).get(limb)) for limb in LIMBS}
+    return {
+        "limb": event.limb,
+        "name": event.name,
+        "score": _number(event.score),
+        "count": event.count,
+        "relative_tempo": _number(event.tempo),
+        "deviation": _number(event.deviation),
+        **strays,
+        **ranges,
+    }
+
+
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.4f}"
 
 
 class SegmentCsvSink:
-    """Writes what is final of segments, repetitions and moves; implements `Sink`.
+    """Writes what is final of segments, repetitions, moves and performances; implements `Sink`.
 
     The strength is that of the key frame at the segment's end. A repetition waits until no later look can change it: for
     `SETTLED` more, or for the end of its take. Those that wait are not part of a snapshot.
@@ -174,7 +204,7 @@ class SegmentCsvSink:
             self._write(rows)
 
     def send(self, events: Sequence[Event]) -> None:
-        """Write the segments, repetitions and moves among the events that are final."""
+        """Write the segments, repetitions, moves and performances among the events that are final."""
         rows: list[dict[str, object]] = []
         for event in events:
             match event:
@@ -190,6 +220,11 @@ class SegmentCsvSink:
                     recording, ends = self._recordings.get(event.performer, ""), (event.start, event.end)
                     row = stretch_row(recording, event.performer, event.take, ends, "move")
                     rows.append(row | move_cells(event))
+                case FollowEvent(status="done"):
+                    recording, ends = self._recordings.get(event.performer, ""), (event.start, event.time)
+                    joints = (event.joint,)
+                    row = stretch_row(recording, event.performer, event.take, ends, "followed", joints=joints)
+                    rows.append(row | follow_cells(event))
                 case _:
                     pass
         if rows:

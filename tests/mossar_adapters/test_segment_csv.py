@@ -7,7 +7,7 @@ import pytest
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.segment_csv import OF_STREAMS, SETTLED, SegmentCsvSink
-from mossar_stream import MoveEvent, RepetitionEvent, StreamEvent
+from mossar_stream import FollowEvent, MoveEvent, RepetitionEvent, StreamEvent
 
 
 @pytest.fixture
@@ -42,6 +42,20 @@ def repetition(number, *, take=0, rev=1, status="counted", end=None, performer="
         joint="hand" if counted else None,
         decided_time=2.0 * number + 3.0,
     )
+
+
+def follow_event(**changes):
+    numbers = {"progress": 0.5, "tempo": 1.25, "certainty": 0.75, "deviation": 8.0, "joint": "LeftKnee"}
+    said = {
+        "performer": "p1",
+        "id": "p1/follow/0/3",
+        "rev": 2,
+        "name": "squat",
+        "status": "progress",
+        "take": 0,
+    }
+    times = {"count": 2, "start": 12.0, "time": 13.0, "decided_time": 13.5, "range": None, "score": None}
+    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.0, "left_leg": 12.0}, **changes})
 
 
 def test_a_repetition_has_a_row_with_what_was_said_of_it_last(table):
@@ -96,3 +110,15 @@ def test_a_move_has_a_row_once_it_is_final(table):
     (row,) = rows()
     assert (row["state"], row["name"], row["limb"], row["score"]) == ("move", "'=punch", "left_arm", "0.8000")
     assert (row["start"], row["end"]) == ("1.0000", "1.6000")
+
+
+def test_a_performance_of_a_followed_move_has_a_row_when_it_is_done(table):
+    sink, rows = table
+    done = {"status": "done", "count": 3, "progress": 1.0, "range": {"left_leg": 0.5}, "score": 0.25}
+    sink.send([follow_event(), follow_event(**done), follow_event(status="left", count=3)])
+    [row] = rows()
+    assert (row["state"], row["name"], row["count"], row["limb"]) == ("followed", "squat", "3", "left_leg")
+    assert (row["start"], row["end"], row["score"]) == ("12.0000", "13.0000", "0.2500")
+    assert (row["relative_tempo"], row["tempo"], row["deviation"]) == ("1.2500", "", "8.0000")
+    assert (row["deviation_left_leg"], row["deviation_left_arm"]) == ("12.0000", "")
+    assert (row["range_left_leg"], row["range_trunk"]) == ("0.5000", "")

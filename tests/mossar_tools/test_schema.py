@@ -64,7 +64,7 @@ def test_every_meta_fits(valid):
 def test_every_state_fits(valid):
     for state in (
         StateMap("p1", 0, True),
-        StateMap("p1", 2, False, {"body": "moving"}, {"body": 3}, level="motion", run="a1"),
+        StateMap("p1", 2, False, {"body": "moving"}, {"body": 3}, {"squat": 2}, level="motion", run="a1"),
     ):
         sent = json.loads(to_json_line(state))
         assert valid(sent)

@@ -21,8 +21,10 @@ from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS
 from mossar_adapters.segment_csv import (
     COLUMNS,
     COUNTED,
+    FOLLOWED,
     NAMED,
     Ending,
+    follow_cells,
     move_cells,
     repetition_cells,
     segment_row,
@@ -30,6 +32,7 @@ from mossar_adapters.segment_csv import (
 )
 from mossar_stream import (
     BODY,
+    FollowEvent,
     MossarError,
     MoveEvent,
     RangeOfMotion,
@@ -46,7 +49,7 @@ from mossar_stream import (
 from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.moves_file import read_moves
+from mossar_tools.moves_file import moves_to_follow
 from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
 
@@ -97,7 +100,7 @@ def segment_whole(
         MossarError: If it cannot be read, or the options do not fit it.
     """
     settings = options.settings(range="file")
-    moves = None if options.moves is None else read_moves(options.moves)
+    moves, follow = moves_to_follow(options.moves, options.follow)
     loaded = load_recording(options, tell)
     _say_what_is_left_out(loaded)
     if settings.steps and settings.up == "auto":
@@ -110,6 +113,7 @@ def segment_whole(
         times=loaded.times,
         curves=curves,
         moves=moves,
+        follow=follow,
     )
     if settings.limbs and not result.limbs:
         LOGGER.warning("%s: there are no limbs, as %s", loaded.name, WITHOUT_LIMBS)
@@ -143,6 +147,8 @@ def report_of(
     }
     if options.moves is not None:
         report["moves"] = result.moves
+    if options.follow:
+        report["followed"] = result.followed
     if result.settings.repetitions:
         report["repetitions"] = result.repetitions
     if options.angles:
@@ -170,6 +176,7 @@ def rows_of(
     counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
     rows += [_row_of_repetition(loaded, event) for event in counted]
     rows += [_row_of_move(loaded, event) for event in result.moves]
+    rows += [_row_of_followed(loaded, event) for event in result.followed]
     rows += [_row_of_angle(loaded, own) for own in (motion_of(loaded, result) if options.angles else ())]
     rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
     blank = dict.fromkeys(columns_of(options), "") | values_of_name(options, loaded.name)
@@ -181,12 +188,14 @@ def columns_of(options: Options) -> tuple[str, ...]:
     counted: tuple[str, ...] = COUNTED if options.settings().repetitions else ()
     named = () if options.moves is None else NAMED
     counted += BENT if options.angles else ()
+    counted += ("count",) if options.follow and "count" not in counted else ()
     return (
         COLUMNS[:1]
         + columns_of_names(options)
         + COLUMNS[1:]
         + counted
         + named
+        + (FOLLOWED if options.follow else ())
         + (STEPPED if options.settings().steps else ())
     )
 
@@ -200,6 +209,12 @@ def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[
 
 def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
     return _row_of(loaded, event.take, (event.start, event.end), "move", BODY) | move_cells(event)
+
+
+def _row_of_followed(loaded: LoadedRecording, event: FollowEvent) -> dict[str, Any]:
+    ends = (event.start, event.time)
+    row = _row_of(loaded, event.take, ends, "followed", BODY, (event.joint,))
+    return row | follow_cells(event)
 
 
 def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:

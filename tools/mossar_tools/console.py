@@ -22,7 +22,17 @@ LEVELS: Final = ("debug", "info", "warning", "error")
 
 _BAR = 24  # characters of a progress bar
 _STATUS_PERIOD = 0.1  # s between two updates of the status line
-_ASCII: Final = {"·": "-", "→": "->", "…": "...", "✓": "hit", "✗": "miss", "±": "+-", "—": "-", "–": "-"}  # noqa: RUF001
+_ASCII: Final = {
+    "·": "-",
+    "→": "->",
+    "…": "...",
+    "✓": "hit",
+    "✗": "miss",
+    "±": "+-",
+    "°": " deg",
+    "—": "-",
+    "–": "-",  # noqa: RUF001
+}
 
 
 class Console:

@@ -13,6 +13,7 @@ from mossar_stream import (
     BODY,
     ActivityEvent,
     Event,
+    FollowEvent,
     Frames,
     KeyFrameEvent,
     MoveEvent,
@@ -22,6 +23,7 @@ from mossar_stream import (
 from mossar_tools.bars import bar
 from mossar_tools.console import Console
 from mossar_tools.score import Score, Verdict
+from mossar_tools.wording import judged, straying
 
 if TYPE_CHECKING:
     from mossar_adapters.pipeline import Pipeline
@@ -42,6 +44,8 @@ _COLUMNS = {
 _SET_OFF = ("key frame", "velocity")  # that follow a column on the right
 _DISPENSABLE = ("velocity", "frame", "delay", "kind", "performer")
 _STARTED = "started"
+OVER = ("done", "left")  # statuses of followed moves that are not being made any more
+MOST_FOLLOWED = 2  # performers whose followed moves the status line shows
 _NAMES = 4096  # performers that are remembered
 
 
@@ -72,6 +76,9 @@ class LiveView:
         self._console = console
         self._emission = emission or Emission()
         self._repetitions: dict[tuple[str, str], int] = {}  # count of the take by performer and channel
+        self._followed: dict[
+            tuple[str, str], FollowEvent
+        ] = {}  # the latest, by performer and name of the move
         self.visible = visible
         self.prompt = not visible  # counting takes no time; a terminal may be paused
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
@@ -91,11 +98,18 @@ class LiveView:
                 self._limbs[event.channel] = self._limbs.get(event.channel, 0) + (event.status == "confirmed")
             elif isinstance(event, KeyFrameEvent):
                 self._count(event)
+            elif isinstance(event, FollowEvent):
+                self._follow(event)
             elif isinstance(event, RepetitionEvent):
                 self._repetitions[event.performer, event.channel] = event.total
         if self.visible:
             for event in self._emission.of(list(events)):
                 self._show(event)
+
+    def _follow(self, event: FollowEvent) -> None:
+        self._followed[event.performer, event.name] = event
+        if len(self._followed) > _NAMES:
+            del self._followed[next(iter(self._followed))]
 
     def _show(self, event: Event) -> None:
         """Show an event, if it is of a kind that has a line."""
@@ -105,6 +119,9 @@ class LiveView:
         elif isinstance(event, MoveEvent):
             if event.status != "final":
                 self._console.line(self._move_line(event))
+        elif isinstance(event, FollowEvent):
+            if event.status == "done":
+                self._console.line(self._done_line(event))
         elif isinstance(event, ActivityEvent):
             if event.channel == BODY:
                 self._console.line(self._activity_line(event))
@@ -156,6 +173,8 @@ class LiveView:
         for (performer, channel), total in self._repetitions.items():
             of = performer if channel == BODY else f"{performer}, {channel}"
             lines.append(f"repetitions of {of} in the last take: {total}")
+        for (performer, name), event in self._followed.items():
+            lines.append(f"{name}, {performer}: {event.count} done in the last take")
         if self._delays:
             ordered = sorted(self._delays)
             high = ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))]
@@ -229,6 +248,11 @@ class LiveView:
         )
         return self._console.colour(self._cut(text), "1;34")
 
+    def _done_line(self, event: FollowEvent) -> str:
+        """Return the count of a followed move, and how the performance went."""
+        text = f"{event.performer:<12}{event.time:>8.2f} s  {event.name} {event.count}, {judged(event)}"
+        return self._console.colour(self._cut(text), "1;32")
+
     def _activity_line(self, event: ActivityEvent) -> str:
         lasted = "" if event.previous is None else f", after {event.previous:.1f} s"
         limb = "" if event.limb is None or event.state != "moving" else f" ({event.limb})"
@@ -267,10 +291,33 @@ class LiveView:
                 word = "moving " if state.moving else "resting"
                 moment = bar(state.value, 12, fine=self._console.unicode)
                 parts.append(f"{performer} {state.time:.1f} s {word} {moment}")
+        parts += [self._progress(event) for event in self._under_way()[:MOST_FOLLOWED]]
         counts = f"{self.confirmed} key frames, {self.final} final"
         totals = [total for (_, channel), total in self._repetitions.items() if channel == BODY]
         counts += f", {sum(totals)} repetitions" if totals else ""
         return " · ".join([*parts, counts]) if parts else "waiting for frames"
 
+    def _under_way(self) -> list[FollowEvent]:
+        """Return the followed moves that are being made, the likeliest of each performer; else those done last."""
+        leading: dict[str, FollowEvent] = {}
+        for event in list(self._followed.values()):
+            before = leading.get(event.performer)
+            if before is None or _rank(event) > _rank(before):
+                leading[event.performer] = event
+        return [leading[name] for name in sorted(leading)]
+
+    def _progress(self, event: FollowEvent) -> str:
+        """Return how far a followed move is, its count, and the limb that strays most."""
+        if event.status in OVER:
+            return f"{event.name} {event.count} done"
+        moment = bar(event.progress, 12, fine=self._console.unicode)
+        return f"{event.name} {event.count} done {moment} {event.progress:4.0%} {straying(event)}"
+
     def _dim(self, text: str) -> str:
         return self._console.colour(text, "2")
+
+
+def _rank(event: FollowEvent) -> tuple[bool, float, float]:
+    """Return what puts followed moves of a performer in order: the one that is most likely being made is last."""
+    active = event.status not in OVER
+    return active, event.certainty * active, event.time

@@ -5,7 +5,7 @@ write over what the other took. The lock is a file beside it, because the file i
 """
 
 import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import filelock
@@ -17,6 +17,10 @@ from mossar_tools.errors import UsageError
 from mossar_tools.explaining import lines_of_oddity
 
 PATIENCE = 10.0  # s, that another program may take to change the file
+EVERY = "all"  # for `--follow`: all moves
+NAMED = 40  # moves at most in a message
+
+Follow = bool | tuple[str, ...]  # names of moves; True for all
 
 
 def read_moves(path: str | Path) -> Moves:
@@ -31,6 +35,36 @@ def read_moves(path: str | Path) -> Moves:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except MovesError as error:
         raise UsageError(f"{path}: {error}") from None
+
+
+def moves_to_follow(
+    path: str | Path | None, names: Sequence[str], *, teaches: bool = False
+) -> tuple[Moves | None, Follow]:
+    """Return the moves of a file, if there is one, and which of them are followed.
+
+    Args:
+        path: The file; None for no moves.
+        names: Of the moves to follow, or `all`.
+        teaches: Whether moves may be shown later, into a file that need not be there: names may be unknown.
+
+    Raises:
+        MossarError: If the file cannot be read, or a move to follow is not in it.
+    """
+    if names and path is None:
+        raise UsageError("--follow needs --moves FILE: the file has the moves that are followed")
+    if path is None or (teaches and not Path(path).exists()):
+        return None, ()
+    moves = read_moves(path)
+    missing = [name for name in names if name not in (*moves.names, EVERY)]
+    if missing and not teaches:
+        known = ", ".join(moves.names[:NAMED]) or "none"
+        raise UsageError(f"--follow {missing[0][:80]}: {path} has no such move; there are {known}")
+    return moves, followed(names, moves)
+
+
+def followed(names: Sequence[str], moves: Moves) -> Follow:
+    """Return which of the moves that there are so far are followed, of those that are wanted."""
+    return EVERY in names or tuple(name for name in names if name in moves.names)
 
 
 def moves_for(path: str | Path, skeleton: Skeleton) -> Moves:

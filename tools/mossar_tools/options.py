@@ -66,6 +66,7 @@ class Options(msgspec.Struct, frozen=True):
     strict: float | None = None
     again: float | None = None
     mirrored: bool | None = None
+    follow: tuple[str, ...] = ()
     name: str | None = None
     times: int = 2
     begin: float | None = None
@@ -92,7 +93,7 @@ class Options(msgspec.Struct, frozen=True):
     export: tuple[str, ...] = ()
     video: str | None = None
     cut: str | None = None
-    of: Literal["segments", "repetitions", "moves"] = "segments"
+    of: Literal["segments", "repetitions", "moves", "followed"] = "segments"
     person: str | None = None
     session: str | None = None
     pattern: str | None = None
@@ -324,6 +325,17 @@ def add_plot(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--force", action="store_true", help="replace files that are there")
 
 
+def add_moves(group: Any) -> None:
+    """Add which moves are recognised, and which are followed."""
+    group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
+    group.add_argument(
+        "--follow",
+        metavar="NAMES|all",
+        type=names,
+        help="follow these moves of --moves while they are made: progress, tempo, count, deviation; NAME,NAME or all",
+    )
+
+
 def add_part(group: argparse._ArgumentGroup) -> None:
     """Add which part of a recording is meant."""
     group.add_argument(
@@ -361,10 +373,10 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move repetition phase step stream stats), statuses (confirmed final ...) "
+        help="send only these: types (key_frame segment move follow repetition phase step stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
-    group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
+    add_moves(group)
     group.add_argument(
         "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
     )

@@ -21,7 +21,7 @@ from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.explaining import line_of
 from mossar_tools.live_view import LiveView
-from mossar_tools.moves_file import read_moves
+from mossar_tools.moves_file import Follow, moves_to_follow
 from mossar_tools.opening import check_no_clash, sink_of, source_of
 from mossar_tools.options import Options
 from mossar_tools.signals import interruptibly, stopping
@@ -46,8 +46,7 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     emission = Emission(options.emit)
     check_emission(options, settings, emission, teaches=page_only)
     tell_what_tables_leave_out(options, settings)
-    # The page may teach moves into a file that is not there yet.
-    moves = read_moves(options.moves) if options.moves and not _is_new(options, page_only) else None
+    moves, follow = moves_to_follow(options.moves, options.follow, teaches=page_only)
     if moves is not None and options.explain:
         moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
     with contextlib.ExitStack() as opened:
@@ -73,12 +72,13 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
                 period=options.snapshot_every,
             ),
             moves=moves,
+            follow=follow,
             resume=snapshot,
             run_id=options.run_id,
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        if warm_up(settings, moves, teaches=show is not None):
+        if warm_up(settings, moves, follow, teaches=show is not None):
             _skip_waiting(sources)
         with (
             _controls(options, pipeline, listeners),
@@ -115,35 +115,35 @@ def _opened_dashboard(
     previews = [cam.preview for source in sources if (cam := offered(source, Previews)) is not None]
     if previews and options.host != HERE:
         raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
-    show = LiveShow(
-        settings, Path(options.moves) if options.moves else None, people=people, previews=previews
-    )
+    moves = Path(options.moves) if options.moves else None
+    show = LiveShow(settings, moves, people=people, previews=previews, follow=options.follow)
     page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)
     return show
 
 
-def _is_new(options: Options, page_only: bool) -> bool:
-    return page_only and not Path(options.moves or "").exists()
-
-
-def warm_up(settings: Settings, moves: Moves | None = None, *, teaches: bool = False) -> bool:
+def warm_up(
+    settings: Settings, moves: Moves | None = None, follow: Follow = (), *, teaches: bool = False
+) -> bool:
     """Compile, or load, the kernels before frames come; log it if it takes long, and return whether it did.
 
     Args:
         settings: Of the stream.
         moves: That are recognised.
+        follow: Which of them are followed.
         teaches: Whether moves may be shown later.
 
     Raises:
         ValueError: If a stream cannot have these settings.
+        MossarError: If a move cannot be followed.
     """
     from mossar_stream import Segmenter
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
     with saying_if_cold(settings, moves=teaches or moves is not None) as said:
-        interruptibly(lambda: Segmenter(anybody, settings.replace(limbs=False, steps=False), moves=moves))
+        body = settings.replace(limbs=False, steps=False)
+        interruptibly(lambda: Segmenter(anybody, body, moves=moves, follow=follow))
     return said.is_cold
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from mossar_adapters.files.loaded import LoadedRecording
-from mossar_stream import RangeOfMotion, Result, Segmentation, gait_of
+from mossar_stream import FollowEvent, RangeOfMotion, Result, Segmentation, gait_of
 from mossar_tools.batch import motion_of
 from mossar_tools.console import Console
+from mossar_tools.wording import judged
 
 
 def segmentation_table(
@@ -44,6 +45,7 @@ def segmentation_table(
         yield from _gait_lines(result)
     for move in result.moves:
         yield f"{move.name}, {move.limb.replace('_', ' ')}, from {move.start:.2f} s to {move.end:.2f} s"
+    yield from _followed(result)
     yield ""
     heading = f"{'start':>10}{'end':>10}{'length':>10}  {'state':<9}{'ended by':<10}{'strength':>9}  most active joints"
     yield console.colour(heading, "2")
@@ -54,6 +56,18 @@ def segmentation_table(
         seconds = part.end_time - part.start_time
         row = f"{part.start_time:>8.2f} s{part.end_time:>8.2f} s{seconds:>8.2f} s  {part.state:<9}{ended}"
         yield f"{row}  {', '.join(part.active_joints[:3])}"
+
+
+def _followed(result: Result) -> Iterator[str]:
+    """Yield how often each followed move was done, and how each performance of it went."""
+    own: dict[str, list[FollowEvent]] = {}
+    for event in result.followed:
+        own.setdefault(event.name, []).append(event)
+    for name, events in own.items():
+        yield f"{name}: {len(events)} done"
+        for event in events:
+            score = "" if event.score is None else f", score {event.score:.2f}"
+            yield f"  {event.count:>3}  from {event.start:.2f} s to {event.time:.2f} s, {judged(event)}{score}"
 
 
 def _gait_lines(result: Result) -> Iterator[str]:

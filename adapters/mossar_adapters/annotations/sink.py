@@ -8,6 +8,7 @@ from pathlib import Path
 from mossar_adapters.address import Address
 from mossar_adapters.annotations.tiers import (
     Tier,
+    follow_tiers,
     key_frame_tier,
     move_tier,
     of_limb,
@@ -19,7 +20,16 @@ from mossar_adapters.annotations.writing import check_annotations, write_annotat
 from mossar_adapters.files.claim import Claim
 from mossar_adapters.files.errors import FileError, UnwritableError
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, Event, KeyFrameEvent, MoveEvent, RepetitionEvent, SegmentEvent, StepEvent
+from mossar_stream import (
+    BODY,
+    Event,
+    FollowEvent,
+    KeyFrameEvent,
+    MoveEvent,
+    RepetitionEvent,
+    SegmentEvent,
+    StepEvent,
+)
 
 KEPT = 500_000  # events; of a stream that never ends the first are written
 
@@ -70,7 +80,7 @@ class AnnotationSink:
         """Keep what is final."""
         for event in events:
             match event:
-                case SegmentEvent(status="final") | MoveEvent(status="final"):
+                case SegmentEvent(status="final") | MoveEvent(status="final") | FollowEvent(status="done"):
                     self._keep(event.performer, event.id, event)
                 case KeyFrameEvent(status="final"):
                     self._keep(event.performer, event.id, event)
@@ -127,6 +137,7 @@ class AnnotationSink:
         )
         tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
         tiers += [move_tier(moves, origin)] if moves else []
+        tiers += follow_tiers([event for event in events if isinstance(event, FollowEvent)], origin)
         steps = [event for event in events if isinstance(event, StepEvent)]
         tiers += [step_tier(steps, origin)] if steps else []
         for channel in sorted({event.channel for event in counted}, key=lambda name: (name != BODY, name)):

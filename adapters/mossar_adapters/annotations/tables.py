@@ -9,6 +9,7 @@ from typing import Any
 
 from mossar_adapters.annotations.tiers import (
     EVENTS,
+    FOLLOWED,
     MOVES,
     REPETITIONS,
     SEGMENTS,
@@ -23,6 +24,7 @@ _NAMES = ("name", "label", "trial_type", "state")  # columns that may hold the l
 _OWN = {
     "repetition": (REPETITIONS, "count"),
     "move": (MOVES, "name"),
+    "followed": (FOLLOWED, "count"),
 }  # state of `segment --csv`: tier, label
 _NOTHING = {"", "n/a"}
 
@@ -47,7 +49,7 @@ def read_bids(path: Path) -> list[Tier]:
 
 def as_written(name: str) -> str:
     """Return the name of a tier of ours, whose spaces other programs have as underscores."""
-    name = re.sub(r"^segments_(?=.)", f"{SEGMENTS} ", name.replace("key_frames", "key frames"))
+    name = re.sub(rf"^({SEGMENTS}|{FOLLOWED})_(?=.)", r"\1 ", name.replace("key_frames", "key frames"))
     return re.sub(rf"_({SEGMENTS}|{REPETITIONS})$", r" \1", name)
 
 
@@ -87,6 +89,8 @@ def _placed(row: Mapping[str, str]) -> tuple[str, str]:
     """Return tier and label of a row."""
     if "channel" in row and "state" in row:
         name, column = _OWN.get(row["state"], (SEGMENTS, "state"))
+        if name == FOLLOWED:
+            return f"{name} {row.get('name') or ''}", row.get(column) or ""
         limb = row["channel"]
         return (name if limb in {"", "body"} else f"{limb} {name}"), row.get(column) or ""
     label = next((row[column] for column in _NAMES if column in row), "")

@@ -6,6 +6,7 @@ import msgspec
 
 from mossar_stream import (
     BODY,
+    FollowEvent,
     KeyFrame,
     KeyFrameEvent,
     MossarError,
@@ -17,7 +18,7 @@ from mossar_stream import (
 )
 
 SEGMENTS, KEY_FRAMES, REPETITIONS, MOVES = "segments", "key frames", "repetitions", "moves"
-STEPS, EVENTS = "steps", "events"
+STEPS, EVENTS, FOLLOWED = "steps", "events", "followed"
 
 
 class AnnotationError(MossarError):
@@ -93,6 +94,15 @@ def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
         MOVES,
         without_overlaps([Mark(event.start - origin, event.end - origin, event.name) for event in events]),
     )
+
+
+def follow_tiers(events: Iterable[FollowEvent], origin: float) -> list[Tier]:
+    """Return a tier for each move that was followed: `followed NAME`, labelled with counts; as `segment_tier`."""
+    marks: dict[str, list[Mark]] = {}
+    for event in events:
+        mark = Mark(event.start - origin, event.time - origin, str(event.count))
+        marks.setdefault(event.name, []).append(mark)
+    return [Tier(f"{FOLLOWED} {name}", without_overlaps(own)) for name, own in marks.items()]
 
 
 def step_tier(events: Iterable[StepEvent], origin: float) -> Tier:

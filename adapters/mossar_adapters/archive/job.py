@@ -55,6 +55,7 @@ class Order(msgspec.Struct, frozen=True):
     settings: Settings
     reading: ReadOptions
     moves: str | None = None  # as a file of moves has them
+    follow: tuple[str, ...] | bool = ()
     version: str = mossar_stream.__version__
 
 
@@ -64,6 +65,7 @@ def run(
     settings: Settings,
     reading: ReadOptions,
     moves: Moves | None = None,
+    follow: tuple[str, ...] | bool = (),
     *,
     resume: bool,
     tell: Callable[[Progress], None],
@@ -76,6 +78,7 @@ def run(
         settings: How to segment.
         reading: How to read.
         moves: That are recognised.
+        follow: Names of those that are followed, or True for all.
         resume: Whether to go on where a job was cut short.
         tell: Called now and then.
 
@@ -85,7 +88,7 @@ def run(
     place = Place(target)
     files = _listed(source)
     where = source if "://" in source else str(Path(source).resolve())
-    order = Order(where, settings, reading, None if moves is None else moves.to_json().decode())
+    order = Order(where, settings, reading, None if moves is None else moves.to_json().decode(), follow)
     recordings = [path for path in files if is_recording(path)]
     if not recordings:
         raise MossarError(f"{source}: there is no recording in it; mossar adapters lists the formats")
@@ -120,7 +123,7 @@ def segment_part(paths: Sequence[str], target: str, order: Order) -> dict[str, i
         try:
             with source.local(path) as file:
                 here = str(file)
-                found = segment_file(file, order.settings, order.reading, moves)
+                found = segment_file(file, order.settings, order.reading, moves, order.follow)
         except Exception as error:  # noqa: BLE001 - one file must not stop the others, whatever is wrong with it
             rows["errors"].append({"path": path, "error": problem(error).replace(here, path)})
             broken += 1

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mossar_adapters.files import FileError, ReadOptions, open_recording
 from mossar_adapters.source import Recording
 from mossar_stream import (
+    FollowEvent,
     FrameError,
     Frames,
     KeyFrame,
@@ -42,6 +43,7 @@ class Segmented(msgspec.Struct, frozen=True):
         moves: Those that were recognised.
         repetitions: Of the body and of limbs, with the setting `repetitions`.
         steps: With the setting `steps`.
+        followed: Performances of the moves that are followed that were done.
     """
 
     performer: str
@@ -56,10 +58,15 @@ class Segmented(msgspec.Struct, frozen=True):
     moves: list[MoveEvent] = []
     repetitions: list[RepetitionEvent] = []
     steps: list[StepEvent] = []
+    followed: list[FollowEvent] = []
 
 
 def segment_file(
-    path: Path, settings: Settings, reading: ReadOptions, moves: Moves | None = None
+    path: Path,
+    settings: Settings,
+    reading: ReadOptions,
+    moves: Moves | None = None,
+    follow: tuple[str, ...] | bool = (),
 ) -> list[Segmented]:
     """Return what is found in a recording, one entry for each performer.
 
@@ -68,6 +75,7 @@ def segment_file(
         settings: How to segment.
         reading: How to read.
         moves: That are recognised, where the skeleton has the joints that they need.
+        follow: Names of those that are followed, or True for all.
 
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
@@ -81,13 +89,14 @@ def segment_file(
         try:
             moves.store(recording.skeleton)
         except FrameError as error:
-            notes, moves = (*notes, str(error)), None
+            notes, moves, follow = (*notes, str(error)), None, ()
     if settings.steps:
         try:
             Segmenter(recording.skeleton, Settings(steps=True, feet=settings.feet))
         except FrameError as error:
             notes, settings = (*notes, str(error)), settings.replace(steps=False)
-    return [_segmented(recording, who, found, settings, moves, notes) for who, found in chunks.items()]
+    shown = moves, follow
+    return [_segmented(recording, who, found, settings, shown, notes) for who, found in chunks.items()]
 
 
 def problem(error: Exception) -> str:
@@ -114,13 +123,14 @@ def _segmented(
     performer: str,
     chunks: list[Frames],
     settings: Settings,
-    moves: Moves | None,
+    shown: tuple[Moves | None, tuple[str, ...] | bool],
     notes: tuple[str, ...],
 ) -> Segmented:
     times = np.concatenate([frames.times for frames in chunks])
     positions = np.concatenate([_certain(frames) for frames in chunks])
+    moves, follow = shown
     result = segment_recording(
-        positions, recording.fps, recording.skeleton, settings, times=times, moves=moves
+        positions, recording.fps, recording.skeleton, settings, times=times, moves=moves, follow=follow
     )
     repetitions = [*result.repetitions, *(one for limb in result.limbs.values() for one in limb.repetitions)]
     return Segmented(
@@ -136,6 +146,7 @@ def _segmented(
         result.moves,
         repetitions,
         list(result.steps),
+        result.followed,
     )
 
 

@@ -4,6 +4,7 @@
     key_frames/   all key frames of Algorithm 2, with their strengths
     segments/     those at the level of the settings
     moves/        those that were recognised, if a file of moves was given
+    followed/     performances of the moves that are followed that were done
     repetitions/  repetitions of movements, with the setting `repetitions`
     steps/        feet that come down or leave the ground, with the setting `steps`
     errors/       files that could not be read, and why
@@ -85,6 +86,20 @@ SCHEMAS: dict[str, pa.Schema] = {
             ("confidence", pa.float64()),
         ]
     ),
+    "followed": pa.schema(
+        [
+            *_WHO,
+            ("name", pa.string()),
+            *_SPAN,
+            ("count", pa.int64()),
+            ("tempo", pa.float64()),
+            ("deviation", pa.float64()),
+            ("limbs", pa.map_(pa.string(), pa.float64())),
+            ("joint", pa.string()),
+            ("range", pa.map_(pa.string(), pa.float64())),
+            ("score", pa.float64()),
+        ]
+    ),
     "errors": pa.schema([*_FILE, ("error", pa.string())]),
     "recordings": pa.schema(
         [
@@ -133,6 +148,11 @@ def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
         rows["steps"] += [
             {**msgspec.structs.asdict(event), **who, **dict(zip("xyz", event.position, strict=True))}
             for event in one.steps
+        ]
+        rows["followed"] += [
+            {**msgspec.structs.asdict(event), **who, "start_time": event.start, "end_time": event.time}
+            | {name: list(getattr(event, name).items()) for name in ("limbs", "range")}
+            for event in one.followed
         ]
 
 

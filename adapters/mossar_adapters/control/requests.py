@@ -5,6 +5,9 @@ an optional `"performer"`; the answer is `{"ok": true, "value": …}` or `{"ok":
 `"new_take": true` if it ended a take. What a request changes happens in the thread that segments, between
 two chunks of frames.
 
+`{"set": {"follow": ["squat"]}}` follows these moves of `--moves` from now on, of all performers; `"all"` follows all, `[]` none.
+`{"get": "following"}` returns where each performer is in each of them.
+
 Where a source has slots (`--people`): `{"get": "people"}`, `{"set": {"people": 3, "remember": 60}}`,
 `{"do": "exchange", "performers": ["p1", "p2"]}`, `{"do": "pin", "performer": "p1"}` and `unpin`.
 """
@@ -27,6 +30,9 @@ MAX_REQUEST = 1 << 16  # bytes
 
 _OF_PEOPLE = ("exchange", "pin", "unpin")
 _OF_SLOTS = {"people", "remember"}
+FOLLOW, EVERY = "follow", "all"
+
+Follow = tuple[str, ...] | bool  # names of moves; True for all
 
 _log = logging.getLogger("mossar.control")
 
@@ -110,6 +116,8 @@ def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
     if request.get == "people" or request.do in _OF_PEOPLE or _OF_SLOTS & (request.set or {}).keys():
         return {"value": of_people(pipeline, request)}
     pool, performer = pipeline.pool, request.performer
+    if FOLLOW in (request.set or {}):
+        return {"value": {FOLLOW: set_follow(pipeline, request)}}
     if performer is not None and performer not in pool:
         raise SettingsError(
             f"no performer called {performer[:40]!r}; there are {', '.join(sorted(pool.names))}"
@@ -122,13 +130,34 @@ def carry_out(pipeline: Pipeline, request: Request) -> dict[str, object]:
         return {"value": (pool.settings if performer is None else pool[performer].settings).resolved()}
     if request.get == "stats":
         return {"value": {name: pipeline.upkeep.stats_of(pipeline, name) for name in performers}}
+    if request.get == "following":
+        return {"value": {name: pool[name].following for name in performers}}
     if request.do == "reset":
         for name in performers:
             pipeline.send(pool.reset(name, "asked for"))
         return {"value": performers}
     if request.get is not None:
-        raise SettingsError(f"cannot get {request.get[:40]!r}; there are settings, stats and people")
+        raise SettingsError(
+            f"cannot get {request.get[:40]!r}; there are settings, stats, following and people"
+        )
     raise SettingsError(f"cannot do {str(request.do)[:40]!r}; there are reset, exchange, pin and unpin")
+
+
+def set_follow(pipeline: Pipeline, request: Request) -> Follow:
+    """Follow other moves, and return which.
+
+    Raises:
+        SettingsError: If there are no moves, or none of a name, or it is of one performer.
+    """
+    wanted = (request.set or {})[FOLLOW]
+    if request.performer is not None or len(request.set or {}) > 1:
+        raise SettingsError("follow is set by itself, for all performers")
+    if isinstance(wanted, str):
+        wanted = [name.strip() for name in wanted.split(",") if name.strip()]
+    if not isinstance(wanted, list) or not all(isinstance(name, str) for name in wanted):
+        raise SettingsError(f"follow takes names of moves or all, not {str(wanted)[:40]}")
+    pipeline.pool.follow = EVERY in wanted or tuple(wanted)
+    return pipeline.pool.follow
 
 
 def of_people(pipeline: Pipeline, request: Request) -> object:

@@ -79,7 +79,8 @@ def build(env: "StreamExecutionEnvironment", job: Job, records: "DataStream | No
 
     stream = ends.records(env, job.source) if records is None else records
     keyed = stream.key_by(performer_of, Types.STRING())
-    function = SegmentFunction(job.segmenter.build(), job.takes, job.segmenter.read_moves())
+    moves = job.segmenter.read_moves()
+    function = SegmentFunction(job.segmenter.build(), job.takes, moves, job.segmenter.followed(moves))
     # With a name of its own the state is found again in whatever way the job around it changes.
     events = keyed.process(function, Types.STRING()).name("segment").uid("segment")
     ends.send(events, job.to, job.name)

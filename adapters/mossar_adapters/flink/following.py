@@ -45,6 +45,7 @@ class Following:
         settings: Of all segmenters.
         most: Live segmenters.
         moves: That are recognised of all performers.
+        follow: Names of those that are followed, or True for all.
 
     Example:
         >>> from mossar_adapters.demo import DemoSource
@@ -58,9 +59,16 @@ class Following:
         60
     """
 
-    def __init__(self, settings: Settings, most: int = MOST, moves: Moves | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        most: int = MOST,
+        moves: Moves | None = None,
+        follow: tuple[str, ...] | bool = (),
+    ) -> None:
         self._settings = settings
         self._moves = moves
+        self._follow = follow
         self._most = most
         self._lines: OrderedDict[str, Line] = OrderedDict()  # in the order in which they were last used
 
@@ -97,7 +105,9 @@ class Following:
         line = self._lines.get(performer)
         if line is None:
             blob = kept()
-            return None if blob is None else self._add(performer, Segmenter.restore(blob, self._moves), now)
+            if blob is None:
+                return None
+            return self._add(performer, Segmenter.restore(blob, self._moves, self._follow), now)
         self._lines.move_to_end(performer)
         return line
 
@@ -121,7 +131,9 @@ class Following:
 
     def _begin(self, performer: str, meta: Meta, now: float) -> Line:
         try:
-            segmenter = Segmenter(meta.skeleton, self._settings, performer, meta.fps, self._moves)
+            segmenter = Segmenter(
+                meta.skeleton, self._settings, performer, meta.fps, self._moves, self._follow
+            )
         except ValueError as error:
             raise FrameError(str(error)) from None
         return self._add(performer, segmenter, now)

@@ -31,12 +31,20 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         settings: Of the segmenters.
         takes: When takes end without a frame that says so.
         moves: That are recognised.
+        follow: Names of those that are followed, or True for all.
     """
 
-    def __init__(self, settings: Settings, takes: Takes, moves: Moves | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        takes: Takes,
+        moves: Moves | None = None,
+        follow: tuple[str, ...] | bool = (),
+    ) -> None:
         self._settings = settings
         self._takes = takes
         self._moves = moves
+        self._follow = follow
 
     def open(self, runtime_context: RuntimeContext) -> None:
         """Begin with nothing but what the engine kept."""
@@ -45,12 +53,11 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         metrics = runtime_context.get_metrics_group()
         self._taken: Counter = metrics.counter("mossar_records")
         self._refused: Counter = metrics.counter("mossar_refused_records")
-        self._following = Following(self._settings, moves=self._moves)
+        self._following = Following(self._settings, moves=self._moves, follow=self._follow)
         # Compiled before the first record instead of with it; limbs by name are of other skeletons.
         skeleton = Skeleton(("a", "b"), (-1, 0)) if self._moves is None else self._moves.skeleton
-        Segmenter(
-            skeleton, self._settings.replace(limbs=bool(self._settings.limbs), steps=False), moves=self._moves
-        )
+        anybody = self._settings.replace(limbs=bool(self._settings.limbs), steps=False)
+        Segmenter(skeleton, anybody, moves=self._moves, follow=self._follow)
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
         """Take a record in."""

@@ -17,6 +17,7 @@
     level = "motion"
     settings = { window = 0.25 }  # limbs = true, repetitions = true
     # moves = "moves.json"        # recognise these; see mossar teach
+    # follow = ["squat"]          # and follow these of them while they are made; or "all"
 
     [takes]
     idle = 5.0                    # s of wall time without records that end a take; 0: only the frames' times do
@@ -107,6 +108,7 @@ class Segmenting(_Part, frozen=True):
     level: str | float | None = None
     settings: dict[str, Any] = {}
     moves: Text | None = None
+    follow: tuple[Text, ...] | Literal["all"] = ()
 
     def build(self) -> Settings:
         """Return the settings.
@@ -134,6 +136,26 @@ class Segmenting(_Part, frozen=True):
             raise SettingsError(f"segmenter.moves: {self.moves}: cannot be read: {error.strerror}") from None
         except MovesError as error:
             raise SettingsError(f"segmenter.moves: {self.moves}: {error}") from None
+
+    def followed(self, moves: Moves | None) -> tuple[str, ...] | bool:
+        """Return which of the moves are followed.
+
+        Raises:
+            SettingsError: If there are no moves, or none of a name.
+        """
+        if self.follow and moves is None:
+            raise SettingsError(
+                "segmenter.follow needs segmenter.moves: the file has the moves that are followed"
+            )
+        if moves is None or self.follow == "all":
+            return self.follow == "all"
+        for name in self.follow:
+            if name not in moves.names:
+                known = ", ".join(moves.names) or "none"
+                raise SettingsError(
+                    f"segmenter.follow: {self.moves} has no move {name[:80]}; there are {known}"
+                )
+        return tuple(self.follow)
 
 
 class Takes(_Part, frozen=True):
@@ -208,7 +230,7 @@ def _check(job: Job) -> None:
     _check_one("source", job.source)
     _check_one("to", job.to)
     job.segmenter.build()
-    job.segmenter.read_moves()
+    job.segmenter.followed(job.segmenter.read_moves())
     if job.takes.idle >= job.takes.forget:
         raise SettingsError("takes.forget must be longer than takes.idle")
     if job.to.live is not None:

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, ActivityEvent, Event, RepetitionEvent, SegmentState, StreamEvent
+from mossar_stream import BODY, ActivityEvent, Event, FollowEvent, RepetitionEvent, SegmentState, StreamEvent
 
 MOST = 400  # performers whose states are kept
 _GONE = ("ended", "stalled")
@@ -23,6 +23,7 @@ class StateMap(msgspec.Struct):
         present: Whether frames come: false once they have stalled, or the take has ended.
         activity: `moving` or `resting` for each channel, `body` or a limb; who has not moved in the take rests.
         repetitions: Count of the take for each channel that has any, `body` or a limb.
+        followed: How often each followed move was done in the take, by name.
         level: Of the segmentation; left out where it is not known.
         run: The run of the program that emits the events; left out where it is not known.
         v: Version of this layout.
@@ -34,6 +35,7 @@ class StateMap(msgspec.Struct):
     present: bool
     activity: dict[str, SegmentState] = {}
     repetitions: dict[str, int] = {}
+    followed: dict[str, int] = {}
     level: str | float | UnsetType = UNSET
     run: str | UnsetType = UNSET
     v: int = VERSION
@@ -73,6 +75,8 @@ class States:
                 continue
             elif isinstance(event, RepetitionEvent):
                 state.repetitions[event.channel] = event.total
+            elif isinstance(event, FollowEvent):
+                state.followed[event.name] = event.count
             elif isinstance(event, ActivityEvent):
                 state.activity[event.channel] = event.state
 

@@ -43,6 +43,11 @@ class Player:
             heapq.heappush(self._endings, (time.monotonic() + seconds, ending))
             self._changed.notify()
 
+    def control(self, channel: int, controller: int, value: int) -> None:
+        """Set a controller, 0 to 127."""
+        with self._changed:
+            self._write(bytes((0xB0 | channel, controller, value)))
+
     def beat(self, quarter: float, lasting: float) -> None:
         """Keep the clock at a tempo; its first pulse comes with a start.
 

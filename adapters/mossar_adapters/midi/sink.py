@@ -1,7 +1,9 @@
-"""The MIDI sink: a note for each key frame, the clock for the tempo of repetitions.
+"""The MIDI sink: a note for each key frame, the clock for the tempo of repetitions, controllers for followed moves.
 
 Onsets, minima and offsets are three notes; each performer has a channel. One cycle of a repeated movement is a quarter
 note of the clock, or `?beats=` of them; the clock runs from the second cycle on and stops when the repetitions do.
+A move that is followed has a controller for its progress, 20 for the first one that is made, and a note when it is done,
+72 for the first, as loud as its score is high.
 """
 
 from collections.abc import Sequence
@@ -10,7 +12,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.midi.player import Player
 from mossar_adapters.midi.ports import open_port
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, Event, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
+from mossar_stream import BODY, Event, FollowEvent, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
 
 OPTIONS = {
     "name": "name of the virtual port; default mossar",
@@ -23,6 +25,9 @@ NOTES = "60,64,67"
 VELOCITY = 100
 LENGTH = 0.1  # s, of a note
 CHANNELS = 16
+CONTROLLER = 20  # of the first followed move; 20 to 31 have no meaning of their own in MIDI
+FIRST_DONE = 72  # note of the first followed move when it is done
+FOLLOWED = 12  # moves that have a controller and a note
 SILENCE = 2.5  # cycles without a new one, after which the clock stops
 
 
@@ -47,6 +52,9 @@ class MidiSink:
         self._beats = address.number("beats", 1, 16, 1) or 1
         self._channels: dict[str, int] = {}
         self._leader = ""  # performer who keeps the clock
+        self._followed: dict[
+            str, int
+        ] = {}  # places of followed moves, in the order in which they were heard of
         self._port = open_port(address, replace=force)
         self._player = Player(self._port)
 
@@ -70,6 +78,8 @@ class MidiSink:
                     self._player.note(channel, self._notes[event.kind], VELOCITY, LENGTH)
                 case RepetitionEvent(channel=channel) if channel == BODY:
                     self._keep_time(event)
+                case FollowEvent():
+                    self._play_along(event)
                 case StreamEvent(event="ended" | "stalled") if event.performer == self._leader:
                     self._player.rest()
                     self._leader = ""
@@ -85,6 +95,18 @@ class MidiSink:
         if event.period is not None and self._leader in {"", event.performer}:
             self._leader = event.performer
             self._player.beat(event.period / self._beats, SILENCE * event.period)
+
+    def _play_along(self, event: FollowEvent) -> None:
+        """Turn the controller of a followed move to its progress; play its note when it is done."""
+        place = self._followed.setdefault(event.name, len(self._followed))
+        if place >= FOLLOWED:
+            return
+        channel = self._channel(event.performer)
+        over = event.status in {"done", "left"}
+        self._player.control(channel, CONTROLLER + place, 0 if over else round(127 * event.progress))
+        if event.status == "done":
+            loudness = max(1, round(127 * (event.score or 0.0)))
+            self._player.note(channel, FIRST_DONE + place, loudness, LENGTH)
 
     def _channel(self, performer: str) -> int:
         return self._channels.setdefault(performer, len(self._channels)) % CHANNELS

@@ -4,6 +4,9 @@
 until computed), rev; `/mossar/segment ,sssiiiff` performer, status, state, take, start frame, end frame, start
 time, end time; both of a limb as `/mossar/limb/key_frame ,ssssiiffffi` and `/mossar/limb/segment ,ssssiiiff` with the
 channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name, limb, take, start, end, decided time, score, rev;
+`/mossar/follow ,sssssiiffffffffsi` performer, status, name, limb that strays most, joint, take, count, progress, tempo,
+certainty, deviation, score (-1 until done), start, time, decided time, id, rev, then `sff` for each limb: name,
+deviation, range (-1 until done, and of limbs that stand still);
 `/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/activity ,sssifff` performer, channel, state, take, start, decided time, previous (-1 at first);
@@ -20,6 +23,7 @@ from mossar_stream import (
     BODY,
     ActivityEvent,
     Event,
+    FollowEvent,
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
@@ -30,6 +34,8 @@ from mossar_stream import (
 )
 
 _MAX_PERFORMERS = 1024
+
+_Timed = KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | FollowEvent | StepEvent
 
 
 class OscSink:
@@ -98,6 +104,8 @@ class OscSink:
                 return self._activity(event)
             case MoveEvent():
                 return self._move(event)
+            case FollowEvent():
+                return self._follow(event)
             case RepetitionEvent():
                 numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
                 who = (event.performer, event.status, event.channel)
@@ -145,6 +153,19 @@ class OscSink:
             *(event.start - start, event.end - start, event.decided_time - start, event.score, event.rev),
         )
 
+    def _follow(self, event: FollowEvent) -> bytes:
+        start = self._start(event)
+        score, ranges = -1.0 if event.score is None else event.score, event.range or {}
+        limbs = [(name, angle, ranges.get(name, -1.0)) for name, angle in event.limbs.items()]
+        return encode(
+            "/mossar/follow",
+            "sssssiiffffffffsi" + "sff" * len(limbs),
+            *(event.performer, event.status, event.name, event.limb, event.joint, event.take, event.count),
+            *(event.progress, event.tempo, event.certainty, event.deviation, score),
+            *(event.start - start, event.time - start, event.decided_time - start, event.id, event.rev),
+            *(part for limb in limbs for part in limb),
+        )
+
     def _activity(self, event: ActivityEvent) -> bytes:
         start = self._start(event)
         previous = -1.0 if event.previous is None else event.previous
@@ -162,7 +183,7 @@ class OscSink:
             *(*event.position, event.id),
         )
 
-    def _start(self, event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | StepEvent) -> float:
+    def _start(self, event: _Timed) -> float:
         known = self._starts.get(event.performer)
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
@@ -176,9 +197,9 @@ def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, lis
     return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
-def _reckoned(event: KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | StepEvent) -> float:
+def _reckoned(event: _Timed) -> float:
     """Return when frame 0 was, going back from two frames at their mean rate; a move or activity knows no frames."""
-    if isinstance(event, MoveEvent | ActivityEvent):
+    if isinstance(event, MoveEvent | FollowEvent | ActivityEvent):
         return event.start
     if isinstance(event, StepEvent):
         return event.time

@@ -9,7 +9,7 @@ queues, so that neither a burst nor a slow receiver takes memory, and no sink st
 import logging
 import secrets
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
@@ -65,12 +65,14 @@ class Pipeline:
         seconds: Stop after so much time of the stream, for each performer.
         upkeep: What is done between frames; by default stalls and silence are noticed.
         moves: That are recognised of all performers.
+        follow: Names of those that are followed, or True for all.
         resume: Snapshot of a run that was cut short, to go on with; its name comes before `run_id`.
         run_id: Name of the run, by which receivers tell its events from those of others; one that is new if None.
         tick: Called about every 0.05 s from the thread that segments.
 
     Raises:
         SettingsError: If a setting or `emit` is impossible for a stream.
+        MovesError: If `follow` has a name that the moves lack.
         SnapshotError: If the snapshot does not belong to this run.
     """
 
@@ -85,6 +87,7 @@ class Pipeline:
         seconds: float | None = None,
         upkeep: Upkeep | None = None,
         moves: Moves | None = None,
+        follow: Iterable[str] | bool = (),
         resume: Snapshot | None = None,
         run_id: str | None = None,
         tick: Callable[[], None] = lambda: None,
@@ -94,7 +97,7 @@ class Pipeline:
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves)
+        self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves, follow=follow)
         self.outcome = Outcome()
         self.run_id = (resume.run if resume is not None else "") or run_id or new_run_id()
         self.latency: dict[str, Latency] = {}  # of each performer

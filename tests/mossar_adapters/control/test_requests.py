@@ -102,7 +102,7 @@ def test_a_reset_ends_the_takes(running):
     [
         ({}, '"set", "get" and "do"'),
         ({"get": "stats", "do": "reset"}, '"set", "get" and "do"'),
-        ({"get": "nothing"}, "settings, stats and people"),
+        ({"get": "nothing"}, "settings, stats, following and people"),
         ({"do": "dance"}, "there are reset, exchange, pin and unpin"),
         ({"set": {"level": "strong"}}, "posture, motion, cluster"),
         ({"set": {"nothing": 1}}, "no setting called 'nothing'"),

@@ -9,7 +9,15 @@ from mossar_adapters.address import parse_url
 from mossar_adapters.midi.sink import MidiSink
 from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
-from mossar_stream import Event, KeyFrameEvent, MossarError, RepetitionEvent, Skeleton, StreamEvent
+from mossar_stream import (
+    Event,
+    FollowEvent,
+    KeyFrameEvent,
+    MossarError,
+    RepetitionEvent,
+    Skeleton,
+    StreamEvent,
+)
 
 mido = pytest.importorskip("mido")
 
@@ -50,6 +58,20 @@ def repetition(period: float | None, performer="p1") -> RepetitionEvent:
         joint="hand",
         decided_time=1.0,
     )
+
+
+def follow_event(**changes):
+    numbers = {"progress": 0.5, "tempo": 1.25, "certainty": 0.75, "deviation": 8.0, "joint": "LeftKnee"}
+    said = {
+        "performer": "p1",
+        "id": "p1/follow/0/3",
+        "rev": 2,
+        "name": "squat",
+        "status": "progress",
+        "take": 0,
+    }
+    times = {"count": 2, "start": 12.0, "time": 13.0, "decided_time": 13.5, "range": None, "score": None}
+    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.0, "left_leg": 12.0}, **changes})
 
 
 def messages(path) -> list:
@@ -159,3 +181,18 @@ def test_a_file_is_not_replaced_and_a_mid_file_is_refused(tmp_path):
         open_sink(f"midi:{tmp_path / 'midi.bin'}").send([key_frame()])
     with pytest.raises(MossarError, match=r"\.mid"):
         open_sink(f"midi:{tmp_path / 'take.mid'}")
+
+
+def test_a_followed_move_turns_a_controller_and_plays_a_note_as_loud_as_its_score_when_it_is_done(tmp_path):
+    other = {"name": "punch", "progress": 1.0}
+    told = [
+        follow_event(),
+        follow_event(**other),
+        follow_event(status="done", progress=1.0, count=3, score=0.5),
+        follow_event(**other, status="left"),
+    ]
+    heard = played(tmp_path, told)
+    turned = [(m.control, m.value) for m in heard if m.type == "control_change"]
+    assert turned == [(20, 64), (21, 127), (20, 0), (21, 0)]
+    assert [(m.note, m.velocity) for m in heard if m.type == "note_on"] == [(72, 64)]
+    assert [m.note for m in heard if m.type == "note_off"] == [72]

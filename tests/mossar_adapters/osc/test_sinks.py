@@ -1,5 +1,6 @@
 import socket
 
+import msgspec
 import numpy as np
 import pytest
 from pythonosc.osc_message import OscMessage
@@ -14,6 +15,7 @@ from mossar_adapters.source import Meta
 from mossar_adapters.urls import open_sink
 from mossar_stream import (
     ActivityEvent,
+    FollowEvent,
     Frames,
     KeyFrameEvent,
     MossarError,
@@ -78,6 +80,46 @@ def test_a_repetition_can_be_told_from_others_and_a_run_too():
     assert (run.address, run.params) == ("/mossar/run", ["p1", "a1"])
     assert b",sssiiiffsi" in datagrams[2]
     assert counted.params == ["p1", "counted", "body", 0, 2, 4, 2.0, 30.0, "p1/0/r2", 3]
+
+
+def test_a_followed_move_says_how_far_it_is_and_how_much_each_limb_strays():
+    event = FollowEvent(
+        performer="p1",
+        id="p1/follow/0/3",
+        rev=2,
+        name="squat",
+        status="progress",
+        take=0,
+        progress=0.5,
+        tempo=1.25,
+        certainty=0.75,
+        deviation=8.0,
+        joint="LeftKnee",
+        count=2,
+        start=12.0,
+        time=13.0,
+        decided_time=13.5,
+        range=None,
+        score=None,
+        limbs={"trunk": 5.0, "left_leg": 12.0},
+    )
+    last = {"status": "done", "count": 3, "progress": 1.0, "range": {"left_leg": 0.5}, "score": 0.25}
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5)
+        sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
+        sink.begin_take("p1", 0, 10.0)
+        sink.send([event, msgspec.structs.replace(event, **last)])
+        datagrams = [receiver.recv(1000) for _ in range(2)]
+        sink.close()
+    assert all(b",sssssiiffffffffsisffsff" in datagram for datagram in datagrams)
+    going, done = map(OscMessage, datagrams)
+    assert going.address == "/mossar/follow"
+    assert going.params[:7] == ["p1", "progress", "squat", "left_leg", "LeftKnee", 0, 2]
+    assert going.params[7:17] == [0.5, 1.25, 0.75, 8.0, -1.0, 2.0, 3.0, 3.5, "p1/follow/0/3", 2]
+    assert going.params[17:] == ["trunk", 5.0, -1.0, "left_leg", 12.0, -1.0]
+    assert (done.params[1], done.params[6], done.params[7], done.params[11]) == ("done", 3, 1.0, 0.25)
+    assert done.params[17:] == ["trunk", 5.0, -1.0, "left_leg", 12.0, 0.5]
 
 
 def test_limbs_have_addresses_of_their_own_with_the_channel_after_the_performer_and_moves_theirs(told):

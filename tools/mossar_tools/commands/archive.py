@@ -5,10 +5,10 @@ import time
 
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE
-from mossar_tools.options import Options, add_body, add_messages, add_settings
+from mossar_tools.options import Options, add_body, add_messages, add_moves, add_settings
 
 DESCRIPTION = """Segment all recordings of a folder or bucket on Ray Data, offline, with the range of each whole file:
-tables of key frames with their strengths, of segments, moves and repetitions, of recordings, and of the files that could
+tables of key frames with their strengths, of segments, moves, performances of followed moves and repetitions, of recordings, and of the files that could
 not be read."""
 EXAMPLES = """  mossar archive recordings tables
   mossar archive recordings tables --resume          after it was cut short, or recordings were added
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("target", metavar="OUT", help="where the tables go: a folder or a URL")
     parser.add_argument("--resume", action="store_true", help="go on where a job was cut short")
     add_settings(parser)
-    parser.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
+    add_moves(parser)
     add_body(parser)
     add_messages(parser)
 
@@ -32,10 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     from mossar_adapters.extras import needed
-    from mossar_tools.moves_file import read_moves
+    from mossar_tools.moves_file import moves_to_follow
 
     settings = options.settings(range="file")
-    moves = None if options.moves is None else read_moves(options.moves)
+    moves, follow = moves_to_follow(options.moves, options.follow)
     needed("ray", "archive", "mossar archive")
     needed("pyarrow", "archive", "mossar archive")
     from mossar_adapters.archive.job import Progress, run
@@ -48,8 +48,9 @@ def run(options: Options, console: Console) -> int:
         )
 
     began = time.monotonic()
+    reading = options.reading()
     found = run(
-        options.file, options.target, settings, options.reading(), moves, resume=options.resume, tell=tell
+        options.file, options.target, settings, reading, moves, follow, resume=options.resume, tell=tell
     )
     seconds = time.monotonic() - began
     console.clear()

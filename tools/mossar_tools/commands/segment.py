@@ -15,6 +15,7 @@ from mossar_tools.options import (
     Options,
     add_body,
     add_messages,
+    add_moves,
     add_output,
     add_part,
     add_plot,
@@ -78,7 +79,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a clip of each segment, .bvh, .c3d, .trc or .npz, and a table of them, in a folder",
     )
     group.add_argument(
-        "--of", choices=["segments", "repetitions", "moves"], help="what --cut cuts (default: segments)"
+        "--of",
+        choices=["segments", "repetitions", "moves", "followed"],
+        help="what --cut cuts (default: segments)",
     )
     group.add_argument("--person", metavar="NAME", help="a column of the tables: of whom the recordings are")
     group.add_argument("--session", metavar="NAME", help="a column of the tables: the session they are of")
@@ -102,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("a part of a recording")
     add_part(group)
     group.add_argument("--to", dest="plot_to", metavar="S", type=seconds, help="former name of --until")
-    group.add_argument("--moves", metavar="FILE", help="recognise the moves of this file; see mossar teach")
+    add_moves(group)
     group.add_argument("--keep", metavar="K", type=whole_number, help="keep the K strongest key frames")
     add_settings(parser)
     add_body(parser)
@@ -122,6 +125,8 @@ def run(options: Options, console: Console) -> int:
         raise UsageError("--of repetitions needs --repetitions")
     if options.of == "moves" and options.moves is None:
         raise UsageError("--of moves needs --moves FILE")
+    if options.of == "followed" and not options.follow:
+        raise UsageError("--of followed needs --moves FILE --follow NAMES")
     check_pattern(options)
     if options.angles and not settings.repetitions:
         raise UsageError("--angles are of repetitions; add --repetitions")
@@ -231,8 +236,14 @@ def _clips(
         LOGGER.warning("%s: there are no %s to be cut", loaded.name, options.of)
     last = len(loaded.times) - 1
     ends = [(row["start_frame"], min(row["end_frame"], last) + 1) for row in rows]
-    names = [row["name"] if state == "move" else f"{row['channel']}_{row['count']}" for row in rows]
+    names = [_clip_name(row) for row in rows]
     return [Clip(*span, name) for span, name in zip(ends, names, strict=True)], rows
+
+
+def _clip_name(row: "dict[str, Any]") -> str:
+    """Return what the clip of a move, a performance or a repetition is called."""
+    of = row["name"] or row["channel"]
+    return str(of) if row["state"] == "move" else f"{of}_{row['count']}"
 
 
 def _export(
@@ -270,6 +281,7 @@ def _tiers(
 ) -> "list[Tier]":
     """Return what annotators see: the level that was chosen, the other named ones, moves, repetitions and limbs."""
     from mossar_adapters.annotations.tiers import (
+        follow_tiers,
         key_frame_tier,
         move_tier,
         of_limb,
@@ -292,6 +304,7 @@ def _tiers(
             )
             tiers.append(segment_tier(again.segments, other, origin))
     tiers += [move_tier(result.moves, origin)] if result.moves else []
+    tiers += follow_tiers(result.followed, origin)
     tiers += [step_tier(result.steps, origin)] if result.settings.steps else []
     if result.settings.repetitions:
         tiers.append(repetition_tier(result.repetitions, origin))

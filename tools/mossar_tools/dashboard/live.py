@@ -19,6 +19,7 @@ from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
+from mossar_tools.moves_file import followed
 from mossar_tools.palette import Palette
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ class LiveShow:
         moves: The file of moves that teaching adds to, made if it is not there; None for a new one.
         folder: Where a new one is made; None for here.
         people: The sources that have slots.
+        follow: Names of the moves to follow once they are there, or `all`.
         previews: Return the latest picture of a camera and the people in it (`Seen`), None while there is none.
 
     Raises:
@@ -71,7 +73,9 @@ class LiveShow:
         folder: Path | None = None,
         people: Sequence[PeopleSource] = (),
         previews: Sequence[Callable[[], Any]] = (),
+        follow: Sequence[str] = (),
     ) -> None:
+        self._follow_names = follow
         self.previews = previews
         self._people = people
         self.recorder = Recorder()
@@ -299,6 +303,8 @@ class LiveShow:
 
         def task(pool: "Pool") -> list[Event]:
             pool.moves = moves
+            if pool.follow != (now := followed(self._follow_names, moves)):
+                pool.follow = now
             return []
 
         self._ask(task)

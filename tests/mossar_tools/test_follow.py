@@ -1,0 +1,116 @@
+"""Following from the command line: what was shown once is counted and judged, live and in whole recordings."""
+
+import csv
+import io
+import json
+
+import pytest
+
+from mossar_adapters.pipeline.emission import Emission
+from mossar_stream import FollowEvent
+from mossar_tools.console import Console
+from mossar_tools.live_view import LiveView
+
+TAKE = "demo:?seed=2&moves=rest:2,squat,squat,squat,squat,rest:2"  # each squat of the performer is made twice
+ONE = ("--from", "3.4", "--until", "4.6")
+LIMBS = {"trunk", "left_arm", "right_arm", "left_leg", "right_leg"}
+
+
+@pytest.fixture(scope="module")
+def moves(tmp_path_factory):
+    """A file with one squat out of the middle of the take, and a punch."""
+    from mossar_tools.cli import main
+
+    path = tmp_path_factory.mktemp("moves") / "moves.json"
+    assert main(["teach", str(path), TAKE, "--name", "squat", *ONE]) == 0
+    shown = ["demo:?tempo=0.6&moves=rest:1,punch_left", "--from", "1.45", "--until", "2.18"]
+    assert main(["teach", str(path), *shown, "--name", "punch"]) == 0
+    return path
+
+
+def follow_event(**changes):
+    numbers = {"progress": 0.5, "tempo": 1.1, "certainty": 0.8, "deviation": 7.9, "joint": "left_knee"}
+    said = {
+        "performer": "p1",
+        "id": "p1/follow/0/3",
+        "rev": 2,
+        "name": "squat",
+        "status": "progress",
+        "take": 0,
+    }
+    times = {"count": 2, "start": 12.4, "time": 13.4, "decided_time": 13.5, "range": None, "score": None}
+    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.1, "left_leg": 11.8}, **changes})
+
+
+def test_every_squat_of_a_stream_is_counted_and_judged_while_it_is_made(events, moves):
+    found = events("run", TAKE, "--speed", "max", "--moves", moves, "--follow", "squat", "--emit", "follow")
+    assert {event["type"] for event in found} == {"follow"}
+    assert {event["name"] for event in found} == {"squat"}
+    done = [event for event in found if event["status"] == "done"]
+    assert [event["count"] for event in done] == list(range(1, len(done) + 1))
+    assert len(done) == 8
+    assert all(set(event["limbs"]) == LIMBS and event["score"] > 0.9 for event in done)
+    progress = [event for event in found if event["status"] == "progress"]
+    assert all(0.0 <= event["progress"] <= 1.0 and event["score"] is None for event in progress)
+    assert len(progress) > 2 * len(done)
+
+
+def test_all_follows_every_move_and_one_does_not(mossar, moves):
+    status, out, _ = mossar("segment", TAKE, "--moves", moves, "--follow", "all", "--json")
+    followed = json.loads(out)["followed"]
+    assert (status, {event["name"] for event in followed}) == (0, {"squat"})  # nobody punches
+    out = mossar("segment", TAKE, "--moves", moves, "--json")[1]
+    assert "followed" not in json.loads(out)
+
+
+def test_a_recording_has_a_line_and_a_row_for_each_performance(mossar, moves):
+    status, out, _ = mossar("segment", TAKE, "--moves", moves, "--follow", "squat")
+    lines = out.splitlines()
+    assert (status, "squat: 8 done" in lines) == (0, True)
+    assert sum("tempo" in line and "deviation" in line for line in lines) == 8
+    out = mossar("segment", TAKE, "--moves", moves, "--follow", "squat", "--csv")[1]
+    rows = [row for row in csv.DictReader(io.StringIO(out)) if row["state"] == "followed"]
+    assert [(row["name"], row["count"]) for row in rows] == [("squat", str(n)) for n in range(1, 9)]
+    assert all(float(row[f"deviation_{limb}"]) < 10 for row in rows for limb in LIMBS)
+    assert 0.5 < float(rows[1]["range_left_leg"]) < 1.5
+    assert rows[1]["limb"] in LIMBS
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (
+            ("--moves", "{moves}", "--follow", "squatt"),
+            "--follow squatt: {moves} has no such move; there are squat, punch",
+        ),
+        (("--follow", "squat"), "--follow needs --moves FILE"),
+        (("--moves", "{moves}", "--follow"), "argument --follow: expected one argument"),
+        (("--moves", "{moves}", "--follow", ","), "there is no name in it"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "segment", "archive"])
+def test_what_cannot_be_followed_is_refused_in_one_line(mossar, moves, tmp_path, command, more, says):
+    place = (tmp_path, tmp_path / "tables") if command == "archive" else (TAKE,)
+    status, out, err = mossar(command, *place, *(word.format(moves=moves) for word in more))
+    assert (status, out) == (2, "")
+    assert says.format(moves=moves) in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_configuration_names_what_to_follow(events, moves, tmp_path):
+    file = tmp_path / "c.toml"
+    file.write_text(f'moves = "{moves}"\nfollow = ["punch", "squat"]\nemit = ["follow.done"]\n')
+    assert len(events("run", TAKE, "--speed", "max", "--config", file)) == 8
+    file.write_text(f'moves = "{moves}"\nfollow = "all"\nemit = ["follow.done"]\n')
+    assert len(events("run", TAKE, "--speed", "max", "--config", file)) == 8
+
+
+def test_a_terminal_shows_each_performance_that_is_done_and_how_far_the_next_one_is():
+    out = io.StringIO()
+    view = LiveView(Console(out, io.StringIO()), [], visible=True, emission=Emission())
+    view.send([follow_event(), follow_event(status="done", count=3, progress=1.0, score=0.6)])
+    assert (
+        " ".join(out.getvalue().split())
+        == "p1 13.40 s squat 3, tempo 1.10, deviation 8 deg (left leg 12 deg)"
+    )
+    assert "squat, p1: 3 done in the last take" in view.summary()

@@ -1,0 +1,14 @@
+"""Wording: how events of followed moves are put in words, in tables and terminals."""
+
+from mossar_stream import FollowEvent
+
+
+def straying(event: FollowEvent) -> str:
+    """Return the limb that strays most, and by how much, as "left leg 12°"."""
+    angle = event.limbs.get(event.limb, event.deviation)
+    return f"{event.limb.replace('_', ' ')} {angle:.0f}°"
+
+
+def judged(event: FollowEvent) -> str:
+    """Return how a performance went, as "tempo 1.12, deviation 8° (left leg 12°)"."""
+    return f"tempo {event.tempo:.2f}, deviation {event.deviation:.0f}° ({straying(event)})"
