@@ -36,6 +36,11 @@ def test_what_is_said_is_counted_and_recordings_without_the_joints_are_not(take)
     assert line_of(player).split()[:3] == ["ann", f"{player.seconds / 60:.1f}", str(len(player.said))]
 
 
+def test_exercises_that_are_the_same_movement_do_not_count():
+    player = Player("ann", 600.0, 0, [("ui_prmd/m05_s01", "duck"), ("m05_s02", "jab"), ("precog/a", "duck")])
+    assert (player.alike, player.in_ten_minutes) == (1, 2.0)
+
+
 def test_nobody_seen_is_nothing_said():
     assert Player("ann", 0.0, 3, []).in_ten_minutes == 0.0
 

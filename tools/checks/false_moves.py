@@ -5,10 +5,14 @@
 EXAMPLES is a folder as for `mossar evaluate`, with an archive of segmented examples for each player; LABELLED holds
 labelled recordings of other people doing other things. All that is confirmed counts. What is said in recordings of punches
 and kicks (`FIGHTS`) is told apart, because there it may well be right: their labels say that there are such moves, and
-not when which. Recordings that lack joints which the examples need are refused, and left out of the minutes.
+not when which. So are exercises of UI-PRMD that are the same
+movement as a move (`ALIKE`): a deep squat is a duck, a straight leg raise a kick. Those do not count for the limit. With
+`--as-shown` only moves count that face as they were shown. Recordings that lack joints which the examples need are
+refused, and left out of the minutes.
 """
 
 import argparse
+import re
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -16,7 +20,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_stream import FrameError, MoveEvent, Moves, Segmenter, Settings, Skeleton
+from mossar_stream import Facing, FrameError, MoveEvent, Moves, Segmenter, Settings, Skeleton
 from mossar_tools.console import Console
 from mossar_tools.evaluation.sessions import (
     Examples,
@@ -28,6 +32,17 @@ from mossar_tools.evaluation.sessions import (
 from mossar_tools.evaluation.takes import Take, load_folder
 
 FIGHTS = ("precog/", "86_01")
+# Exercises of UI-PRMD, files mNN_sNN: squat, hurdle step, side lunge, sit to stand, leg raise, and an arm raised sideways
+# and in the plane of the shoulder blade.
+ALIKE = {
+    "m01": ("duck",),
+    "m02": ("kick_left", "kick_right", "sidekick_left", "sidekick_right"),
+    "m04": ("duck",),
+    "m05": ("duck",),
+    "m06": ("kick_left", "kick_right"),
+    "m07": ("uppercut_left", "uppercut_right"),
+    "m10": ("uppercut_left", "uppercut_right"),
+}
 MOST = 1.0  # in 10 minutes
 EACH = 2  # examples of a move
 
@@ -48,9 +63,25 @@ class Player(msgspec.Struct, frozen=True):
     said: list[tuple[str, str]]
 
     @property
+    def alike(self) -> int:
+        """How often an exercise that is the same movement as a move was called that."""
+        return sum(move in ALIKE.get(exercise_of(take), ()) for take, move in self.said)
+
+    @property
     def in_ten_minutes(self) -> float:
-        """How often something is said, all told."""
-        return 600 * len(self.said) / max(self.seconds, 1e-9)
+        """How often something else is said."""
+        return 600 * (len(self.said) - self.alike) / max(self.seconds, 1e-9)
+
+
+def exercise_of(take: str) -> str:
+    """Return the exercise of a recording of UI-PRMD; empty for others.
+
+    Example:
+        >>> exercise_of("ui_prmd/m05_s01"), exercise_of("precog/Seq1_5")
+        ('m05', '')
+    """
+    found = re.fullmatch(r"(.*/)?(m\d\d)_s\d\d", take)
+    return found[2] if found else ""
 
 
 def confirmed(take: Take, moves: Moves) -> list[str]:
@@ -64,9 +95,10 @@ def confirmed(take: Take, moves: Moves) -> list[str]:
     return [event.name for event in events if isinstance(event, MoveEvent) and event.status == "confirmed"]
 
 
-def count(name: str, examples: Examples, takes: Sequence[Take]) -> Player:
+def count(name: str, examples: Examples, takes: Sequence[Take], facing: Facing = "any") -> Player:
     """Return what is said with the examples of a player."""
     moves = examples.moves(slice(EACH))
+    moves.facing = facing
     said: list[tuple[str, str]] = []
     seconds, refused = 0.0, 0
     for take in takes:
@@ -82,7 +114,7 @@ def line_of(player: Player) -> str:
     """Return a line of the table."""
     fights = sum(take.startswith(FIGHTS) for take, _ in player.said)
     what = ", ".join(f"{move} in {take} {n}" for (take, move), n in Counter(player.said).most_common(6))
-    return f"{player.name:<10}{player.seconds / 60:>8.1f}{len(player.said):>7}{fights:>9}{player.in_ten_minutes:>12.2f}  {what}"
+    return f"{player.name:<10}{player.seconds / 60:>8.1f}{len(player.said):>7}{fights:>9}{player.alike:>7}{player.in_ten_minutes:>12.2f}  {what}"
 
 
 def skeleton_of(folder: Path) -> Skeleton | None:
@@ -98,14 +130,16 @@ def main() -> None:
     )
     parser.add_argument("examples", type=Path)
     parser.add_argument("labelled", type=Path)
+    parser.add_argument("--as-shown", action="store_true")
     given = parser.parse_args()
+    facing: Facing = "as_shown" if given.as_shown else "any"
     console = Console(sys.stdout, sys.stderr)
     takes = load_folder(given.labelled, console.status)
     skeleton = skeleton_of(given.examples)
-    console.line(f"{'player':<10}{'minutes':>8}{'said':>7}{'fights':>9}{'in 10 min':>12}")
+    console.line(f"{'player':<10}{'minutes':>8}{'said':>7}{'fights':>9}{'alike':>7}{'in 10 min':>12}")
     players = []
     for path in sample_files(given.examples):
-        players.append(count(path.stem, load_examples(path, skeleton), takes))
+        players.append(count(path.stem, load_examples(path, skeleton), takes, facing))
         console.line(line_of(players[-1]))
     worst = max((player.in_ten_minutes for player in players), default=0.0)
     refused = max((player.refused for player in players), default=0)
