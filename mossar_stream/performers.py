@@ -8,11 +8,12 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mossar_stream.engine.buffers import IN_USE
-from mossar_stream.engine.intake import given_positions
+from mossar_stream.engine import engine
+from mossar_stream.engine.buffers import IN_USE, Buffers
+from mossar_stream.engine.intake import FLOAT32, given_positions, less_origin
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools, Row
-from mossar_stream.engine.together import process_together
+from mossar_stream.engine.station import Desk
 from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow
@@ -93,6 +94,7 @@ class Performers:
         # The same of the moves that are followed, by the axis that points upwards, too.
         self._banks: dict[tuple[Skeleton, Up], NDArray[np.uint8]] = {}
         self._most = most
+        self._buffers = Buffers()
         self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
         self._segmenters: OrderedDict[str, Segmenter] = (
             OrderedDict()
@@ -167,7 +169,7 @@ class Performers:
 
     def _check_idle(self, performers: Sequence[str]) -> None:
         """Raise RuntimeError if another thread is using one of the performers, before anything is changed."""
-        if any(self._segmenters[name].row.guard.is_busy for name in performers):
+        if any(self._segmenters[name].row.buffers.is_busy for name in performers):
             raise RuntimeError(IN_USE)
 
     def _new_segmenter(self, name: str, skeleton: Skeleton, fps: float | None) -> Segmenter:
@@ -176,11 +178,11 @@ class Performers:
         following = self._follow, self._alignment_of(name, skeleton, self._settings)
         row = self._pools_for(skeleton, fps, self._settings).allocate(name)
 
-        def new_row(plan: Plan) -> Row:
-            return self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate_alone(name)
+        def new_limb(plan: Plan, pending: list[Event]) -> Row:
+            return self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate(name, pending)
 
         try:
-            segmenter = Segmenter.of_row(row, recognition, following, new_row)
+            segmenter = Segmenter.of_row(row, recognition, following, new_limb)
             if segmenter.level != self._level:
                 segmenter.level = self._level  # the threshold only: the bundle stays that of the settings
             segmenter.change(**self._own_changes(name))
@@ -298,7 +300,7 @@ class Performers:
                 del self._pools[next(iter(self._pools))]
             if fps is not None:
                 constant_times(0, fps)
-            self._pools[key] = Pools(Plan(skeleton, settings, fps, channel=channel))
+            self._pools[key] = Pools(Plan(skeleton, settings, fps, channel=channel), self._buffers)
         return self._pools[key]
 
     def push(self, frames: Frames) -> list[Event]:
@@ -331,16 +333,51 @@ class Performers:
                 processed then.
         """
         segmenters, frames, moments = self._checked(performers, given_positions(positions), times)
-        together = []
+        together: dict[tuple[int, int], list[int]] = {}
         for k, segmenter in enumerate(segmenters):
-            if segmenter.is_in_pool:
-                together.append(k)
-            else:
+            station = segmenter.station
+            if station is None:
                 segmenter.process(frames[k], moments[k])
+            else:  # those who share buffers and parameters; a restored performer has its own
+                key = id(station.params), id(segmenter.row.buffers)
+                together.setdefault(key, []).append(k)
+        for chosen in together.values():
+            self._process_together([segmenters[k] for k in chosen], chosen, frames, moments)
         rows = [segmenter.row for segmenter in segmenters]
-        for k, used in process_together(rows, together, frames, moments):
-            segmenters[k].process(frames[k, used:], moments[k, used:])
         return [event for row in rows if row.pending for event in row.take_pending()]
+
+    def _process_together(
+        self,
+        segmenters: Sequence[Segmenter],
+        chosen: Sequence[int],
+        frames: NDArray[Any],
+        times: NDArray[np.float64],
+    ) -> None:
+        """Process frames of performers in one call; who must be looked after, as a take ends, is on its own from there.
+
+        Args:
+            segmenters: Of the performers.
+            chosen: Their places in the arrays.
+            frames: (P, n, J, 3) m, in single or double precision.
+            times: (P, n) s.
+        """
+        count, begins = frames.shape[1], [k * frames.shape[1] for k in chosen]
+        positions, moments = frames, times
+        if frames.dtype is not FLOAT32 or any(own.row.origin is not None for own in segmenters):
+            rows = [(own.row, frames[k]) for own, k in zip(segmenters, chosen, strict=True)]
+            positions = np.stack([less_origin(*pair) for pair in rows])
+            moments, begins = times[chosen], [k * count for k in range(len(chosen))]
+        stations = [station for own in segmenters if (station := own.station) is not None]
+        desk = Desk(stations, begins, count)
+        try:
+            ended = engine.process(desk, positions.reshape(-1, *frames.shape[2:]), moments.reshape(-1))
+        except BaseException:
+            for own in segmenters:
+                own.steps.tear()
+            raise
+        for place, used in ended:
+            k = chosen[place]
+            segmenters[place].process(frames[k, used:], times[k, used:])
 
     def _checked(
         self, performers: Sequence[str], frames: NDArray[Any], times: ArrayLike

@@ -90,7 +90,7 @@ from mossar_stream.similarity.evidence import SPEED_OFFSET as SPEED_OFFSET_SHARE
 from mossar_stream.similarity.protocol import add_pose
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop codes
-STOPS = 6
+STOPS = 16  # more than there are, with those of the loop
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
 AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
@@ -115,8 +115,7 @@ class Arrays(NamedTuple):
 
 @entry_point(makes_arrays=False)
 def advance(
-    memory: NDArray[np.uint8],
-    index: int,
+    row: NDArray[np.uint8],
     params: NDArray[np.void],
     positions: NDArray[np.float32],
     times: NDArray[np.float64],
@@ -124,8 +123,7 @@ def advance(
     """Take frames of one performer in until they are used up or something happens.
 
     Args:
-        memory: (P, row) bytes, the pool.
-        index: Row of the performer.
+        row: Bytes of the performer.
         params: One-element record array of the similarity measure.
         positions: (n, J, 3) float32 m.
         times: (n,) s.
@@ -136,7 +134,6 @@ def advance(
         RING_FULL or WINDOW_FULL make more room for displacements or for key frames (offline) before it. One number,
         because a second one would cost as much as the frame.
     """
-    row = memory[index]
     state = part(row, 0, ROW, (1,))[0]
     plan, clock = state.plan, state.clock
     if plan.offline == 1 and clock.open == 1 and state.window.undecided >= plan.capacity:

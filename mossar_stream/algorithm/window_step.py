@@ -86,8 +86,7 @@ REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
 
 @entry_point(makes_arrays=False)
 def update_window(
-    memory: NDArray[np.uint8],
-    index: int,
+    row: NDArray[np.uint8],
     params: NDArray[np.void],
     scratch: NDArray[np.uint8],
     event_buffer: NDArray[np.uint8],
@@ -96,15 +95,13 @@ def update_window(
     """Carry out what follows from the last frame.
 
     Args:
-        memory: (P, row) bytes, the pool.
-        index: Row of the performer.
+        row: Bytes of the performer.
         params: One-element record array of the similarity measure.
         scratch: Of `new_scratch`.
         event_buffer: With room for `most_events`.
         reason: FOLLOW after a frame at which the frame step stopped, LEVEL after the level moved, END to end the
             take: RANK to close its last segment and rank all key frames, then DECIDE.
     """
-    row = memory[index]
     state = part(row, 0, ROW, (1,))[0]
     if state.clock.open == 0:
         return

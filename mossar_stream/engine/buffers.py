@@ -1,34 +1,67 @@
-"""Buffers: what compiled calls need besides the performers: scratch, and a buffer for events."""
+"""Buffers: what compiled calls need besides the performers: scratch, and the one buffer through which events leave."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 
+from mossar_stream.algorithm.row import CACHE_LINE, new_memory
+from mossar_stream.engine.layout import TOOLS_BYTES
 from mossar_stream.engine.plan import Plan, new_scratch
 from mossar_stream.engine.warm_up import warm_up
-from mossar_stream.memory.event_buffer import Source, hand_out, new_event_buffer
-from mossar_stream.repetitions.state import SCRATCH, new_room
+from mossar_stream.memory.event_buffer import Source, events_size, hand_out
+from mossar_stream.repetitions.state import store_size
 
 IN_USE = "a segmenter, or the pool it belongs to, was used by two threads at once; use one for each thread, or a lock"
 BATCH = 512  # events that there is room for besides those of one frame
 
 
-class Guard:
-    """Lets one thread in at a time, and knows whose the events are that it leaves in the buffer.
+class Buffers:
+    """Scratch and the event buffer of one segmenter, or of a pool of performers, who are worked on one after the other.
 
-    Two threads would write into the same rows and the same event buffer; the second one gets an error at once. The one that
-    is in leaves by `is_busy = False` as the last statement under `try`, and once more under `except BaseException`. Neither
-    `finally` nor a context manager would do: Ctrl-C could come just before their last step, and all would be locked out.
+    They let one thread in at a time: two would write into the same rows and the same event buffer; the second one gets an
+    error at once. The one that is in leaves by `is_busy = False` as the last statement under `try`, and once more under
+    `except BaseException`. Neither `finally` nor a context manager would do: Ctrl-C could come just before their last step,
+    and all would be locked out.
 
     Attributes:
         is_busy: Whether a thread is in.
         sources: Of the rows that are in use, by the numbers that their events carry.
+        desk: That the loop was called for, while it is not done with it.
+        tools: Bytes: `TOOLS`, scratch, what looks at repetitions need, events. Another array after `make_room`.
+        scratch: A view of it.
+        store: Likewise.
+        events: Likewise.
     """
 
     def __init__(self) -> None:
         self.is_busy = False
+        self.desk: Any = None
         self.sources: dict[int, Source] = {}
         self._numbers = itertools.count()
+        self._sizes = [0, 0, 0]
+        self.scratch = self.store = self.events = self.tools = np.zeros(0, np.uint8)
+
+    def make_room(self, plan: Plan) -> None:
+        """Be large enough for rows of a plan, too; compiles the kernels for it, or loads them."""
+        warm_up(plan)
+        needed = (
+            len(new_scratch(plan.shape)),
+            store_size(plan.shape.padded_joints) if plan.shape.repetitions else 0,
+            events_size(plan.most_events + BATCH),
+        )
+        sizes = [max(pair) for pair in zip(needed, self._sizes, strict=True)]
+        if sizes == self._sizes:
+            return
+        rounded = [-(-size // CACHE_LINE) * CACHE_LINE for size in (TOOLS_BYTES, *sizes)]
+        at = np.cumsum(rounded).tolist()
+        tools = new_memory(1, at[-1])[0]
+        tools[:TOOLS_BYTES].view(np.int64)[:] = [n for pair in zip(at, sizes, strict=False) for n in pair]
+        parts = [tools[begin : begin + size] for begin, size in zip(at, sizes, strict=False)]
+        parts[-1][: len(self.events)] = self.events  # those that an exception left there
+        self._sizes = sizes
+        self.tools, (self.scratch, self.store, self.events) = tools, parts
+        self._view = memoryview(self.events)  # type: ignore[arg-type]
 
     def enlist(self, source: Source) -> int:
         """Return a number for the events of a source, which no other one gets."""
@@ -36,26 +69,6 @@ class Guard:
         self.sources[number] = source
         return number
 
-
-class Buffers:
-    """Scratch and an event buffer for performers of one plan, one after the other.
-
-    Building them compiles the kernels for the plan's similarity measure, or loads them.
-
-    Args:
-        plan: Of the performers.
-        guard: Of other buffers that the same thread works with.
-    """
-
-    def __init__(self, plan: Plan, guard: Guard | None = None) -> None:
-        self.scratch = new_scratch(plan.shape)
-        self.events = new_event_buffer(plan.most_events + BATCH)
-        self.for_looks = new_room(plan.shape.padded_joints * plan.shape.repetitions), np.zeros(1, SCRATCH)
-        self.for_run = self.scratch, self.events, plan.most_events
-        self._view = memoryview(self.events)  # type: ignore[arg-type]
-        self.guard = guard or Guard()
-        warm_up(plan)
-
     def hand_out(self) -> None:
         """Add what lies in the event buffer to what waits at the performers, and empty it."""
-        hand_out(self._view, self.guard.sources)
+        hand_out(self._view, self.sources)

@@ -1,104 +1,132 @@
-"""Engine: the one loop around the kernels. It does what they ask for and turns what they found into events.
+"""Engine: what Python does around the one loop (run.py): it does what the loop stops for, and ends takes.
 
 Whatever is caused is added to `Row.pending`, step by step in its order; callers take it from there once all is done.
 `mend` finishes what an exception, such as Ctrl-C, cut short between two steps. A compiled call is never cut short, nor do
-exceptions come between two statements without a call, as in `x.is_live = True; x.pending += events`.
+exceptions come between two statements without a call, as in `reader.told = told; row.pending += events`.
 
-`Segmenter` is a pool of one, `Performers` pools of many, `segment_recording` a pool of one that decides at the end.
+`Segmenter` is a desk of one performer, `Performers.push_many` desks of many, `segment_recording` one that decides at the end.
 """
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.frame_step import (
-    DONE,
-    HAPPENED,
-    LOOK_DUE,
-    RING_FULL,
-    STOPS,
-    TAKE_ENDS,
-    WINDOW_FULL,
-    advance,
-)
-from mossar_stream.algorithm.window_step import END, FOLLOW, LEVEL, RANK, update_window
-from mossar_stream.engine.buffers import IN_USE, Guard
-from mossar_stream.engine.pool import Pool, Row
-from mossar_stream.engine.run import BUFFER_FULL, run
+from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS, WINDOW_FULL
+from mossar_stream.algorithm.window_step import END, LEVEL, RANK, update_window
+from mossar_stream.engine.buffers import IN_USE, Buffers
+from mossar_stream.engine.pool import Row
+from mossar_stream.engine.run import LOOKED, PHASE, READ, SAID, run
+from mossar_stream.engine.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
+from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.telling import Told
 
 T = TypeVar("T")
-ONE_DONE, ONE_HAPPENED = STOPS + DONE, STOPS + HAPPENED
 NOBODY = "nobody seen"  # in the reason for which a take ended
-_BEGIN = np.zeros(1, np.int64)
+NONE: list[tuple[int, int]] = []
+UNTOLD, NOT_STOPPED = Told(), np.zeros(1, np.int64)
+NO_POSITIONS = np.zeros((0, 3), np.float32)
 
 
-def push(
-    row: Row,
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    first_frame: int | None = None,
-) -> list[Event]:
-    """Process frames of one performer that nothing else follows, and return what is pending then; see `process`."""
-    begin = 0
-    while begin < len(times) or not begin:
-        number = None if first_frame is None else first_frame + begin
-        begin += process(row, positions[begin:], times[begin:], number)
-        if begin >= len(times):
-            break
-        end_take(row, why_ended(row, times[begin]))
-    return row.take_pending()
-
-
-def process(
-    row: Row,
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    first_frame: int | None = None,
-) -> int:
-    """Process frames of one performer; the events they cause are pending.
+def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """Process frames of one performer or of many; the events they cause are pending.
 
     Returns:
-        How many were processed: all, or those before which the take ends.
+        Those whose take ends before a frame of theirs: who, and how many frames were processed. Theirs are left from there.
 
     Args:
-        row: The performer's.
+        desk: Of the performers.
         positions: (n, J, 3) m.
         times: (n,) s.
-        first_frame: Number of the first frame; None to count on.
 
     Raises:
-        RuntimeError: If another thread is using the row's pool.
+        RuntimeError: If another thread is using their buffers.
     """
-    return guarded(row.guard, lambda: _process(row, positions, times, first_frame))
+    buffers = desk.buffers  # as `guarded` would do it, which takes longer
+    if buffers.is_busy:
+        raise RuntimeError(IN_USE)
+    try:
+        buffers.is_busy = True
+        stop = run(desk.memory, buffers.tools, desk.params, positions, times)
+        ended = _go_on(desk, stop, positions, times) if stop != DONE else NONE
+        buffers.is_busy = False
+    except BaseException:
+        buffers.is_busy = False
+        raise
+    return ended
 
 
-def _process(
-    row: Row,
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    first_frame: int | None = None,
-) -> int:
-    settle_level(row)
-    if first_frame is not None:
-        row.clock["next_frame"] = first_frame
-    cursor, ends = np.zeros(2, np.int64), np.array([len(times)])
-    stop = BUFFER_FULL
-    while stop != DONE:
-        batch = row.indices, _BEGIN, ends, cursor
-        stop = run_rows(row.pool, [row], batch, (positions, times))
-        used = int(cursor[1])
-        if stop == TAKE_ENDS:
-            return used
-        if stop == LOOK_DUE:
-            row.look_at_repetitions(times[used])
-        elif stop == RING_FULL:  # the source is quicker than its nominal rate
-            row.grow(row.plan.larger(ring=2))
-        elif stop == WINDOW_FULL:
-            row.grow(row.plan.larger(window=2))
-    return len(times)
+def _go_on(
+    desk: Desk, stop: int, positions: NDArray[np.float32], times: NDArray[np.float64]
+) -> list[tuple[int, int]]:
+    """Do what the loop stopped for, and let it go on, until all frames are processed."""
+    buffers, head, ended = desk.buffers, desk.head, list[tuple[int, int]]()
+    buffers.desk = desk
+    while stop not in (DONE, SAID):
+        buffers.hand_out()
+        at, used = int(head["performer"][0]), int(head["frame"][0])
+        station = desk.stations[at]
+        if stop in (LOOKED, READ, PHASE):
+            tell(desk, float(times[desk.begins[at] + used]) if stop == LOOKED else math.inf)
+        elif stop in (
+            RING_FULL,
+            WINDOW_FULL,
+        ):  # the source is quicker than its nominal rate; a recording is long
+            row = station.rows[int(head["stage"][0])]
+            row.grow(row.plan.larger(ring=2) if stop == RING_FULL else row.plan.larger(window=2))
+            station.refresh()
+        elif stop == TAKE_ENDS:
+            ended.append((at, used))
+            head["performer"], head["frame"] = at + 1, 0
+        desk.stopped[0] = DONE
+        stop = run(desk.memory, buffers.tools, desk.params, positions, times)
+    buffers.hand_out()
+    buffers.desk = None
+    return ended
+
+
+def tell(desk: Desk, time: float) -> None:
+    """Add the events to what is pending for which the loop stopped.
+
+    Args:
+        desk: Where it did.
+        time: s, of the frame before which repetitions were looked at.
+    """
+    head, stop = desk.head, int(desk.stopped[0])
+    station, stage = desk.stations[int(head["performer"][0])], int(head["stage"][0])
+    body = station.body
+    take = int(body.clock["take"])
+    if stop == READ:
+        reader = station.readers[stage - len(station.rows) - 1]
+        events, told = reader.news(take, body.origin)
+        desk.stopped[0] = DONE
+        reader.told = told
+        body.pending += events
+    elif stop == PHASE and body.telling is not None and body.clock["open"]:
+        events, told = body.telling.phase_news(take, float(body.clock["time"]))
+        desk.stopped[0] = DONE
+        body.telling.told = told
+        body.pending += events
+    elif stop == LOOKED:
+        row = station.rows[stage]
+        if row.looks is not None:
+            row.looks.append((time, row.counted.copy()))
+        if head["changed"][0]:
+            _tell_repetitions(row, desk.stopped)
+
+
+def _tell_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
+    """Add the events of a look that changed something to what is pending."""
+    if row.telling is None:
+        return
+    events, told = row.telling.news(int(row.clock["take"]))
+    stopped[0] = DONE
+    row.looked = None
+    row.telling.told = told
+    row.pending += events
 
 
 def reason_of(row: Row, reason: str) -> str:
@@ -114,80 +142,6 @@ def why_ended(row: Row, time: float) -> str:
     return "gap" if step > 0.0 else "clock stepped back"
 
 
-def process_frame(row: Row, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
-    """Process one frame of a take that goes on: `process`, without what would cost more than the frame itself.
-
-    Returns:
-        Whether it was processed; if not, the take ends before it.
-
-    Args:
-        row: The performer's, whose take is live and whose level has not moved.
-        position: (1, J, 3) m.
-        time: (1,) s.
-    """
-    guard = row.guard  # as `enter` would do it, which takes longer
-    if guard.is_busy:
-        raise RuntimeError(IN_USE)
-    try:
-        guard.is_busy = True
-        code = advance(row.memory, 0, row.params, position, time)
-        if code != ONE_DONE:
-            if code == TAKE_ENDS:
-                guard.is_busy = False
-                return False
-            if code == ONE_HAPPENED:
-                _update(row, FOLLOW)
-            else:
-                _process(row, position, time)
-        guard.is_busy = False
-    except BaseException:
-        guard.is_busy = False
-        raise
-    return True
-
-
-def process_short(
-    row: Row, positions: NDArray[np.float32], times: NDArray[np.float64], first_frame: int | None = None
-) -> int:
-    """Process frames as `process` does, by `process_frame` where it is one of a take that goes on."""
-    counted = first_frame is None or counts_on(row, first_frame)
-    short = counted and len(times) == 1 and row.is_live and not row.is_level_new
-    if short:
-        return int(process_frame(row, positions, times))
-    return process(row, positions, times, first_frame)
-
-
-def counts_on(row: Row, first_frame: int) -> bool:
-    """Tell whether a frame's number is the one that it would have anyway, unless a new take begins with it."""
-    return bool(first_frame == row.clock["next_frame"])
-
-
-def run_rows(
-    pool: Pool,
-    rows: Sequence[Row],
-    batch: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
-    frames: tuple[NDArray[np.float32], NDArray[np.float64]],
-) -> int:
-    """Process frames until the kernels ask for something, report takes that began, and hand out the events there are.
-
-    Args:
-        pool: Of the rows.
-        rows: Performers.
-        batch: Their indices, where their frames begin and end, and the cursor; see `run`.
-        frames: (n, J, 3) m; (n,) s.
-
-    Returns:
-        The stop code.
-    """
-    silent = [row for row in rows if not row.is_live]
-    stop = run(pool.memory, pool.plan.params, pool.buffers.for_run, batch, *frames)
-    for row in silent:
-        if pool.is_open[row.index]:
-            _report_start(row)
-    pool.buffers.hand_out()
-    return stop
-
-
 def update(row: Row, reason: int) -> list[Event]:
     """Let the compiled part do what is due for one performer, and return what is pending then.
 
@@ -195,44 +149,57 @@ def update(row: Row, reason: int) -> list[Event]:
         row: The performer's.
         reason: See `update_window`.
     """
-    guarded(row.guard, lambda: _update(row, reason))
+    guarded(row.buffers, lambda: _update(row, reason))
     return row.take_pending()
 
 
 def _update(row: Row, reason: int) -> None:
-    buffers = row.pool.buffers
+    buffers = row.buffers
     if reason in {END, RANK}:
-        row.look_at_repetitions()
-    update_window(row.memory, 0, row.params, buffers.scratch, buffers.events, reason)
+        _look_once_more(row)
+    update_window(row.memory, row.plan.params, buffers.scratch, buffers.events, reason)
     buffers.hand_out()
+
+
+def _look_once_more(row: Row) -> None:
+    """Look at what was repeated, as the take ends."""
+    if not len(row.counting):
+        return
+    row.looked = int(row.counted["looked"][0])
+    changed = look(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
+    if row.looks is not None:
+        row.looks.append((math.inf, row.counted.copy()))
+    if changed:
+        _tell_repetitions(row, NOT_STOPPED)
+    row.looked = None
+
+
+def _finish_look(row: Row) -> None:
+    """Tell what the last look of a take has changed, if an exception kept that from being told."""
+    if row.looked is not None and int(row.counted["looked"][0]) != row.looked:
+        _tell_repetitions(row, NOT_STOPPED)
+    row.looked = None
 
 
 def apply_level(row: Row) -> None:
     """Let a level that moved act on the undecided key frames."""
     if row.is_level_new:
-        guarded(row.guard, lambda: settle_level(row))
+        guarded(row.buffers, lambda: _settle_level(row))
 
 
-def settle_level(row: Row) -> None:
-    """Do so for the thread that is in."""
+def _settle_level(row: Row) -> None:
     if row.is_level_new:
         _update(row, LEVEL)
         row.is_level_new = False
 
 
-def end_take(row: Row, reason: str) -> None:
-    """End the take of a performer whom nothing else follows."""
-    close_take(row)
-    report_end(row, reason)
-
-
 def close_take(row: Row) -> None:
     """Decide everything in a performer's take, which `report_end` reports to have ended when all others are done."""
-    guarded(row.guard, lambda: _close_take(row))
+    guarded(row.buffers, lambda: _close_take(row))
 
 
 def _close_take(row: Row) -> None:
-    settle_level(row)
+    _settle_level(row)
     if row.clock["open"]:
         _update(row, END)
 
@@ -240,21 +207,12 @@ def _close_take(row: Row) -> None:
 def report_end(row: Row, reason: str) -> None:
     """Report that a take has ended, once; takes of limbs end with their body's, and are not reported."""
     if row.is_live:
+        number = int(row.clock["take"])
+        ended = [stream_event(row, "ended", reason, number - 1)] if row.plan.channel == BODY else []
         if row.telling is not None:
-            row.telling.end()
-        ended = stream_event(row, "ended", reason, int(row.clock["take"]) - 1)
-        row.is_live = row.is_placed = False
-        if row.plan.channel == BODY:
-            row.pending += [ended]
-
-
-def _report_start(row: Row) -> None:
-    """Report that a take has begun."""
-    started = stream_event(row, "started")
-    row.is_live = True
-    if row.plan.channel == BODY:
-        row.pending += [started]
-    row.look_for_place()
+            row.telling.told = UNTOLD
+        row.ended = number
+        row.pending += ended
 
 
 def stream_event(row: Row, change: StreamChange, reason: str = "", take: int | None = None) -> StreamEvent:
@@ -263,40 +221,41 @@ def stream_event(row: Row, change: StreamChange, reason: str = "", take: int | N
     return StreamEvent(performer=row.name, event=change, take=number, reason=reason)
 
 
-def mend(row: Row) -> None:
-    """Finish what an exception cut short between two steps; a row that is in order stays as it is.
+def mend(desk: Desk) -> None:
+    """Finish what an exception cut short between two steps; what is in order stays as it is.
 
-    The steps that are due can be read from the row: what happened in its last frame and was not followed, events in the
-    buffer, a take that began or ended and was not reported.
+    The steps that are due can be read from the desk of one performer, and from that which the buffers were used for last:
+    why the loop stopped, events in the buffer, a row that was about to move.
     """
-    guarded(row.guard, lambda: _mend(row))
+    guarded(desk.buffers, lambda: _mend(desk))
 
 
-def _mend(row: Row) -> None:
-    row.mend()
-    is_open = bool(row.clock["open"])
-    if is_open and not row.is_live:
-        _report_start(row)
-    row.pool.buffers.hand_out()
-    state = row.state
-    if is_open and (state["curve"]["found"]["happened"] or row.clock["time"] >= state["window"]["due_time"]):
-        _update(row, FOLLOW)
-    row.look_for_place()
+def _mend(desk: Desk) -> None:
+    buffers = desk.buffers
+    buffers.hand_out()
+    for torn in filter(None, (buffers.desk, desk)):
+        tell(torn, math.inf)
+        torn.begin_anew()
+    buffers.desk = None
+    for row in desk.stations[0].rows:
+        row.mend()
+        _finish_look(row)
+    desk.stations[0].refresh()
 
 
-def guarded(guard: Guard, work: Callable[[], T]) -> T:
+def guarded(buffers: Buffers, work: Callable[[], T]) -> T:
     """Do something while no other thread may, and return what it returns.
 
     Raises:
         RuntimeError: If another one is in.
     """
-    if guard.is_busy:
+    if buffers.is_busy:
         raise RuntimeError(IN_USE)
     try:
-        guard.is_busy = True
+        buffers.is_busy = True
         found = work()
-        guard.is_busy = False
+        buffers.is_busy = False
     except BaseException:
-        guard.is_busy = False
+        buffers.is_busy = False
         raise
     return found

@@ -22,6 +22,26 @@ CELL = 16.0  # m; half of it from there, single precision is half a micrometre
 LARGEST_PERSON = 100.0  # m; who seems larger is not given in metres
 
 
+class Single:
+    """What is remembered between pushes, so that a single frame of a take that goes on is asked no more than its shape.
+
+    Args:
+        joints: J.
+
+    Attributes:
+        full: (J, 3).
+        shape: The same if a frame may come unasked: the take is open, its place known, nothing waits; else None.
+        frame: (1, J, 3) m, for a frame that is not in single precision or far from the origin.
+        time: (1,) s.
+    """
+
+    def __init__(self, joints: int) -> None:
+        self.full = joints, 3
+        self.shape: tuple[int, int] | None = None
+        self.frame = np.zeros((1, joints, 3), np.float32)
+        self.time = np.zeros(1)
+
+
 def checked(
     row: Row,
     positions: ArrayLike,

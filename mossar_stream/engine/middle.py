@@ -18,11 +18,11 @@ def put_middle(body: NDArray[np.uint8], middle: NDArray[np.float32]) -> None:
     """Set the middle of the joints of the frame that the body processed last.
 
     Args:
-        body: (1, row) bytes of the performer.
+        body: Bytes of the performer.
         middle: (3,) m, set; NaN if no joint was there.
     """
-    whole = part(body[0], 0, ROW, (1,))[0]
-    lines = part(body[0], whole.at.body, np.float32, ((whole.at.seen - whole.at.body) // 4,))
+    whole = part(body, 0, ROW, (1,))[0]
+    lines = part(body, whole.at.body, np.float32, ((whole.at.seen - whole.at.body) // 4,))
     x, y, z = center_of(whole.plan, whole.joints, lines)  # type: ignore[no-untyped-call]
     nobody = whole.joints.present == 0
     middle[0] = np.float32(np.nan) if nobody else x

@@ -27,7 +27,6 @@ from mossar_stream.following.layout import (
     example_memory,
     head_memory,
 )
-from mossar_stream.following.sampling import EARLY, MAX_STEP
 from mossar_stream.following.tracking import (
     BEGAN,
     DONE,
@@ -35,15 +34,15 @@ from mossar_stream.following.tracking import (
     GOES_ON,
     NOTHING,
     finish_take,
-    follow_frames,
+    follow_frame,
 )
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.moves import Moves, copy_of
+from mossar_stream.readers import address_of_reader
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
-HELD = 8  # frames that wait at most until they are processed together
 STATUSES: dict[int, FollowStatus] = {BEGAN: "begun", GOES_ON: "progress", DONE: "done", GAVE_UP: "left"}
 MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
 FAIR = 15.0  # degrees of deviation at which the score is a half
@@ -155,42 +154,33 @@ class Alignment:
         self._head = self.store[:HEAD_BYTES].view(HEAD)[0]
         self._examples = examples_of(self.store)
         self._extents = [self._extents_of(rows) for rows in rows_of(self.store)]
-        self._memory = np.zeros(memory_bytes(self.store), np.uint8)
-        self._state = self._memory[:STATE_BYTES].view(STATE)
-        self._next = self._state["next"]
-        self._last = self._state["time"]
-        self._frames = self._state["frames"]
+        self.state = np.zeros(memory_bytes(self.store), np.uint8)
+        self._state = self.state[:STATE_BYTES].view(STATE)
         size = len(names) * MOVE_BYTES
-        self._moves = self._memory[STATE_BYTES : STATE_BYTES + size].view(MOVE)
+        self._moves = self.state[STATE_BYTES : STATE_BYTES + size].view(MOVE)
         lanes, points = int(self._head["lanes"]), int(self._head["points"])
-        numbers = self._memory[STATE_BYTES + size : head_memory(points, lanes, len(names))].view(np.float32)
+        numbers = self.state[STATE_BYTES + size : head_memory(points, lanes, len(names))].view(np.float32)
         at = 2 * 3 * points + 3 * lanes
         self._strays = numbers[at : at + len(names) * lanes].reshape(-1, lanes)
         at += 2 * len(names) * lanes + RING * 3 * lanes
         self._boxes = numbers[at : at + len(names) * 6 * lanes].reshape(-1, 2, 3, lanes)
-        self._positions = np.zeros((HELD + 1, len(skeleton), 3), np.float32)
-        self._times = np.zeros(HELD + 1)
-        self._held = 0  # frames that wait: none of them can bring news
-        self._has_news = False  # of the frame that `hold` processed
-        self._latest = self._due = -math.inf  # s, of the last frame; before which none can bring news
+        self.told: None = None
         open_cache()
         self._begin()
         # No frame: the kernels are compiled now, and never while frames come in.
-        finish_take(self._memory, self.store)
-        follow_frames(self._memory, self.store, self._positions, self._times, 0, 0)
+        finish_take(self.state, self.store)
+        self.address = address_of_reader(follow_frame)
 
     def _begin(self) -> None:
         """Begin anew, as for a take."""
-        self._memory[:] = 0
+        self.state[:] = 0
         self._moves["best"] = np.inf
         self._moves["from_time"] = -np.inf
         self._state["every"] = self._settings.follow_every
         for example in self._examples:
             begin = int(example["memory"]) + 8 * LAYERS * int(example["phases"])
-            self._memory[begin : begin + 4 * LAYERS * int(example["phases"])].view(np.float32)[:] = np.inf
-        self._held = 0
-        self._has_news = False
-        self._see()
+            self.state[begin : begin + 4 * LAYERS * int(example["phases"])].view(np.float32)[:] = np.inf
+        self._state["due"] = -np.inf
 
     def adopt(self, settings: Settings, take: int, pending: list[Event]) -> "Alignment":
         """Go on with other settings; if another axis points upwards, what is being made is given up.
@@ -227,99 +217,29 @@ class Alignment:
         return int(self._state["number"][0]), dict(zip(self.names, counts, strict=True))
 
     @property
-    def bytes_taken(self) -> int:
-        """Bytes of a performer, besides the examples that all share."""
-        return len(self._memory) + self._positions.nbytes + self._times.nbytes
-
-    @property
     def following(self) -> dict[str, FollowState | None]:
         """Where the performer is in each followed move at the last frame; None where it is not being made."""
         return {name: self._now(m) if self._moves[m]["active"] else None for m, name in enumerate(self.names)}
 
-    def hold(self, position: NDArray[np.float32], time: float) -> bool:
-        """Process one frame, or keep it until a sample is due, which is quicker than a kernel's call.
-
-        Args:
-            position: (J, 3) or (1, J, 3) m; copied.
-            time: s.
-
-        Returns:
-            Whether it brings no news; if it does, `follow` says so when it is called with the frame.
-        """
-        if not 0.0 < time - self._latest <= MAX_STEP:
-            return False
-        held = self._held
-        self._positions[held] = position
-        self._times[held] = time
-        if time < self._due and held < HELD:
-            self._latest = time
-            self._held = held + 1
-            return True
-        self._has_news = not self._take_in(held + 1)
-        return not self._has_news
-
-    def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
-        """Process frames until there is news; return the number of the frame that brought it, n if none did.
-
-        Args:
-            positions: (n, J, 3) m.
-            times: (n,) s.
-            begin: First frame to process.
-        """
-        if self._has_news and len(times) == 1:  # as `hold` has found
-            self._has_news = False
-            return 0
-        self._flush()
-        stop: int = follow_frames(self._memory, self.store, positions, times, begin, len(times))
-        self._see()
-        return stop
-
-    def _take_in(self, count: int) -> bool:
-        """Process the frames that wait, and tell whether the last one brings no news; others cannot."""
-        stop: int = follow_frames(self._memory, self.store, self._positions, self._times, 0, count)
-        self._held = 0  # not before: frames that come again are late
-        self._see()
-        return stop == count
-
-    def _flush(self) -> None:
-        if self._held:
-            self._take_in(self._held)
-
-    def _see(self) -> None:
-        """Note when the last frame was, and when the next sample is due."""
-        begun = self._frames[0] > 0
-        self._latest = float(self._last[0]) if begun else -math.inf
-        self._due = float(self._next[0]) - EARLY if begun else -math.inf
-
-    def news(self, take: int, pending: list[Event], _origin: NDArray[np.float64] | None = None) -> None:
-        """Report what happened at the frame that `follow` stopped at.
+    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+        """Return the events of the last frame.
 
         Args:
             take: Number of the take that is open.
-            pending: Gets the events.
         """
-        events = [self._event(m, take) for m in np.flatnonzero(self._moves["happened"]).tolist()]
-        self._moves["happened"] = NOTHING
-        self._state["happened"] = 0
-        pending += events
-
-    def mend(self, take: int, pending: list[Event]) -> None:
-        """Go on after an exception; report what the last frame brought, if that is still to be done; see `news`."""
-        self._has_news = False
-        self._flush()
-        self._see()
-        self.news(take, pending)
+        return [self._event(m, take) for m in np.flatnonzero(self._moves["happened"]).tolist()], None
 
     def decide(self, take: int, pending: list[Event]) -> None:
-        """Decide what is being made; see `news`."""
-        self._flush()
-        finish_take(self._memory, self.store)
-        self.news(take, pending)
+        """Decide what is being made; `pending` gets the events."""
+        finish_take(self.state, self.store)
+        events, _ = self.news(take)
+        self._moves["happened"] = NOTHING
+        pending += events
 
     def end(self, take: int, pending: list[Event]) -> None:
-        """Decide everything as a take ends, and begin anew; see `news`."""
-        events: list[Event] = []
-        self.decide(take, events)
+        """Decide everything as a take ends, and begin anew; `pending` gets the events."""
+        finish_take(self.state, self.store)
+        events, _ = self.news(take)
         self._begin()
         pending += events
 
@@ -393,15 +313,8 @@ class Alignment:
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._flush()
-        return self._memory.tobytes()
-
-    def go_back_to(self, content: bytes) -> None:
-        """Forget the frames since `to_bytes` returned this."""
-        self._memory[:] = np.frombuffer(content, np.uint8)
-        self._held = 0
-        self._has_news = False
-        self._see()
+        self._moves["happened"] = NOTHING
+        return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
         """Go on where another alignment of the same moves and joints was.
@@ -409,14 +322,14 @@ class Alignment:
         Raises:
             SnapshotError: If the bytes do not fit, or contradict themselves.
         """
-        if len(content) != len(self._memory):
+        if len(content) != len(self.state):
             raise SnapshotError(
-                f"the snapshot's followed moves have {len(content)} bytes, not {len(self._memory)}"
+                f"the snapshot's followed moves have {len(content)} bytes, not {len(self.state)}"
             )
         fresh = np.frombuffer(content, np.uint8).copy()
         if not self._is_sound(fresh):
             raise SnapshotError("the snapshot's state of followed moves contradicts itself")
-        self.go_back_to(content)
+        self.state[:] = fresh
         self._state["every"] = self._settings.follow_every
 
     def count_on_from(self, content: bytes) -> None:
@@ -446,6 +359,7 @@ class Alignment:
         examples = np.array([moves["example"], moves["best_example"]])
         within = (examples >= 0).all() and (examples < len(self._examples)).all()
         times = np.array([state["time"], state["next"], state["sampled"]])
+        within &= state["due"] == -np.inf
         return (
             all(0 <= number < 1 << 60 for number in counts)
             and bool(((moves["active"] == 0) | (moves["active"] == 1)).all())

@@ -66,6 +66,7 @@ MOVE = np.dtype(
 )
 STATE = np.dtype(
     [
+        ("due", "f8"),  # -inf: samples lie between two frames, so every frame is needed; see readers.py
         ("frames", "i8"),  # since the last gap
         ("samples", "i8"),  # since the last gap
         ("time", "f8"),  # s, of the last frame

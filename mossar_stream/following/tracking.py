@@ -23,35 +23,26 @@ NOTHING, BEGAN, GOES_ON, DONE, GAVE_UP = 0, 1, 2, 3, 4
 
 
 @entry_point(makes_arrays=False)
-def follow_frames(
-    memory: NDArray[np.uint8],
-    store: NDArray[np.uint8],
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    begin: int,
-    end: int,
+def follow_frame(
+    memory: NDArray[np.uint8], store: NDArray[np.uint8], positions: NDArray[np.float32], time: float
 ) -> int:
-    """Process frames until there is news of a move that is followed.
+    """Process a frame; a function as readers have it.
 
     Args:
         memory: Of the performer; see `layout.py`.
         store: The bank.
-        positions: (n, J, 3) float32 metres; NaN where a joint is missing.
-        times: (n,) float64 s.
-        begin: First frame to process.
-        end: Frame to stop before.
+        positions: (J, 3) float32 metres; NaN where a joint is missing.
+        time: s.
 
     Returns:
-        Number of the frame that brought news, which stand in `happened` of the moves; `end` if none did.
+        1 if there is news of a move that is followed, which stands in `happened` of the moves; else 0.
     """
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
-    for i in range(begin, end):
-        if is_in_order(known.state[0], times[i]):
-            _take(memory, known, bank, positions[i], times[i])
-            if known.state[0].happened:
-                return i
-    return end
+    if not is_in_order(known.state[0], time):
+        return 0
+    _take(memory, known, bank, positions, time)
+    return 1 if known.state[0].happened else 0
 
 
 @entry_point(makes_arrays=False)

@@ -5,7 +5,7 @@ bottom of a deep stack is thus compiled a dozen times. One that is linked is com
 its callers hold no more than its name, which is resolved when they are loaded. `publish` must therefore come
 before the first call of any kernel that calls it.
 
-On the plain path it is an entry point as any other, called as numba calls kernels.
+What is not needed by everybody, as readers of frames are, is called by its address instead, which may come later.
 """
 
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from typing import Any
 
 import numba
 
+from mossar_stream.jit import linked_calls
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.jit.linked_calls import callable_by_name, make_known
@@ -53,3 +54,11 @@ def publish(name: str, *arguments: Any) -> None:
     kernel.compile(types)
     make_known(name, kernel, types)
     _published.add((name, types))
+
+
+def address_of(kernel: Any, signature: Any) -> int:
+    """Return the address by which kernels call an entry point of a signature: compile it, or load it from the cache."""
+    if signature.args not in kernel.overloads:
+        open_cache()
+        kernel.compile(signature.args)
+    return linked_calls.address_of(kernel, signature.args)

@@ -41,21 +41,44 @@ def _call(name: str, signature: Any) -> Callable[..., Any]:
     """Return what generates a call by name, as numba calls its own functions."""
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        kinds = signature.return_type, signature.args
-        target = _llvm.get_or_insert_function(
-            builder.module, context.call_conv.get_function_type(*kinds), name
-        )
-        status, result = context.call_conv.call_function(builder, target, *kinds, arguments)
-        with _llvm.if_unlikely(builder, status.is_error):
-            context.call_conv.return_status_propagate(builder, status)
-        return result
+        kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+        target = _llvm.get_or_insert_function(builder.module, kind, name)
+        return _call_function(context, builder, target, signature, arguments)
 
     return generate
 
 
+def callable_at_address(signature: Any) -> Callable[..., Any]:
+    """Return what kernels call with an address before the arguments: the kernel of this signature that lies there."""
+
+    def resolve(_context: Any, address: Any, arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, _own: Any, values: Any) -> Any:
+            kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+            target = builder.inttoptr(values[0], kind.as_pointer())
+            own = _llvm.unpack_tuple(builder, values[1])
+            return _call_function(context, builder, target, signature, own)
+
+        return signature.return_type(numba.types.int64, arguments), generate
+
+    return cast("Callable[..., Any]", intrinsic(resolve))
+
+
+def _call_function(context: Any, builder: Any, target: Any, signature: Any, arguments: Any) -> Any:
+    kinds = signature.return_type, signature.args
+    status, result = context.call_conv.call_function(builder, target, *kinds, arguments)
+    with _llvm.if_unlikely(builder, status.is_error):
+        context.call_conv.return_status_propagate(builder, status)
+    return result
+
+
+def address_of(kernel: Any, types: tuple[Any, ...]) -> int:
+    """Return where a kernel that is compiled for arguments of these types lies."""
+    compiled = kernel.overloads[types]
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
 def make_known(name: str, kernel: Any, types: tuple[Any, ...]) -> None:
     """Let LLVM find a kernel that is compiled for arguments of these types."""
-    compiled, full = kernel.overloads[types], full_name(name, types)
-    address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
-    llvmlite.binding.add_symbol(full, int(address))
+    full = full_name(name, types)
+    llvmlite.binding.add_symbol(full, address_of(kernel, types))
     _known.add(full)

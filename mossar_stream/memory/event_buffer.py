@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_stream.events import (
     BODY,
@@ -21,6 +20,7 @@ from mossar_stream.events import (
     Event,
     KeyFrameEvent,
     SegmentEvent,
+    StreamEvent,
 )
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
@@ -28,7 +28,7 @@ PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
     [
         ("row", "i8"),  # whose it is, a key of the sources; in record 0 the number of records in use
-        ("code", "i8"),  # KEY_FRAME, SEGMENT or ACTIVITY
+        ("code", "i8"),  # KEY_FRAME, SEGMENT, ACTIVITY or START
         ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
         ("nature", "i8"),  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
         ("take", "i8"),
@@ -51,7 +51,7 @@ EVENT_BYTES = EVENT.itemsize
 _NONE = bytes(8)  # no records
 NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
 _COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q6d{PATH_JOINTS}q")  # of EVENT
-KEY_FRAME, SEGMENT, ACTIVITY = np.arange(3)
+KEY_FRAME, SEGMENT, ACTIVITY, START = np.arange(4)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
 ONSET, OFFSET, MINIMUM = np.arange(3)
@@ -86,9 +86,9 @@ class Source(NamedTuple):
 _Parcel = tuple[list[Event], list[Event]]  # where events wait, and those that are added
 
 
-def new_event_buffer(most: int) -> NDArray[np.uint8]:
-    """Return a buffer for `most` events."""
-    return np.zeros((most + 1) * EVENT.itemsize, np.uint8)
+def events_size(most: int) -> int:
+    """Return the bytes of a buffer for `most` events."""
+    return (most + 1) * EVENT.itemsize
 
 
 @kernel
@@ -118,6 +118,12 @@ def put_key_frame(clock, events, point, status, rev, decided):
     event.decided = decided
     event.until_frame = clock.used_frame
     event.until_time = clock.time
+
+
+@kernel
+def put_start(clock, events):
+    """Put a message that a take has begun into the buffer."""
+    next_event(clock, events, START)
 
 
 def hand_out(buffer: memoryview, sources: Mapping[int, Source]) -> None:
@@ -167,6 +173,8 @@ def hand_out(buffer: memoryview, sources: Mapping[int, Source]) -> None:
                 channel=channel, limb=None if leading is None else leading(active),
             )
         # fmt: on
+        elif code == 3:
+            event = StreamEvent(performer=performer, event="started", take=take)
         else:
             event = _activity(source, (take, begin, nature, a), (time, value, until_time))
         events.append(event)

@@ -31,7 +31,7 @@ from mossar_stream.moves.measure import (
     warped,
 )
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.track import JOINT, RAW, RING, TRACK, add_pose, is_due
+from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose, is_due
 
 LOOK_EVERY = 0.1  # s
 AGREED = 2  # looks in a row that must name the same move
@@ -45,6 +45,7 @@ FALLEN = 0.7  # of the peak of speed: looks begin below it
 LOUD = 0.15  # m/s, mean over the joints: slower is rest
 QUIET = 0.67  # s after the last loud pose for which looks go on
 SHORTEST, LONGEST = 8, 3.0  # poses, s, of a stretch
+EARLY = 1e-6  # s, for the rounding of times
 REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
 SETTLED = 1.5  # s after which a recognised move is final at the latest
 
@@ -102,13 +103,14 @@ NEAREST = np.dtype(
 )
 STATE = np.dtype(
     [
+        ("due", "f8"),  # s, from when on a frame becomes a pose; see readers.py
         ("track", TRACK),
         ("activity", ACTIVITY),
         ("decision", DECISION),
         ("found", FOUND),  # the last move recognised, not final yet
         ("before", FOUND),  # the one before, of which the frame brought news
         ("nearest", NEAREST),  # what comes nearest in the movement that goes on, or has just ended
-        ("happened", "i8"),  # at the frame that `recognise` stopped at
+        ("happened", "i8"),  # at the last frame that became a pose
         ("time", "f8"),  # s, of that frame
     ],
 )
@@ -189,6 +191,7 @@ def new_memory(joints: int, moves: int) -> NDArray[np.uint8]:
     """Return the memory of a performer who has not been seen."""
     memory = np.zeros(memory_bytes(joints, moves), np.uint8)
     state = state_of(memory)
+    state["due"] = -np.inf
     for which in ("found", "before"):
         state[which]["move"] = -1
     state["nearest"]["move"] = state["nearest"]["second"] = -1
@@ -241,37 +244,29 @@ def open_store(store):
 
 @entry_point
 def recognise(
-    memory: NDArray[np.uint8],
-    store: NDArray[np.uint8],
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    begin: int,
-    end: int,
+    memory: NDArray[np.uint8], store: NDArray[np.uint8], positions: NDArray[np.float32], time: float
 ) -> int:
-    """Take frames in until there is news of a move.
+    """Process a frame; a function as readers have it.
 
     Args:
         memory: (memory_bytes,) uint8 of the performer.
         store: (store_bytes,) uint8, the examples.
-        positions: (n, J, 3) float32 metres; NaN where a joint is missing.
-        times: (n,) float64 s.
-        begin: First frame to take in.
-        end: Frame to stop before.
+        positions: (J, 3) float32 metres; NaN where a joint is missing.
+        time: s.
 
     Returns:
-        Number of the frame that brought news, which stand in `happened` of its record; `end` if none did.
+        1 if there is news of a move, which stand in `happened` of its record; else 0.
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
+    if not is_due(state.track, time):
+        return 0
     numbers = bank.scratch.box.size
     poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, numbers))
     last_times = part(memory, STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,))
-    for i in range(begin, end):
-        if is_due(state.track, times[i]):
-            _follow(state, poses, last_times, bank, positions[i], times[i])
-            if state.happened != 0:
-                return i
-    return end
+    _follow(state, poses, last_times, bank, positions, time)
+    state.due = state.track.time + TICK - EARLY if state.track.poses > 0 else -np.inf
+    return 1 if state.happened != 0 else 0
 
 
 @kernel

@@ -20,7 +20,6 @@ from mossar_stream.moves.recogniser import (
     JOINT_BYTES,
     LEAD_COUNTED,
     LEAD_WORTH,
-    STATE,
     STATE_BYTES,
     STORE,
     STORE_BYTES,
@@ -31,11 +30,10 @@ from mossar_stream.moves.recogniser import (
     recognise,
     state_of,
 )
-from mossar_stream.moves.track import LATE, TICK
+from mossar_stream.readers import address_of_reader
 from mossar_stream.skeleton import Skeleton
 
 WHOLE_BODY = "body"
-HELD = 8  # frames that wait at most until they are taken in together
 
 
 class Recognition:
@@ -61,22 +59,12 @@ class Recognition:
         self._performer = performer
         self._limbs = tuple(limbs_of(skeleton))
         self._joints = int(self.store[:8].view(np.int64)[0])
-        self._memory = new_memory(self._joints, len(self.names))
+        self.state = new_memory(self._joints, len(self.names))
         self._explained = moves.explained
-        self._state: Any = state_of(self._memory)
-        # Views of single numbers, because fields of records take a microsecond each.
-        fields = self._memory[:STATE_BYTES].view(STATE)
-        self._last_pose, self._poses = fields["track"]["time"], fields["track"]["poses"]
-        self._open_move, self._next_look = fields["found"]["move"], fields["decision"]["next_look"]
-        self._held = 0  # frames that wait: none of them can bring news
-        self._has_news = False  # of the frame that `hold` took in
-        self._positions = np.zeros((HELD + 1, len(skeleton), 3), np.float32)
-        self._times = np.zeros(HELD + 1)
-        self._latest = -math.inf  # s, of the last pose, or of the last frame that is to become one
-        self._due = -math.inf  # s, before which no frame can bring news
-        # No frame: the kernel is compiled now, and never while frames come in.
-        recognise(self._memory, self.store, self._positions, self._times, 0, 0)
-        self._see()
+        self._state: Any = state_of(self.state)
+        self.told: None = None
+        # The kernel is compiled now, and never while frames come in.
+        self.address = address_of_reader(recognise)
 
     @cached_property
     def moves_text(self) -> bytes:
@@ -88,101 +76,15 @@ class Recognition:
         """What tells these moves from others."""
         return hashlib.sha256(self.moves_text).digest()
 
-    @property
-    def _explains(self) -> bool:
-        return self._explained is not None
-
-    @property
-    def bytes_taken(self) -> int:
-        """Bytes of a performer, besides the examples that all share."""
-        return len(self._memory) + self._positions.nbytes + self._times.nbytes
-
-    def hold(self, position: NDArray[np.float32], time: float) -> bool:
-        """Take one frame in; keep it for later if no news can come with it, which is quicker than a kernel's call.
-
-        Args:
-            position: (J, 3) or (1, J, 3) m; copied.
-            time: s.
-
-        Returns:
-            Whether it brings no news; if it does, `follow` says so when it is called with the frame.
-        """
-        since = time - self._latest
-        if 0.0 <= since < TICK:
-            return True  # it becomes no pose
-        if not TICK <= since <= LATE:
-            return False  # time went back or far on, or is none
-        held = self._held
-        self._positions[held] = position
-        self._times[held] = time
-        if time < self._due and held < HELD:
-            self._latest = time
-            self._held = held + 1
-            return True
-        self._has_news = not self._take_in(held + 1)
-        return not self._has_news
-
-    def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
-        """Take frames in until there is news; return the number of the frame that brought it, n if none did.
-
-        Args:
-            positions: (n, J, 3) m.
-            times: (n,) s.
-            begin: First frame to take in.
-        """
-        count = len(times)
-        if count == 1 and begin == 0:
-            return self._follow_one(positions, times)
-        self._flush()
-        stop: int = recognise(self._memory, self.store, positions, times, begin, count)
-        self._see()
-        return stop
-
-    def _follow_one(self, positions: NDArray[np.float32], times: NDArray[np.float64]) -> int:
-        """Take one frame in with those that wait; return 0 if it brought news."""
-        if self._has_news:  # as `hold` has found
-            self._has_news = False
-            return 0
-        if -LATE <= times[0] - self._latest < TICK:
-            return 1  # no pose is due, as the kernel would say after more time
-        held = self._held
-        self._positions[held], self._times[held] = positions[0], times[0]
-        return int(self._take_in(held + 1))
-
-    def _take_in(self, count: int) -> bool:
-        """Take in the frames that wait, and tell whether the last one brings no news; others cannot."""
-        stop: int = recognise(self._memory, self.store, self._positions, self._times, 0, count)
-        self._held = 0  # not before: frames that come again become no poses
-        self._see()
-        return stop == count
-
-    def _flush(self) -> None:
-        """Take in the frames that wait."""
-        if self._held:
-            self._take_in(self._held)
-
-    def _see_nothing(self) -> None:
-        """Forget when the last pose was: a take ends."""
-        self._has_news = False
-        self._latest = self._due = -math.inf
-
-    def _see(self) -> None:
-        """Note when the last pose was, and until when nothing can happen."""
-        begun = self._poses[0] > 0
-        self._latest = float(self._last_pose[0]) if begun else -math.inf
-        waits = begun and self._open_move[0] < 0 and not self._explains  # a movement may end at any frame
-        self._due = float(self._next_look[0]) if waits else -math.inf
-
-    def news(self, take: int, pending: list[Event], _origin: NDArray[np.float64] | None = None) -> None:
-        """Tell of the frame that `follow` stopped at.
+    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+        """Return the events of the last frame.
 
         Args:
             take: Number of the take that is open.
-            pending: Gets the events.
         """
         state = self._state
         happened = int(state["happened"])
-        events: list[MoveEvent] = []
+        events: list[Event] = []
         if happened & CONFIRMED:
             state["found"]["take"] = take
         if happened & (FINAL | WITHDRAWN):
@@ -191,8 +93,7 @@ class Recognition:
             events.append(self._event("found", "confirmed", 1))
         if happened & EXPLAINED:
             self._explain()
-        state["happened"] = 0
-        pending += events
+        return events, None
 
     def _explain(self) -> None:
         """Hand over what came nearest in the movement that is over."""
@@ -216,24 +117,15 @@ class Recognition:
             )
         )
 
-    def mend(self, take: int, pending: list[Event]) -> None:
-        """Go on after an exception; tell of the last frame, if it brought news that were not told; see `news`."""
-        self._has_news = False
-        self._flush()
-        self._see()
-        self.news(take, pending)
-
-    def end(self, pending: list[Event]) -> None:
+    def end(self, _take: int, pending: list[Event]) -> None:
         """Forget what is going on, as a take ends; `pending` gets the event of a move that becomes final by that."""
-        self._flush()
         state = self._state
         events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
         if state["nearest"]["open"]:
             self._explain()
         fresh = new_memory(self._joints, len(self.names))
         state_of(fresh)["found"]["number"] = state["found"]["number"]
-        self._see_nothing()
-        self._memory[:] = fresh
+        self.state[:] = fresh
         pending += events
 
     def follow_on(self, before: "Recognition | None") -> "Recognition":
@@ -248,15 +140,14 @@ class Recognition:
         known: Any = state_of(memory)
         if np.array_equal(_joint_records(self.store), _joint_records(before.store)):
             own, theirs = len(self.names), len(before.names)
-            self._memory[: len(self._memory) - 8 * own] = memory[: len(memory) - 8 * theirs]
+            self.state[: len(self.state) - 8 * own] = memory[: len(memory) - 8 * theirs]
             for record, field in (("found", "move"), ("before", "move"), ("decision", "leader")):
                 move = int(known[record][field])
                 name = before.names[move] if move >= 0 else ""
                 self._state[record][field] = self.names.index(name) if name in self.names else -1
             self._state["nearest"]["open"] = 0
             times = dict(zip(before.names, last_times(memory, theirs).tolist(), strict=True))
-            last_times(self._memory, own)[:] = [times.get(name, -math.inf) for name in self.names]
-            self._see()
+            last_times(self.state, own)[:] = [times.get(name, -math.inf) for name in self.names]
         self._state["found"]["number"] = known["found"]["number"]
         return self
 
@@ -295,13 +186,7 @@ class Recognition:
 
     def to_bytes(self) -> bytes:
         """Return what is remembered of the performer, for a snapshot."""
-        self._flush()
-        return self._memory.tobytes()
-
-    def go_back_to(self, content: bytes) -> None:
-        """Forget the frames since `to_bytes` returned this."""
-        self._memory[:] = np.frombuffer(content, np.uint8)
-        self._see()
+        return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
         """Go on where another recognition of the same moves and joints was.
@@ -315,9 +200,7 @@ class Recognition:
         memory = np.frombuffer(content, np.uint8).copy()
         if not _is_sound(memory, len(self.names), len(self._limbs)):
             raise SnapshotError("the snapshot's state of moves contradicts itself")
-        self._memory[:] = memory
-        self._held = 0
-        self._see()
+        self.state[:] = memory
 
 
 def _joint_records(store: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -337,6 +220,7 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
     numbers = memory[STATE_BYTES : len(memory) - 8 * moves].view(np.float32)
     return (
         0 <= first <= poses < 1 << 60
+        and not np.isnan(state["due"])
         and all(-1 <= mark < max(poses, 1) for mark in marks)
         and 0 <= int(decision["from_pose"]) <= poses
         and -1 <= int(decision["leader"]) < moves

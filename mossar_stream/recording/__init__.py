@@ -17,11 +17,13 @@ from mossar_stream.algorithm.pose_history import SPACING, history_size
 from mossar_stream.algorithm.row import region
 from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.curve_state import CurveState, curve_state
 from mossar_stream.engine.intake import FLOAT32, given_positions, has_said_size, less, place_of
 from mossar_stream.engine.middle import set_middle
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row, pool_of_one
+from mossar_stream.engine.pool import Row, new_row, restored_row
+from mossar_stream.engine.station import desk_of
 from mossar_stream.errors import FrameError
 from mossar_stream.events import (
     BODY,
@@ -37,11 +39,12 @@ from mossar_stream.events import (
     SegmentState,
     StepEvent,
 )
-from mossar_stream.following.alignment import Alignment, alignment_of, checked_follow
+from mossar_stream.following.alignment import Follow, alignment_of, checked_follow
 from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.readers import Reader
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.telling import as_said_last
 from mossar_stream.segmenter.limbs import settings_of_limbs
@@ -137,7 +140,7 @@ class Result:
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
-        keys = region(row.memory[0], row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
+        keys = region(row.memory, row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
             KeyFrame(frame, time, KEY_FRAME_KINDS[kind], velocity, strength)
             for frame, time, kind, velocity, strength in keys[
@@ -205,7 +208,7 @@ class Result:
             count = min(operator.index(count), len(self.key_frames))
             if count < 0:
                 raise ValueError(f"count must not be negative, not {count}")
-        row = pool_of_one(self._row.plan, "p1", self._row.memory[0])
+        row = restored_row(self._row.plan, Buffers(), "p1", self._row.memory)
         plan = row.state["plan"]
         if level is None:
             plan["beta"], plan["alpha"] = math.inf, count
@@ -272,12 +275,8 @@ def segment_recording(
     any(has_said_size("the performer", frame[np.newaxis], 4) for frame in frames)
     chosen = settings_or_default(settings)
     followed = checked_follow(follow, moves)
-    alignment = alignment_of(followed, moves, skeleton, chosen, "p1")
-    result = _segmented(frames, moments, skeleton, chosen, fps, moves, curves=curves)
-    if alignment is not None:
-        done = _followed(alignment, _narrowed(frames, -1), moments)
-        result.followed = notebook.Table(done, FollowEvent)
-    return result
+    readers = _readers_of(skeleton, chosen, moves, followed)
+    return _segmented(frames, moments, skeleton, chosen, fps, readers, curves=curves)
 
 
 def _segmented(
@@ -286,25 +285,25 @@ def _segmented(
     skeleton: Skeleton,
     settings: Settings,
     fps: float | None,
-    moves: Moves | None = None,
+    readers: Sequence[Reader] = (),
     *,
     curves: bool,
     channel: str = BODY,
     looks: Looks = (),
 ) -> Result:
     """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
-    chosen, positions = settings, frames
-    frames = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
+    chosen = settings
+    frames, origin = _narrowed(frames, skeleton.root if chosen.center == "root" else -1)
     if chosen.range == "file":
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
+    row.settle(origin, found=True)
     row.looks = [] if chosen.limbs else None
     groups = groups_of(skeleton, chosen.limbs)
     hang = any(limb.joints[0] == MEAN for limb in groups)
     middles = np.empty((len(frames) if hang else 0, 3), np.float32)
-    states, told = _push_all(row, frames, moments, looks, middles, curves=curves)
+    states, told = _push_all(row, readers, (frames, moments), looks, middles, curves=curves)
     told += engine.update(row, RANK)
-    found = _recognised(moves, skeleton, frames, moments) if moves is not None else []
     own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups:
@@ -313,10 +312,12 @@ def _segmented(
             seen, moments, limb.skeleton, own, fps, curves=curves, channel=limb.name, looks=row.looks or ()
         )
     row.looks = None
+    found = [event for event in told if isinstance(event, MoveEvent) and event.status == "final"]
+    done = [event for event in told if isinstance(event, FollowEvent) and event.status == "done"]
     result = Result(row, states, found, limbs)
+    result.followed = notebook.Table(done, FollowEvent)
     result.repetitions = notebook.Table(as_said_last(told), RepetitionEvent)
-    if settings.steps and channel == BODY:
-        result.steps = notebook.Table(_steps(positions, moments, skeleton, settings), StepEvent)
+    result.steps = notebook.Table((e for e in told if isinstance(e, StepEvent)), StepEvent)
     return result
 
 
@@ -342,18 +343,30 @@ def _checked(
     return frames, moments, skeleton
 
 
-def _narrowed(positions: NDArray[Any], center: int) -> NDArray[np.float32]:
-    """Return positions in single precision, relative to where the performer is first seen; see intake.py."""
+def _narrowed(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return positions in single precision, relative to where the performer is first seen, and that; see intake.py."""
     origin, _ = place_of(positions, center)
     if positions.dtype == FLOAT32 and not origin.any():
-        return positions
-    return less(positions, origin, np.empty(positions.shape, np.float32))
+        return positions, origin
+    return less(positions, origin, np.empty(positions.shape, np.float32)), origin
+
+
+def _readers_of(
+    skeleton: Skeleton, settings: Settings, moves: Moves | None, followed: Follow
+) -> list[Reader]:
+    """Return what reads the frames of a recording."""
+    readers: list[Reader | None] = [
+        None if moves is None else Recognition(moves, skeleton, "p1"),
+        alignment_of(followed, moves, skeleton, settings, "p1"),
+        Stepping(skeleton, settings, "p1") if settings.steps else None,
+    ]
+    return [reader for reader in readers if reader is not None]
 
 
 def _push_all(
     row: Row,
-    frames: NDArray[np.float32],
-    times: NDArray[np.float64],
+    readers: Sequence[Reader],
+    recorded: tuple[NDArray[np.float32], NDArray[np.float64]],
     looks: Looks,
     middles: NDArray[np.float32],
     *,
@@ -363,70 +376,25 @@ def _push_all(
 
     `middles`, (n, 3) or (0, 3) m, are set if there are any.
     """
+    frames, times = recorded
     bounds = {*range(0, len(times), 1 if curves or len(middles) else max(1, len(times))), len(times)}
     counted = {int(np.argmax(times >= time)): header for time, header in looks if time < np.inf}
     bounds |= set(counted)
     states: list[CurveState] = []
-    events: list[Event] = []
+    desk = desk_of(row, readers)
     for begin, end in pairwise(sorted(bounds)):
         if begin in counted:
             row.adopt_repetitions(counted[begin])
-        events += engine.push(row, frames[begin:end], times[begin:end])
+        engine.process(desk, frames[begin:end], times[begin:end])
         if curves:
-            states.append(curve_state(row.memory[0], row.plan))
+            states.append(curve_state(row.memory, row.plan))
         if len(middles):
             set_middle(row.memory, middles[begin])
     if looks:
         row.adopt_repetitions(looks[-1][1])
-    return states, events
-
-
-def _recognised(
-    moves: Moves, skeleton: Skeleton, frames: NDArray[np.float32], times: NDArray[np.float64]
-) -> list[MoveEvent]:
-    """Return the moves of a recording, each as it was said for good."""
-    recognition = Recognition(moves, skeleton, "p1")
-    events: list[Event] = []
-    begin = 0
-    while begin < len(times):
-        stop = recognition.follow(frames, times, begin)
-        if stop < len(times):
-            recognition.news(0, events)
-        else:
-            recognition.end(events)
-        begin = stop + 1
-    return [event for event in events if isinstance(event, MoveEvent) and event.status == "final"]
-
-
-def _followed(
-    alignment: Alignment, frames: NDArray[np.float32], times: NDArray[np.float64]
-) -> list[FollowEvent]:
-    """Return the performances of a recording that were done."""
-    events: list[Event] = []
-    begin = 0
-    while begin < len(times):
-        stop = alignment.follow(frames, times, begin)
-        if stop < len(times):
-            alignment.news(0, events)
-        begin = stop + 1
-    alignment.end(0, events)
-    return [event for event in events if isinstance(event, FollowEvent) and event.status == "done"]
-
-
-def _steps(
-    positions: NDArray[Any], times: NDArray[np.float64], skeleton: Skeleton, settings: Settings
-) -> list[StepEvent]:
-    """Return the steps of a recording."""
-    stepping = Stepping(skeleton, settings, "p1")
-    origin, _ = place_of(positions, -1)
-    frames = less(positions, origin, np.empty(positions.shape, np.float32))
-    events: list[Event] = []
-    begin = 0
-    while begin < len(times):
-        begin = stepping.follow(frames, times, begin) + 1
-        if begin <= len(times):
-            stepping.news(0, events, origin)
-    return [event for event in events if isinstance(event, StepEvent)]
+    for reader in readers:
+        reader.end(0, row.pending)
+    return states, row.take_pending()
 
 
 def _new_row(
@@ -451,7 +419,7 @@ def _new_row(
         channel=channel,
         offline=True,
     )
-    return pool_of_one(plan, "p1")
+    return new_row(plan, Buffers(), "p1")
 
 
 def _whole_range(
@@ -467,7 +435,7 @@ def _whole_range(
     the range must be able to rise above the noise.
     """
     row = _new_row(skeleton, settings.replace(range="running"), fps, times)
-    engine.push(row, frames, times)
+    engine.process(desk_of(row), frames, times)
     state, bounds = row.state, row.state["plan"]
     largest = max(float(state["range"]["largest"]), float(bounds["range_floor"]), np.finfo(float).tiny)
     if bounds["noise_margin"]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, kernel
+from mossar_stream.jit.views import part
 from mossar_stream.repetitions.alike import (
     alternation,
     copy_cycles,
@@ -28,9 +29,13 @@ from mossar_stream.repetitions.sampling import append_sample
 from mossar_stream.repetitions.state import (
     COMPONENTS,
     CYCLES,
+    HEADER,
     LEAST_SAMPLES,
     RECENT,
+    ROOM_AT,
     SAMPLES,
+    SAMPLES_AT,
+    SCRATCH,
     note_look,
     ring_place,
     views,
@@ -65,33 +70,30 @@ SHARE = 0.32  # power of the share of the movement that a component has
 
 @entry_point(makes_arrays=False)
 def look(
-    headers: NDArray[np.void],
-    memory: NDArray[np.float32],
-    room: NDArray[np.float32],
-    scratches: NDArray[np.void],
-    time: float,
-) -> bool:
-    """Look at the window as often as is due before a frame.
+    state: NDArray[np.uint8], store: NDArray[np.uint8], _position: NDArray[np.float32], time: float
+) -> int:
+    """Look at the window as often as is due before a frame: a function as readers have it.
 
     Args:
-        headers: (1,) `HEADER`.
-        memory: See `Kept`.
-        room: See `new_room`.
-        scratches: (1,) `SCRATCH`.
+        state: Bytes of what is counted: `HEADER`, and the samples from `SAMPLES_AT` on.
+        store: Bytes in which a look works, see `store_size`.
         time: s, of the frame; inf to look at what there is, once.
 
     Returns:
-        Whether that changed what is counted.
+        1 if that changed what is counted, else 0.
     """
-    header = headers[0]
+    header = part(state, 0, HEADER, (1,))[0]
+    memory = part(state, SAMPLES_AT, np.float32, ((len(state) - SAMPLES_AT) // 4,))
+    scratch = part(store, 0, SCRATCH, (1,))[0]
+    room = part(store, ROOM_AT, np.float32, ((len(store) - ROOM_AT) // 4,))
     samples = views(memory, room, header.joints)
     if time == np.inf:
         if header.begun == 0:
-            return False
+            return 0
         append_sample(header, samples, samples.before)
     elif time < header.due:
-        return False
-    return _look_once(header, samples, scratches[0])  # type: ignore[no-any-return]
+        return 0
+    return 1 if _look_once(header, samples, scratch) else 0
 
 
 @kernel
@@ -165,12 +167,12 @@ def _propose(header, samples, what, scratch):
     n, k, _, _ = what
     scores, whole = samples.smooth[k], np.float32(0.0)
     # One call for both: code that is read once a second takes longer to fetch than to run.
-    for part in range(2 if n > RECENT else 1):
-        begin = part * (n - RECENT)
+    for half in range(2 if n > RECENT else 1):
+        begin = half * (n - RECENT)
         swing = swing_range(scores[begin:n], n - begin, scratch.counts)
         if swing <= 0 or swing < scratch.least:
             return
-        if part == 0:
+        if half == 0:
             whole = swing
         elif swing > MUCH_LESS * whole:
             return

@@ -115,6 +115,10 @@ SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since thos
     ]
 )
 
+LINE = 64  # bytes; what is looked at begins with one
+SAMPLES_AT = -(-HEADER.itemsize // LINE) * LINE  # where the samples begin, after the header
+ROOM_AT = -(-SCRATCH.itemsize // LINE) * LINE
+
 GIVEN = (
     "joints",
     "root",
@@ -158,9 +162,9 @@ def length(joints: int) -> int:
     return 3 * joints * (SAMPLES + COMPONENTS + 4) + SAMPLES
 
 
-def new_room(joints: int) -> np.ndarray:
-    """Return the float32 array in which a look works, for any performer of so many joints."""
-    return np.zeros(3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1), np.float32)
+def store_size(joints: int) -> int:
+    """Return the bytes in which a look works, for any performer of so many joints: `SCRATCH`, then numbers."""
+    return ROOM_AT + 4 * (3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1))
 
 
 @inline_kernel(returns_views=True)
@@ -184,7 +188,7 @@ def kept_views(memory, joints):
 
 @inline_kernel(returns_views=True)
 def views(memory, room, joints):
-    """Return the parts of a performer's array and of `new_room` as `Samples`."""
+    """Return the parts of a performer's array and of the numbers of a store as `Samples`."""
     d = 3 * joints
     a = d * SAMPLES
     b = a + COMPONENTS * SAMPLES

@@ -36,9 +36,9 @@ class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         phase: Of which frame the phase was told at last, s, and whether it had one.
     """
 
-    total: int
-    revisions: dict[int, int]
-    phase: tuple[float, bool]
+    total: int = 0
+    revisions: dict[int, int] = {}
+    phase: tuple[float, bool] = (-math.inf, False)
 
 
 def as_said_last(events: Iterable[Event]) -> list[RepetitionEvent]:
@@ -66,24 +66,21 @@ class Telling:
         skeleton: The joints.
         performer: Name that events carry.
         channel: The same.
+
+    Attributes:
+        told: What was told so far; methods return what it is once their events are pending, and change nothing.
     """
 
     def __init__(self, skeleton: Skeleton, performer: str, channel: str = BODY) -> None:
         self._performer = performer
         self._channel = channel
         self._names = skeleton.names
-        self.end()
+        self.told = Told()
 
     def look_into(self, headers: NDArray[np.void]) -> None:
         """Tell of what is counted in a (1,) `HEADER` from now on."""
         self._tally = headers[TALLY]  # views
         self._cycles = headers["cycle"][0]
-
-    def end(self) -> None:
-        """Begin a new take with the next frame."""
-        self._told = 0
-        self._revisions: dict[int, int] = {}
-        self._phase_told = (-math.inf, False)
 
     @property
     def total(self) -> int:
@@ -91,22 +88,21 @@ class Telling:
         clear, dropped, cycles, *_ = self._tally.tolist()[0]
         return dropped + cycles if clear else 0
 
-    def news(self, take: int) -> list[Event]:
+    def news(self, take: int) -> tuple[list[Event], Told]:
         """Return what to say after a look that changed something: repetitions withdrawn, then those new or changed."""
         clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
         total = dropped + cycles if clear else 0
+        standing, revisions = min(self.told.total, total), dict(self.told.revisions)
         events = [
-            self._event(take, number, "withdrawn", number - 1) for number in range(self._told, total, -1)
+            self._event((take, number, number - 1), "withdrawn", revisions)
+            for number in range(self.told.total, total, -1)
         ]
-        standing = min(self._told, total)
         events += [
-            self._event(take, number, "counted", max(number, standing))
+            self._event((take, number, max(number, standing)), "counted", revisions)
             for number in range(dropped + changed + 1, total + 1)
         ]
-        self._told = total
-        for number in [number for number in self._revisions if number <= dropped]:
-            del self._revisions[number]
-        return events
+        still = {number: rev for number, rev in revisions.items() if number > dropped}
+        return events, Told(total, still, self.told.phase)
 
     def phase(self, time: float) -> float | None:
         """Return where in the cycle a frame is, s: 0 to 1 from where cycles begin; None out of a bout."""
@@ -118,18 +114,23 @@ class Telling:
         since = time - origin - end
         return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + LOOKS_APART else None
 
-    def phase_news(self, take: int, time: float) -> list[Event]:
+    def phase_news(self, take: int, time: float) -> tuple[list[Event], Told]:
         """Return the phase of a frame, s, unless it was told, or nothing repeats and that was told."""
-        phase = self.phase(time)
-        before, self._phase_told = self._phase_told, (time, phase is not None)
+        phase, before = self.phase(time), self.told.phase
+        told = Told(self.told.total, self.told.revisions, (time, phase is not None))
         if time == before[0] or (phase is None and not before[1]):
-            return []
-        return [
-            PhaseEvent(performer=self._performer, take=take, channel=self._channel, time=time, phase=phase)
-        ]
+            return [], told
+        event = PhaseEvent(
+            performer=self._performer, take=take, channel=self._channel, time=time, phase=phase
+        )
+        return [event], told
 
-    def _event(self, take: int, number: int, status: RepetitionStatus, total: int) -> Event:
-        revision = self._revisions[number] = self._revisions.get(number, 0) + 1
+    def _event(
+        self, which: tuple[int, int, int], status: RepetitionStatus, revisions: dict[int, int]
+    ) -> Event:
+        """Return the event of a repetition: its take, its number, the total; its revision is counted on."""
+        take, number, total = which
+        revision = revisions[number] = revisions.get(number, 0) + 1
         channel = "" if self._channel == BODY else f"{self._channel}/"
         withdrawn = status == "withdrawn"
         _, dropped, _, _, latest, _ = self._tally.tolist()[0]
@@ -159,14 +160,6 @@ class Telling:
             "joint": self._names[cycle["joint"]],
         }
 
-    def told(self) -> Told:
-        """Return what was told so far, for a snapshot."""
-        return Told(self._told, dict(self._revisions), self._phase_told)
-
-    def go_back_to(self, told: Told) -> None:
-        """Forget what was told after `told` was returned: an exception kept it from being heard."""
-        self._told, self._revisions, self._phase_told = told.total, dict(told.revisions), told.phase
-
     def go_on(self, told: Told | None) -> None:
         """Go on where a snapshot was made; what is counted is there already.
 
@@ -177,4 +170,4 @@ class Telling:
         fits = told is not None and 0 <= told.total <= total and len(told.revisions) <= 2 * CYCLES
         if told is None or not fits:
             raise SnapshotError("the snapshot's repetitions contradict themselves")
-        self._told, self._revisions, self._phase_told = told.total, dict(told.revisions), told.phase
+        self.told = told

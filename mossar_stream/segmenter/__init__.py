@@ -1,32 +1,30 @@
 """Segmenter: frames of one performer in, events out."""
 
 import functools
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mossar_stream.engine import engine
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.engine import process_frame
 from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Row, pool_of_one
+from mossar_stream.engine.pool import Row, new_row, restored_row
 from mossar_stream.engine.snapshot import pack_snapshot, restored_following, unpack_snapshot
-from mossar_stream.errors import SnapshotError
-from mossar_stream.events import BODY, Event
+from mossar_stream.engine.station import Station
+from mossar_stream.events import Event
 from mossar_stream.following.alignment import Alignment, Follow, FollowState, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name
-from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
-from mossar_stream.segmenter.limbs import Limbs
+from mossar_stream.segmenter.limbs import NewRow, carry_on
 from mossar_stream.segmenter.steps import Steps
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
-NewRow = Callable[[Plan], Row]
 COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 
 
@@ -90,7 +88,7 @@ class Segmenter:
         plan = Plan(skeleton, settings_or_default(settings), fps)
         followed = checked_follow(follow, moves)
         following = followed, alignment_of(followed, moves, skeleton, plan.given, name)
-        self._begin(pool_of_one(plan, name), plan.given.level, recognition, following)
+        self._begin(new_row(plan, Buffers(), name), plan.given.level, recognition, following)
 
     def _begin(
         self,
@@ -98,20 +96,17 @@ class Segmenter:
         level: LevelName | float,
         recognition: Recognition | None,
         following: tuple[Follow, Alignment | None] = ((), None),
-        new_row: NewRow | None = None,
+        new_limb: NewRow | None = None,
     ) -> None:
         self.performer = row.name
         self.joints = len(row.plan.skeleton)
         self.row = row
-        self._one_shape = (self.joints, 3)
-        # None while a moved level waits for a push
-        self._fast_shape: tuple[int, int] | None = self._one_shape
-        self._one_frame = np.zeros((1, self.joints, 3), np.float32)
-        self._one_time = np.zeros(1)
         self._is_measured = False
         # Nothing here may lead back to the segmenter: it would keep its memory until the collector comes by.
-        self._followers = Followers(row, recognition, following, functools.partial(_new_limbs, new_row))
+        own = functools.partial(_new_limb, row.buffers, row.name)
+        self._followers = Followers(row, level, recognition, following, new_limb or own)
         self.steps = Steps(row, self._followers, level)
+        self._single = self.steps.single
 
     @classmethod
     def of_row(
@@ -119,25 +114,22 @@ class Segmenter:
         row: Row,
         recognition: Recognition | None = None,
         following: tuple[Follow, Alignment | None] = ((), None),
-        new_row: NewRow | None = None,
+        new_limb: NewRow | None = None,
     ) -> "Segmenter":
-        """Return a segmenter whose state is a row of a pool; those of limbs come from `new_row`, or have own pools."""
+        """Return a segmenter whose state is a row of a pool; those of limbs come from `new_limb`, or have own pools."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.given.level, recognition, following, new_row)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.given.level, recognition, following, new_limb)  # noqa: SLF001 - its own class
         return segmenter
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
         """Number takes and count frames on from the `counts` of another segmenter of the same performer."""
-        self.row.clock["take"] = counts["take"]
-        for name in COUNTERS:
-            self.row.state["counters"][name] = counts.get(name, 0)
-        if self._followers.limbs is not None:
-            self._followers.limbs.carry_on(counts)
+        carry_on(self.row, counts)
+        self._followers.carry_on(counts)
 
     @property
-    def is_in_pool(self) -> bool:
-        """Whether frames can be pushed with those of others: nothing else follows them, in a take whose place is known."""
-        return self.row.is_placed and not self.steps.is_followed
+    def station(self) -> Station | None:
+        """The performer as the loop knows it, if frames can be pushed with those of others; None if they must be checked."""
+        return None if self._single.shape is None else self._followers.station
 
     @property
     def skeleton(self) -> Skeleton:
@@ -167,7 +159,7 @@ class Segmenter:
     @property
     def state(self) -> CurveState | None:
         """The velocity curve at the last frame, None before the first."""
-        return curve_state(self.row.memory[0], self.row.plan) if self.row.clock["open"] else None
+        return curve_state(self.row.memory, self.row.plan) if self.row.clock["open"] else None
 
     @property
     def moves(self) -> Moves | None:
@@ -208,7 +200,7 @@ class Segmenter:
         Raises:
             MovesError: If there are no moves, or none of a name.
         """
-        return self._followers.follow
+        return self._followers.followed
 
     @follow.setter
     def follow(self, follow: Iterable[str] | bool) -> None:
@@ -235,7 +227,7 @@ class Segmenter:
     def limb_states(self) -> dict[str, CurveState | None]:
         """The velocity curve of each limb at the last frame; see `state`."""
         limbs = self._followers.limbs
-        return {} if limbs is None else {name: s.state for name, s in limbs.segmenters.items()}
+        return {} if limbs is None else limbs.states
 
     @property
     def level(self) -> LevelName | float:
@@ -251,7 +243,6 @@ class Segmenter:
     def level(self, level: LevelName | float) -> None:
         chosen = self.steps.planned_level(level)
         self.steps.mend()
-        self._fast_shape = None
         self.steps.set_level(chosen)
 
     def change(self, **changes: object) -> list[Event]:
@@ -272,7 +263,6 @@ class Segmenter:
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `steps.planned` returned, and return the events of the take that this ends."""
         self.steps.mend()
-        self._fast_shape = None
         self.steps.adopt(plan, level)
         return self.row.take_pending()
 
@@ -302,34 +292,28 @@ class Segmenter:
             RuntimeError: If another thread is using the segmenter.
             ValueError: If there are neither times nor a nominal rate.
         """
-        row = self.row
-        try:
-            if (
-                isinstance(times, NUMBERS)
-                and type(positions) is np.ndarray
-                and positions.shape == self._fast_shape
-                and confidence is None
-                and first_frame is None
-                and row.is_placed
-                and positions.dtype.kind in "fiu"
-            ):
-                # One frame of a take that goes on. Checking it as a chunk would cost more than the frame itself.
-                self._one_time[0] = times
-                frame = self._one_frame
+        row, single = self.row, self._single
+        if (
+            type(positions) is np.ndarray
+            and positions.shape == single.shape
+            and isinstance(times, NUMBERS)
+            and confidence is None
+            and first_frame is None
+            and positions.dtype.kind in "fiu"
+        ):
+            try:
+                frame, single.time[0] = single.frame, times
                 if row.origin is not None:
                     less(positions, row.origin, frame[0])
                 elif positions.dtype is FLOAT32 and positions.flags.carray:
                     frame = positions[None]
                 else:
                     frame[0] = positions
-                push_one = self._followers.push_one if self.steps.is_followed else process_frame
-                if push_one(row, frame, self._one_time):
-                    if row.pending:
-                        return row.take_pending()
-                    return []
-        except BaseException:
-            row.tear()
-            raise
+                if not engine.process(self._followers.desk, frame, single.time):
+                    return row.take_pending() if row.pending else []
+            except BaseException:
+                self.steps.tear()
+                raise
         if isinstance(positions, Frames):
             frames = positions
             self.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
@@ -351,7 +335,6 @@ class Segmenter:
         if not (row.is_live or self._is_measured):
             self._is_measured = has_said_size(f"performer {self.performer}", chunk, 4)
         self.steps.push(chunk, moments, first_frame)
-        self._fast_shape = self._one_shape
 
     @property
     def repetitions(self) -> int:
@@ -365,7 +348,7 @@ class Segmenter:
         row = self.row
         if row.telling is None or not row.clock["open"]:
             return None
-        return row.telling.phase(float(row.last_time[0]))
+        return row.telling.phase(float(row.clock["time"]))
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.
@@ -403,8 +386,7 @@ class Segmenter:
             with_moves: Whether the examples of moves, by far most of it, are in it; if not, `restore` needs them.
         """
         following, row = self.steps.known(with_moves=with_moves), self.row
-        pending = row.pending if row.plan.channel == BODY else []  # of a limb they wait with its body's
-        return pack_snapshot(row.plan, row.name, self.steps.level, pending, row.memory[0], following)
+        return pack_snapshot(row.plan, row.name, self.steps.level, row.pending, row.memory, following)
 
     @classmethod
     def restore(
@@ -426,39 +408,18 @@ class Segmenter:
         Raises:
             SnapshotError: If the bytes are damaged, truncated, or of a newer version, or lack the moves.
         """
-        return cls._restored(blob, moves, follow, with_moves=with_moves)
-
-    @classmethod
-    def _restored(
-        cls,
-        blob: bytes,
-        moves: Moves | None = None,
-        follow: Follow | None = None,
-        *,
-        channel: str = BODY,
-        with_moves: bool = True,
-    ) -> "Segmenter":
         plan, performer, level, pending, content, recognition, known = unpack_snapshot(
-            blob, moves, channel, with_moves=with_moves
+            blob, moves, with_moves=with_moves
         )
-        if channel != BODY and plan.given.limbs:
-            raise SnapshotError("the snapshot's limbs have limbs")
-        row = pool_of_one(plan, performer, content)
+        row = restored_row(plan, Buffers(), performer, content)
         row.pending += pending
         segmenter = cls.__new__(cls)
         following = restored_following(known, recognition, follow, plan, performer)
         segmenter._begin(row, level, recognition, following)  # noqa: SLF001
-        segmenter._followers.restore(row, known, lambda limb, channel: cls._restored(limb, channel=channel))  # noqa: SLF001
+        segmenter._followers.restore(known)  # noqa: SLF001
         return segmenter
 
 
-def _new_limbs(new_row: NewRow | None, row: Row, settings: Settings) -> Limbs | None:
-    """Return limbs of the performer of a row, as settings call for them; None if its skeleton leaves none."""
-    if not groups_of(row.plan.skeleton, settings.limbs):
-        return None
-
-    def new_segmenter(skeleton: Skeleton, own: Settings, channel: str) -> Segmenter:
-        plan = Plan(skeleton, own, row.plan.fps, channel=channel)
-        return Segmenter.of_row(new_row(plan) if new_row else pool_of_one(plan, row.name))
-
-    return Limbs(row, settings, new_segmenter)
+def _new_limb(buffers: Buffers, performer: str, plan: Plan, pending: list[Event]) -> Row:
+    """Return a row for a limb of a performer who has no pool."""
+    return new_row(plan, buffers, performer, pending)

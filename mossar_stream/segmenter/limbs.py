@@ -1,49 +1,19 @@
-"""Limbs of one performer: a segmenter for each, all fed from the frames of the body."""
+"""Limbs of one performer: a row for each, which the loop steps after that of the body."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mossar_stream.algorithm.clock import COUNTERS
 from mossar_stream.engine import engine
-from mossar_stream.engine.curve_state import CurveState
-from mossar_stream.engine.limb_rows import SILENT, LimbRows
-from mossar_stream.engine.middle import set_middle
-from mossar_stream.engine.pool import Row
+from mossar_stream.engine.curve_state import CurveState, curve_state
+from mossar_stream.engine.plan import Plan
+from mossar_stream.engine.pool import Row, restored_row
+from mossar_stream.engine.snapshot import Following, pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
-from mossar_stream.moves.groups import MEAN, groups_of
+from mossar_stream.events import Event
+from mossar_stream.moves.groups import groups_of
 from mossar_stream.settings import LevelName, Settings
-from mossar_stream.skeleton import Skeleton
 
-
-class LimbSteps(Protocol):
-    """What a limb does as its body does."""
-
-    def follow(self, settings: Settings, level: LevelName | float) -> None: ...  # noqa: D102
-
-
-class LimbSegmenter(Protocol):
-    """What is needed of the segmenter of a limb; `Segmenter` is one."""
-
-    performer: str
-
-    @property
-    def row(self) -> Row: ...  # noqa: D102
-    @property
-    def steps(self) -> LimbSteps: ...  # noqa: D102
-    @property
-    def skeleton(self) -> Skeleton: ...  # noqa: D102
-    @property
-    def state(self) -> CurveState | None: ...  # noqa: D102
-    @property
-    def state_bytes(self) -> int: ...  # noqa: D102
-    def carry_on(self, counts: Mapping[str, int]) -> None: ...  # noqa: D102
-    def release(self) -> None: ...  # noqa: D102
-    def snapshot(self) -> bytes: ...  # noqa: D102
-
-
-NewSegmenter = Callable[[Skeleton, Settings, str], LimbSegmenter]
+NewRow = Callable[[Plan, list[Event]], Row]  # of a plan, and where its events wait
 
 
 def settings_of_limbs(settings: Settings) -> Settings:
@@ -59,37 +29,24 @@ class Limbs:
 
     Args:
         body: The performer's row.
-        settings: Of the performer; `limbs` says which.
-        new_segmenter: Returns a segmenter for a limb's skeleton with settings, and its channel.
+        level: As it is now.
+        new_row: Returns a row for a limb.
+
+    Attributes:
+        rows: Of the limbs.
+        joints: Of each limb: which joints of the performer they are.
 
     Raises:
         FrameError: See `groups_of`.
     """
 
-    def __init__(self, body: Row, settings: Settings, new_segmenter: NewSegmenter) -> None:
-        self._body = body
-        self._groups = groups_of(body.plan.skeleton, settings.limbs)
-        own = settings_of_limbs(settings)
-        self._segmenters = [new_segmenter(limb.skeleton, own, limb.name) for limb in self._groups]
-        order = [joint for limb in self._groups for joint in limb.joints]
-        self._order = np.array(order, np.intp)  # (K,) joints of all limbs, one limb after the other
-        self._means = [k for k, joint in enumerate(order) if joint == MEAN]  # which of them are the mean
-        self._lay()
-
-    def _lay(self) -> None:
-        """Bring the rows of all limbs together, which is done again when one needed more room."""
-        rows = LimbRows(self._body, self._own, [limb.joints for limb in self._groups])
-        rows.warm_up(self._body)
-        self._rows = rows
-        # Whether all limbs are in takes that go on, and nothing waits for their next frame;
-        self._goes_on = False
-        self._taken = 0.0  # if so: when the body, and so they, processed the last frame, s,
-        self._spacing = 0.0  # and by how much later the next one comes at least, s
-
-    @property
-    def _own(self) -> list[Row]:
-        """The row of each limb."""
-        return [segmenter.row for segmenter in self._segmenters]
+    def __init__(self, body: Row, level: LevelName | float, new_row: NewRow) -> None:
+        self._body, self._level = body, level
+        self._groups = groups_of(body.plan.skeleton, body.plan.given.limbs)
+        own = settings_of_limbs(body.plan.given)
+        plans = [Plan(limb.skeleton, own, body.plan.fps, channel=limb.name) for limb in self._groups]
+        self.rows = [new_row(plan, body.pending) for plan in plans]
+        self.joints = [limb.joints for limb in self._groups]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -97,159 +54,121 @@ class Limbs:
         return tuple(limb.name for limb in self._groups)
 
     @property
-    def segmenters(self) -> dict[str, LimbSegmenter]:
-        """The segmenter of each; its events say nothing of the limb."""
-        self._catch_up()
-        return dict(zip(self.names, self._segmenters, strict=True))
+    def states(self) -> dict[str, CurveState | None]:
+        """The velocity curve of each at the last frame; None before the first."""
+        self.catch_up()
+        shown = (curve_state(row.memory, row.plan) if row.clock["open"] else None for row in self.rows)
+        return dict(zip(self.names, shown, strict=True))
 
-    def hold(self, time: float) -> bool:
-        """Tell whether nothing comes of a frame of a take that goes on, at this time, s: it comes too soon."""
-        return self._goes_on and -self._spacing < time - self._taken < self._spacing
+    @property
+    def bytes_taken(self) -> int:
+        """Bytes of their state."""
+        return sum(row.plan.row_bytes for row in self.rows)
 
-    def stop(self) -> None:
-        """Ask all limbs about the next frame, and let them know of those before it."""
-        self._goes_on = False
-        self._catch_up()
-        for row in self._own:
-            self._adopt(row)
-
-    def _catch_up(self) -> None:
-        """Let the clocks of the limbs show what the body's shows."""
-        body = self._body.clock
-        for row in self._own:
-            clock = row.clock
-            if clock["open"]:
-                clock["used_frame"], clock["time"] = body["used_frame"], body["time"]
-                if body["open"]:
-                    clock["next_frame"] = body["next_frame"]
-
-    def _adopt(self, row: Row) -> None:
-        """Let a limb know what is counted of its body, after each look at that."""
-        own, body = row.adopted, self._body.counted
-        if not len(own) or not len(body):
-            return  # or the body counts no longer, and the settings of the limb follow
-        # Field by field: of whole records numpy compares types in Python, and reports an exception in there as a TypeError.
-        if own["looked"][0] != body["looked"][0] or own["origin"][0] != body["origin"][0]:
-            row.adopt_repetitions(body)
-
-    def take(self, position: NDArray[np.float32], time: NDArray[np.float64]) -> bool:
-        """Process one frame of a take that goes on, of the body and of all limbs, at once.
-
-        Args:
-            position: (1, J, 3) m.
-            time: (1,) s.
-
-        Returns:
-            Whether that was possible; if not, nothing is done: the body must process the frame, then `push`.
-        """
-        if not self._goes_on:
-            return False
-        done = self._rows.advance(position, time, self._body)
-        self._taken = float(self._body.taken_time[0])
-        if 0 <= done < len(self._segmenters):
-            self._push_apart(time, done)
-        return done >= SILENT
-
-    def push(self, positions: NDArray[np.float32], time: NDArray[np.float64]) -> None:
-        """Process the frame that the body was given, limb by limb, if the body did not pass it over.
-
-        Args:
-            positions: (1, J, 3) m.
-            time: (1,) s.
-        """
-        if not self._rows.holds(self._body, self._own):
-            self._lay()
-        if self._body.clock["open"] and self._body.taken_time[0] == time[0]:
-            np.take(positions, self._order, axis=1, out=self._rows.frame, mode="wrap")
-            for k in self._means:
-                set_middle(self._body.memory, self._rows.frame[0, k])
-            self._push_apart(time)
-
-    def _push_apart(self, time: NDArray[np.float64], begin: int = 0) -> None:
-        """Process a frame of each limb, from `begin` on, one after the other."""
+    def catch_up(self) -> None:
+        """Let the clocks of the limbs show what the body's shows, and let them know what is counted of it."""
         body = self._body
-        for row, view in zip(self._own[begin:], self._rows.views[begin:], strict=True):
+        for row in self.rows:
             clock = row.clock
             if clock["open"]:
-                clock["time"] = max(clock["time"], body.clock["time"] - 0.5 * body.plan.given.max_pause)
-            else:
-                clock["take"] = body.clock["take"]
-            clock["next_frame"] = body.clock["used_frame"]
-            self._adopt(row)
-            engine.process_short(row, view, time)
-        if not self._rows.holds(body, self._own):
-            self._lay()
-        self._goes_on = all(row.is_live and not row.is_level_new for row in (body, *self._own))
-        self._taken, self._spacing = float(body.taken_time[0]), body.plan.spacing
+                clock["used_frame"], clock["time"] = body.clock["used_frame"], body.clock["time"]
+                if body.clock["open"]:
+                    clock["next_frame"] = body.clock["next_frame"]
+            own, counted = row.adopted, body.counted
+            if not len(own) or not len(counted):
+                continue  # or the body counts no longer, and the settings of the limb follow
+            # Field by field: of whole records numpy compares types in Python, and reports an exception in there as a TypeError.
+            if own["looked"][0] != counted["looked"][0] or own["origin"][0] != counted["origin"][0]:
+                row.adopt_repetitions(counted)
 
     def end_take(self) -> None:
         """End the take of all limbs, as the body's has ended."""
-        self.stop()
-        for row in self._own:
+        self.catch_up()
+        for row in self.rows:
             engine.close_take(row)
             engine.report_end(row, "")
 
     def forget_ranges(self) -> None:
         """Forget the ranges of all limbs, after their takes ended."""
-        for row in self._own:
+        for row in self.rows:
             row.forget_range()
 
     def apply_level(self) -> None:
         """Let a level that moved act."""
-        for row in self._own:
+        for row in self.rows:
             engine.apply_level(row)
 
-    def follow(self, settings: Settings, level: LevelName | float) -> None:
-        """Go on with other settings of the performer, which leave the limbs as they are; no take of theirs is ended by them alone."""
-        self.stop()
-        own = settings_of_limbs(settings)
-        for segmenter in self._segmenters:
-            segmenter.steps.follow(own, level)
-        if not self._rows.holds(self._body, self._own):
-            self._lay()
-
-    def mend(self) -> None:
-        """Finish what an exception cut short; see `engine.mend`."""
-        for row in self._own:
-            engine.mend(row)
-        if not self._rows.holds(self._body, self._own):
-            self._lay()
-        self.stop()
+    def follow(self, level: LevelName | float) -> None:
+        """Go on with the settings of the body as they are now, which leave the limbs as they are, and with its level."""
+        self.catch_up()
+        self._level = level
+        own = settings_of_limbs(self._body.plan.given)
+        for row in self.rows:
+            before = row.plan
+            if own != before.given:
+                plan = Plan(before.skeleton, own, before.fps, before.shape.ring, channel=before.channel)
+                if plan.continues(before):
+                    row.replan(plan)
+                else:
+                    engine.apply_level(row)
+                    engine.close_take(row)
+                    engine.report_end(row, "")
+                    row.restart(plan)
+            row.state["plan"]["beta"] = row.plan.strength(level)
+            row.is_level_new = True
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
-        """Number takes on from those of the body; see `Segmenter.counts`."""
-        for segmenter in self._segmenters:
-            segmenter.carry_on(counts)
+        """Number takes and count frames on from those of the body; see `Segmenter.counts`."""
+        for row in self.rows:
+            carry_on(row, counts)
 
     def release(self) -> None:
-        """Give the rows back that the state lies in."""
-        for segmenter in self._segmenters:
-            segmenter.release()
+        """Give the rows back."""
+        for row in self.rows:
+            row.release()
 
     def snapshot(self) -> tuple[bytes, ...]:
         """Return what all limbs know."""
-        self.stop()
-        return tuple(segmenter.snapshot() for segmenter in self._segmenters)
+        self.catch_up()
+        for row in self.rows:
+            engine.apply_level(row)
+        return tuple(
+            pack_snapshot(
+                row.plan,
+                row.name,
+                self._level,
+                [],
+                row.memory,
+                Following(repetitions=None if row.telling is None else row.telling.told),
+            )
+            for row in self.rows
+        )
 
-    def restore(self, blobs: tuple[bytes, ...], restored: Callable[[bytes, str], LimbSegmenter]) -> None:
-        """Go on where the limbs of a snapshot were.
-
-        Args:
-            blobs: One snapshot for each limb.
-            restored: Returns the segmenter of a snapshot of a channel.
+    def restore(self, blobs: tuple[bytes, ...]) -> None:
+        """Go on where the limbs of a snapshot were, one for each limb.
 
         Raises:
             SnapshotError: If they are damaged or not those of these limbs.
         """
-        if len(blobs) != len(self._segmenters):
+        if len(blobs) != len(self.rows):
             raise SnapshotError("the snapshot's limbs are not those of its settings")
-        found = [restored(blob, name) for blob, name in zip(blobs, self.names, strict=True)]
-        same = all(
-            (one.skeleton, one.performer, one.row.plan.given)
-            == (own.skeleton, own.performer, own.row.plan.given)
-            for one, own in zip(found, self._segmenters, strict=True)
-        )
-        if not same:
-            raise SnapshotError("the snapshot's limbs are not those of its settings")
-        self._segmenters = found
-        self._lay()
+        found = []
+        for row, blob in zip(self.rows, blobs, strict=True):
+            plan, performer, _, _, content, _, known = unpack_snapshot(blob, channel=row.plan.channel)
+            same = (plan.skeleton, performer, plan.given) == (row.plan.skeleton, row.name, row.plan.given)
+            if not same or known.limbs:
+                raise SnapshotError("the snapshot's limbs are not those of its settings")
+            fresh = restored_row(plan, row.buffers, performer, content, self._body.pending)
+            if fresh.telling is not None and fresh.clock["open"]:
+                fresh.telling.go_on(known.repetitions)
+            found.append(fresh)
+        self.release()
+        self.rows = found
+
+
+def carry_on(row: Row, counts: Mapping[str, int]) -> None:
+    """Number takes and count frames of a row on from the counts of another."""
+    row.clock["take"] = counts["take"]
+    row.note_end()
+    for name in COUNTERS.names or ():
+        row.state["counters"][name] = counts.get(name, 0)

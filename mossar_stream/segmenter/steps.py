@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.engine import engine
-from mossar_stream.engine.intake import less_origin, place_of
+from mossar_stream.engine.intake import Single, less_origin, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
@@ -20,7 +20,7 @@ from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter.followers import Followers
-from mossar_stream.settings import LevelName, Settings
+from mossar_stream.settings import LevelName
 from mossar_stream.steps.feet import feet_of
 
 
@@ -33,38 +33,43 @@ class Steps:
         level: As it is now.
 
     Attributes:
-        is_followed: Whether anything follows the frames besides the segmentation of the body.
+        level: The same.
+        single: What a single frame need not be asked; it is asked everything once a method here was called, until `push`.
     """
 
     def __init__(self, row: Row, followers: Followers, level: LevelName | float) -> None:
         self._row = row
         self._followers = followers
         self.level = level
-        self.is_followed = bool(followers)
+        self.single = Single(len(row.plan.skeleton))
         self._unfinished: Callable[[], None] | None = None
+
+    def tear(self) -> None:
+        """Take note that an exception came while something was done: `mend` comes before anything else."""
+        self._row.is_torn = True
+        self.single.shape = None
 
     def mend(self) -> None:
         """Finish what an exception cut short, if one did."""
         if not self._row.is_torn:
             return
         try:
-            self._followers.mend(self._row)
-            self.is_followed = bool(self._followers)
+            self._followers.mend()
             if self._unfinished is not None:
                 self._carry_out(self._unfinished)
             self._row.is_torn = False
         except BaseException:
-            self._row.tear()
+            self.tear()
             raise
 
     def known(self, *, with_moves: bool) -> Following:
         """Return what is known besides the row, for a snapshot; see `Segmenter.snapshot`."""
         self.mend()
         try:
-            self._followers.apply_level(self._row)
-            return self._followers.snapshot(self._row, with_moves=with_moves)
+            self._followers.apply_level()
+            return self._followers.snapshot(with_moves=with_moves)
         except BaseException:
-            self._row.tear()
+            self.tear()
             raise
 
     def push(self, chunk: NDArray[Any], moments: NDArray[np.float64], first_frame: int | None) -> None:
@@ -78,19 +83,24 @@ class Steps:
         try:
             self._push(chunk, moments, first_frame)
         except BaseException:
-            self._row.tear()
+            self.tear()
             raise
 
     def _push(self, chunk: NDArray[Any], moments: NDArray[np.float64], first_frame: int | None) -> None:
         row, followers, begin, count = self._row, self._followers, 0, len(moments)
         if row.is_level_new:
-            followers.apply_level(row)
+            followers.apply_level()
         while begin < count:
             end = count if row.is_placed else begin + self._settle(chunk[begin:])
-            number = None if first_frame is None else first_frame + begin
-            begin += followers.push(row, less_origin(row, chunk[begin:end]), moments[begin:end], number)
-            if begin < end:
+            if first_frame is not None:
+                row.clock["next_frame"] = first_frame + begin
+            ended = engine.process(followers.desk, less_origin(row, chunk[begin:end]), moments[begin:end])
+            if ended:
+                begin += ended[0][1]
                 self.end_take(engine.why_ended(row, moments[begin]))
+            else:
+                begin = end
+        self.single.shape = self.single.full if row.is_placed else None
 
     def _settle(self, positions: NDArray[Any]) -> int:
         """Find the performer's place in the take; return how many frames to process then: those before anybody is seen."""
@@ -100,7 +110,7 @@ class Steps:
 
     def end_take(self, reason: str) -> None:
         """End the take."""
-        self._carry_out(functools.partial(self._followers.end_take, self._row, reason))
+        self._carry_out(functools.partial(self._followers.end_take, reason))
 
     def reset(self, ended: str, reason: str) -> None:
         """End the take, and forget the running range.
@@ -113,8 +123,7 @@ class Steps:
 
     def _reset(self, ended: str, reason: str) -> None:
         row = self._row
-        self._followers.end_take(row, ended)
-        row.forget_range()
+        self._followers.end_take(ended)
         self._followers.forget_ranges()
         row.pending += [engine.stream_event(row, "reset", reason)]
 
@@ -124,21 +133,10 @@ class Steps:
 
     def _recognise(self, recognition: Recognition | None) -> None:
         self._followers.recognition = recognition
-        self.is_followed = bool(self._followers)
 
     def follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
         """Let something else follow moves; what is being made is decided."""
-        self._carry_out(functools.partial(self._follow_moves, follow, alignment))
-
-    def _follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
-        followers, row = self._followers, self._row
-        before = followers.alignment
-        if before is not None and before is not alignment:
-            before.decide(int(row.clock["take"]), row.pending)
-            if alignment is not None:
-                alignment.follow_on(before)
-        followers.follow, followers.alignment = follow, alignment
-        self.is_followed = bool(followers)
+        self._carry_out(functools.partial(self._followers.follow_moves, follow, alignment))
 
     def planned_level(self, level: LevelName | float) -> LevelName | float:
         """Return a level that `set_level` can set, and change nothing.
@@ -160,8 +158,7 @@ class Steps:
         row.state["plan"]["beta"] = row.plan.strength(level)
         self.level = level
         row.is_level_new = True
-        if self._followers.limbs is not None:
-            self._followers.limbs.follow(row.plan.given, level)
+        self._followers.follow(level)
 
     def planned(self, changes: Mapping[str, object]) -> tuple[Plan, LevelName | float]:
         """Return the plan and the level that changes of settings would bring, and change nothing."""
@@ -182,31 +179,22 @@ class Steps:
         if plan.continues(row.plan):
             row.replan(plan)
         else:
-            self._followers.end_take(row, "settings changed")
+            self._followers.end_take("settings changed")
             row.restart(plan)
-        self._followers.adopt(row, level)
-        self.is_followed = bool(self._followers)
+        self._followers.adopt(level)
         self._set_level(level)
-
-    def follow(self, settings: Settings, level: LevelName | float) -> None:
-        """Go on, as a limb, with the settings and the level of the body, which carries that out."""
-        before = self._row.plan
-        if settings != before.given:
-            ring, channel = before.shape.ring, before.channel
-            self._adopt(Plan(before.skeleton, settings, before.fps, ring, channel=channel), level)
-        else:
-            self._set_level(level)
 
     def _carry_out(self, work: Callable[[], None]) -> None:
         """Do something, and take note of it until it is done."""
         try:
+            self.single.shape = None
             self._unfinished = work
             work()
             self._unfinished = None
         except Exception:
             self._unfinished = None  # it would fail again
-            self._row.tear()
+            self.tear()
             raise
         except BaseException:
-            self._row.tear()
+            self.tear()
             raise

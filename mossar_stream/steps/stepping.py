@@ -1,12 +1,11 @@
 """Stepping: a performer's frames in, step events out."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, StepEvent
+from mossar_stream.readers import address_of_reader
 from mossar_stream.settings import Settings
 from mossar_stream.settings.feet import SIDES
 from mossar_stream.skeleton import Skeleton
@@ -18,7 +17,6 @@ from mossar_stream.steps.tracking import (
     STEPS,
     STRIKE,
     follow_feet,
-    follow_frame,
 )
 
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
@@ -38,8 +36,8 @@ class Stepping:
 
     def __init__(self, skeleton: Skeleton, settings: Settings, performer: str) -> None:
         self._performer = performer
-        self._memory = np.zeros(STEPS.itemsize, np.uint8)
-        self._state = self._memory.view(STEPS)
+        self.state, self.store = np.zeros(STEPS.itemsize, np.uint8), np.zeros(0, np.uint8)
+        self._state = self.state.view(STEPS)
         state = self._state[0]
         feet = feet_of(skeleton, settings.feet)
         for side, joints in enumerate(feet[name] for name in SIDES):
@@ -53,58 +51,41 @@ class Stepping:
         if settings.up != "auto":
             state["up"], state["is_up_given"] = AXES[settings.up], 1
         state["time"] = state["sample"] = -np.inf
-        state["take"] = -1
-        self._has_news = False
-        self._latest = -math.inf  # s, of the frame that `hold` took in
-        # No frame: the kernels are compiled now, and never while frames come in.
-        nothing = np.zeros((1, len(skeleton), 3), np.float32)
-        follow_feet(self._memory, nothing, np.zeros(1), 0, 0)
-        follow_frame(self._memory, nothing, math.nan)
+        state["due"] = -np.inf
+        self.told = (-1, 0)  # take, and number of its latest event
+        # The kernel is compiled now, and never while frames come in.
+        self.address = address_of_reader(follow_feet)
 
-    def hold(self, position: NDArray[np.float32], time: float) -> bool:
-        """Take one frame in, and tell whether it brings no news; if it does, `follow` says so when called with the frame.
-
-        Args:
-            position: (1, J, 3) m.
-            time: s.
-        """
-        self._has_news = follow_frame(self._memory, position, time)
-        self._latest = time
-        return not self._has_news
-
-    def follow(self, positions: NDArray[np.float32], times: NDArray[np.float64], begin: int) -> int:
-        """Take frames in until there is news; return the number of the frame that brought it, n if none did."""
-        if self._has_news and len(times) == 1 and times[0] == self._latest:  # as `hold` has found
-            self._has_news = False
-            return 0
-        self._has_news = False
-        stop: int = follow_feet(self._memory, positions, times, begin, len(times))
-        return stop
-
-    def news(self, take: int, pending: list[Event], origin: NDArray[np.float64] | None = None) -> None:
-        """Tell of the frame that `follow` stopped at, the earlier event first.
+    def news(
+        self, take: int, origin: NDArray[np.float64] | None = None
+    ) -> tuple[list[Event], tuple[int, int]]:
+        """Return the events of the last frame, the earlier one first.
 
         Args:
             take: Number of the take that is open.
-            pending: Gets the events.
             origin: Where the positions are counted from, m.
         """
-        state = self._state[0]
-        if take != state["take"]:
-            state["take"], state["number"] = take, 0
+        number = self.told[1] if self.told[0] == take else 0
         found = sorted(
-            (float(foot["time"]), side) for side, foot in enumerate(state["feet"]) if foot["event"] != NONE
+            (float(foot["time"]), side)
+            for side, foot in enumerate(self._state[0]["feet"])
+            if foot["event"] != NONE
         )
-        pending += [self._event(take, side, time, origin) for time, side in found]
+        events = [
+            self._event((take, number + k), side, time, origin) for k, (time, side) in enumerate(found, 1)
+        ]
+        return list(events), (take, number + len(found))
 
-    def _event(self, take: int, side: int, time: float, origin: NDArray[np.float64] | None) -> StepEvent:
-        state = self._state[0]
+    def _event(
+        self, which: tuple[int, int], side: int, time: float, origin: NDArray[np.float64] | None
+    ) -> StepEvent:
+        """Return the event of a foot, and of which take and number it is."""
+        state, (take, number) = self._state[0], which
         foot = state["feet"][side]
-        state["number"] += 1
         place = foot["place"] if origin is None else foot["place"] + origin
         return StepEvent(
             performer=self._performer,
-            id=f"{self._performer}/step/{take}/{int(state['number'])}",
+            id=f"{self._performer}/step/{take}/{number}",
             rev=1,
             status="strike" if foot["event"] == STRIKE else "off",
             take=take,
@@ -115,26 +96,17 @@ class Stepping:
             decided_time=float(state["time"]),
         )
 
-    def forget(self) -> None:
+    def end(self, _take: int, _pending: list[Event]) -> None:
         """Begin anew after the end of a take."""
         state = self._state[0]
         for foot in state["feet"]:
             foot["state"], foot["first"], foot["rest"] = 0, foot["count"], np.nan
-        state["time"] = state["sample"] = -np.inf
-
-    @property
-    def bytes_taken(self) -> int:
-        """Bytes of the state."""
-        return self._state.nbytes
+        state["time"] = state["sample"] = state["due"] = -np.inf
 
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
+        self._state["take"], self._state["number"] = self.told
         return self._state.tobytes()
-
-    def go_back_to(self, known: bytes) -> None:
-        """Forget the frames since `to_bytes` returned this."""
-        self._has_news = False
-        self._state[:] = np.frombuffer(known, STEPS)
 
     def go_on_from(self, known: bytes | None) -> None:
         """Go on with the state of a snapshot.
@@ -158,6 +130,11 @@ class Stepping:
             & (feet["peak_at"] <= counts)
         )
         states = (feet["state"] >= 0) & (feet["state"] <= 3) & (feet["event"] >= 0) & (feet["event"] <= 2)
-        if not (within & states & (feet["peak_at"] >= 0)).all() or (fresh["number"] < 0).any():
+        if (
+            not (within & states & (feet["peak_at"] >= 0)).all()
+            or (fresh["number"] < 0).any()
+            or np.isnan(fresh["due"]).any()
+        ):
             raise SnapshotError("the snapshot's state of steps contradicts itself")
         self._state[:] = fresh
+        self.told = int(fresh["take"][0]), int(fresh["number"][0])

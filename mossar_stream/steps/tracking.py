@@ -17,6 +17,7 @@ RING = 256  # samples, a power of two: 1.9 s or more
 TICK = 0.0075  # s, least time between two samples: at most 133 Hz
 BASE = 0.045  # s over which a speed is measured: two frames at 30 Hz
 LATE = 1.0  # s, frames that are so late are repeated or out of order
+EARLY = 1e-6  # s, for the rounding of times
 MAX_STEP = 0.25  # s without a foot, after which it begins anew
 FASTEST = 20.0  # m/s; a point that seems faster is not seen
 # Shares of the greatest speed of the swing. In real gait, the toe has a third of it when it leaves the ground and the heel a
@@ -64,6 +65,7 @@ FOOT = np.dtype(
 )
 STEPS = np.dtype(
     [
+        ("due", "f8"),  # s, from when on a frame becomes a sample; see readers.py
         ("feet", FOOT, (2,)),
         ("tops", "i8", (MOST_TOPS,)),  # joints above the feet, -1 for none
         ("up", "f8", (3,)),  # direction upwards, not normalised; of unit length and fixed if it was given
@@ -80,61 +82,38 @@ STEPS = np.dtype(
 
 @entry_point(makes_arrays=False)
 def follow_feet(
-    memory: NDArray[np.uint8],
-    positions: NDArray[np.float32],
-    times: NDArray[np.float64],
-    begin: int,
-    end: int,
+    memory: NDArray[np.uint8], _store: NDArray[np.uint8], positions: NDArray[np.float32], time: float
 ) -> int:
-    """Take frames in until a foot has news; return the number of that frame, `end` if there is none.
+    """Process a frame; a function as readers have it.
 
     Args:
         memory: The bytes of one STEPS.
-        positions: (n, J, 3) float32, metres.
-        times: (n,) s.
-        begin: First frame to take in.
-        end: Frame before which to stop.
+        positions: (J, 3) float32, metres.
+        time: s.
+
+    Returns:
+        1 if a foot has news, else 0.
     """
     own = part(memory, 0, STEPS, (1,))[0]
-    for i in range(begin, end):
-        if _take(own, positions, i, times[i]):
-            return i
-    return end
-
-
-@entry_point(makes_arrays=False)
-def follow_frame(memory: NDArray[np.uint8], positions: NDArray[np.float32], time: float) -> bool:
-    """Take one frame in, and return whether a foot has news; as `follow_feet`, quicker to call.
-
-    Args:
-        memory: The bytes of one STEPS.
-        positions: (1, J, 3) float32, metres.
-        time: s.
-    """
-    news: bool = _take(part(memory, 0, STEPS, (1,))[0], positions, 0, time)
-    return news
-
-
-@kernel
-def _take(own, positions, i, time):
-    """Take frame `i` in, and return whether a foot has news."""
     if not np.isfinite(time):
-        return False
+        return 0
     if time <= own.time:
         if own.time - time <= LATE:
-            return False
+            return 0
         _forget(own, time)  # time was set back: another take
     own.time = time
     if time - own.sample < TICK:
-        return False
-    _find_up(own, positions, i, min(time - own.sample, 0.1))
+        return 0
+    _find_up(own, positions, min(time - own.sample, 0.1))
     own.sample = time
-    news = False
+    own.due = time + TICK - EARLY
+    news = 0
     for f in range(2):
         own.feet[f].event = NONE
-        if _sample(own.feet[f], positions, i, time):
+        if _sample(own.feet[f], positions, time):
             _judge(own, f)
-            news |= own.feet[f].event != NONE
+            if own.feet[f].event != NONE:
+                news = 1
     return news
 
 
@@ -149,7 +128,7 @@ def _forget(own, time):
 
 
 @kernel
-def _find_up(own, positions, i, step):
+def _find_up(own, positions, step):
     """Let the direction upwards follow that from the feet to the head."""
     if own.is_up_given:
         return
@@ -160,16 +139,16 @@ def _find_up(own, positions, i, step):
     for d in range(3):
         top = 0.0
         for k in range(tops):
-            top += positions[i, own.tops[k], d] / tops
+            top += positions[own.tops[k], d] / tops
         bottom = 0.0
         for f in range(2):
-            bottom += 0.5 * positions[i, own.feet[f].points[0], d]
+            bottom += 0.5 * positions[own.feet[f].points[0], d]
         if tops and np.isfinite(top - bottom):
             own.up[d] += share * (top - bottom - own.up[d])
 
 
 @kernel
-def _sample(foot, positions, i, time):
+def _sample(foot, positions, time):
     """Note where a foot is and how fast; return whether its speed is known."""
     number = foot.count
     here = number % RING
@@ -180,11 +159,11 @@ def _sample(foot, positions, i, time):
         joint = foot.points[k]
         if joint < 0:
             break
-        whole = np.isfinite(positions[i, joint, 0] + positions[i, joint, 1] + positions[i, joint, 2])
+        whole = np.isfinite(positions[joint, 0] + positions[joint, 1] + positions[joint, 2])
         seen += whole
         for d in range(3):
-            foot.places[here, k, d] = positions[i, joint, d]
-            foot.centre[d] += positions[i, joint, d] if whole else 0.0
+            foot.places[here, k, d] = positions[joint, d]
+            foot.centre[d] += positions[joint, d] if whole else 0.0
     if seen == 0:
         return False
     for d in range(3):

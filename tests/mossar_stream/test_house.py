@@ -12,8 +12,6 @@ ROOT = CORE.parent
 KERNELS = {"entry_point", "inline_kernel", "instruction", "kernel"}
 MOST_PARAMETERS = 6
 DEEPER = {
-    # A stopwatch: what steps cost by themselves.
-    "tools/checks/steps.py: mossar_stream.steps.stepping",
     # The check of signals keeps or removes compiled kernels, whose folder is named by their digest.
     "tools/checks/signals.py: mossar_stream.jit.sources",
 }

@@ -10,7 +10,6 @@ from mossar_stream import Settings, Skeleton
 from mossar_stream.engine.plan import Plan
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recogniser import memory_bytes, store_bytes
-from mossar_stream.moves.recognition import HELD
 from mossar_stream.segmenter.limbs import settings_of_limbs
 
 ROOT = Path(__file__).parents[3]
@@ -43,9 +42,8 @@ def test_memory_of_limbs():
 
 
 def test_memory_of_moves():
-    waiting = (HELD + 1) * (3 * 4 * 21 + 8)  # positions and times of frames
     example = store_bytes(21, 2, 1) - store_bytes(21, 1, 1)
     assert said("docs/moves.md", r"size: (\d+) kB .* 21 joints [\s\S]*?(\d\.\d) kB each") == [
-        round((memory_bytes(21, 14) + waiting) / 1000),
+        round(memory_bytes(21, 14) / 1000),
         round(example / 1000, 1),
     ]

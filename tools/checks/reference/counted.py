@@ -3,9 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.window_step import RANK
 from mossar_stream.engine import engine
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import pool_of_one
+from mossar_stream.engine.pool import new_row
+from mossar_stream.engine.station import desk_of
 from mossar_stream.frames import constant_times
 from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
@@ -23,10 +26,10 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
         fps: Hz.
         skeleton: Their joints.
     """
-    row = pool_of_one(Plan(skeleton, Settings(), fps, offline=True), "p1")
+    row = new_row(Plan(skeleton, Settings(), fps, offline=True), Buffers(), "p1")
     row.looks = []
-    engine.push(row, np.asarray(positions, np.float32), constant_times(len(positions), fps))
-    row.look_at_repetitions()
+    engine.process(desk_of(row), np.asarray(positions, np.float32), constant_times(len(positions), fps))
+    engine.update(row, RANK)
     since, counted = zip(*row.looks, strict=True)
     return np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)]
 

@@ -12,8 +12,10 @@ from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
 from mossar_stream import Settings
 from mossar_stream.algorithm.frame_step import HAPPENED, LOOK_DUE, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
+from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import pool_of_one
+from mossar_stream.engine.pool import new_row
+from mossar_stream.repetitions.counting import look
 from mossar_tools.bench.measurement import Measurement, Took, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
@@ -27,7 +29,7 @@ class _Drive:
     """The stream's loop by hand, with a stopwatch at each part."""
 
     def __init__(self, motion: Motion) -> None:
-        self._row = pool_of_one(Plan(motion.skeleton, Settings(), motion.fps), "p1")
+        self._row = new_row(Plan(motion.skeleton, Settings(), motion.fps), Buffers(), "p1")
         self.remerging = 0.0  # s, remerge
         self.recording = 0.0  # s, making event records
         self.looking = 0.0  # s, at what is repeated
@@ -39,22 +41,22 @@ class _Drive:
         for positions, times in chunks:
             done = 0
             while done < len(times):
-                code = advance(row.memory, 0, row.params, positions[done:], times[done:])
+                code = advance(row.memory, row.plan.params, positions[done:], times[done:])
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
                     self._update()
                 elif code % STOPS == LOOK_DUE:
                     began = _ticks()
-                    row.look_at_repetitions(times[done])
+                    look(row.counting, row.buffers.store, positions[done], times[done])
                     self.looking += _ticks() - began
 
     def _update(self) -> None:
         began = _ticks()
-        buffers = self._row.pool.buffers
-        update_window(self._row.memory, 0, self._row.params, buffers.scratch, buffers.events, FOLLOW)
+        row, buffers = self._row, self._row.buffers
+        update_window(row.memory, row.plan.params, buffers.scratch, buffers.events, FOLLOW)
         updated = _ticks()
         buffers.hand_out()
-        self.events += len(self._row.take_pending())
+        self.events += len(row.take_pending())
         self.recording += _ticks() - updated
         self.remerging += updated - began
         self.calls += 1

@@ -1,4 +1,4 @@
-"""Body and limbs in one call: room for a limb with more joints than its body, and one thread at a time."""
+"""The one loop, for body and limbs: room for a limb with more joints than its body, and one thread at a time."""
 
 import msgspec
 import numpy as np
@@ -6,8 +6,8 @@ import pytest
 
 from mossar_adapters.demo import performance
 from mossar_stream import KeyFrameEvent, Segmenter, Settings, Skeleton
-from mossar_stream.engine import limb_rows
-from mossar_stream.engine.limb_rows import advance_all
+from mossar_stream.engine import engine
+from mossar_stream.engine.run import run
 from mossar_stream.moves.groups import groups_of
 
 MARKERS = Skeleton(tuple(f"m{j}" for j in range(8)), (), -1)
@@ -46,10 +46,10 @@ def test_another_thread_gets_an_error(limbs):
     segmenter = Segmenter(MARKERS, Settings(limbs=limbs))
     for k in range(10):
         segmenter.push(frames[k], float(times[k]))
-    segmenter.row.guard.is_busy = True
+    segmenter.row.buffers.is_busy = True
     with pytest.raises(RuntimeError, match="two threads"):
         segmenter.push(frames[10], float(times[10]))
-    segmenter.row.guard.is_busy = False
+    segmenter.row.buffers.is_busy = False
     segmenter.push(frames[10], float(times[10]))
 
 
@@ -58,14 +58,15 @@ def test_ctrl_c_right_after_the_compiled_call_loses_no_event(monkeypatch):
     settings = Settings(limbs=True, level=0.0)
     is_armed = False
 
-    def advance(*given):
-        done = advance_all(*given)
-        if is_armed and given[-1][:8].view(np.int64)[0] > 0:  # there are events
+    def interrupted_run(desk, tools, *given):
+        done = run(desk, tools, *given)
+        if is_armed and buffers.events[:8].view(np.int64)[0] > 0:  # there are events
             raise KeyboardInterrupt
         return done
 
-    monkeypatch.setattr(limb_rows, "advance_all", advance)
+    monkeypatch.setattr(engine, "run", interrupted_run)
     whole, cut = Segmenter(take.skeleton, settings), Segmenter(take.skeleton, settings)
+    buffers = cut.row.buffers
     expected, found, interrupted = [], [], 0
     for k, frame in enumerate(take.frames.positions):
         is_armed = False

@@ -1,0 +1,64 @@
+"""Readers: what follows the frames of a performer besides the segmentation of body and limbs.
+
+A reader is a compiled function with two arrays of bytes: its state of one performer, and a store that performers may share.
+The loop (engine/run.py) calls it with each frame of the body, after body and limbs, once the frame is due. If the frame brings
+news, the loop stops, and the engine asks the reader in Python for its events.
+
+A further reader is one module like `moves/recognition.py` or `steps/stepping.py`, and one row of the table in
+`segmenter/followers.py`.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+from numba import float32, float64, int64, uint8
+from numpy.typing import NDArray
+
+from mossar_stream.events import Event
+from mossar_stream.jit.linked import address_of
+from mossar_stream.jit.linked_calls import callable_at_address
+
+# Whether a frame brings news, 0 or 1, of: state, store, (J, 3) positions in m, and the time in s.
+SIGNATURE = int64(uint8[::1], uint8[::1], float32[:, ::1], float64)
+call_reader = callable_at_address(SIGNATURE)
+BACK = 0.5  # s; a frame that is due later by no more than this is not shown to the reader
+
+
+class Reader(Protocol):
+    """What the engine needs of a reader.
+
+    Attributes:
+        address: Of the compiled function; see `address_of_reader`.
+        state: Bytes, never moved. The first eight are a float64, `due`: a frame from `due - BACK` until before `due`, s, brings
+            nothing; -inf to see every frame.
+        store: Bytes that the function needs besides; never moved, empty if there is nothing.
+        told: What was reported so far, as far as the state does not say so.
+    """
+
+    @property
+    def address(self) -> int: ...  # noqa: D102
+    @property
+    def state(self) -> NDArray[np.uint8]: ...  # noqa: D102
+    @property
+    def store(self) -> NDArray[np.uint8]: ...  # noqa: D102
+
+    told: Any
+
+    def news(self, take: int, origin: NDArray[np.float64] | None) -> tuple[list[Event], Any]:
+        """Return the events of the last frame, and what `told` is once they are pending; nothing is changed.
+
+        Args:
+            take: Number of the take that is open.
+            origin: Where the positions are counted from, m; None for 0.
+        """
+
+    def end(self, take: int, pending: list[Event]) -> None:
+        """Forget what is going on, as a take ends; add the events that this brings to `pending`."""
+
+    def to_bytes(self) -> bytes:
+        """Return the state and what was told, for a snapshot."""
+
+
+def address_of_reader(kernel: Any) -> int:
+    """Return the address of a compiled function of a reader: compile it, or load it from the cache."""
+    return address_of(kernel, SIGNATURE)
