@@ -15,13 +15,11 @@ from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.stepping import Stepping
 
-DECISIONS, FRAMES, LOOKS, LIMBS, MOVES = "decisions", "frames", "repetitions", "limbs", "moves"
+DECISIONS, FRAMES, LOOKS, MOVES = "decisions", "frames", "repetitions", "moves"
 STEPS = "steps"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
-_FRAMES = 60  # of 30 Hz: two looks at repetitions
 _ANYBODY = Skeleton(("a", "b"), (-1, 0))
-_WITH_LIMBS = Skeleton(("hips", "chest", "left_hand", "right_hand"), (-1, 0, 1, 1))
 
 
 def _say_nothing(_part: str, _done: int, _parts: int) -> None:
@@ -38,8 +36,7 @@ def precompile(
     processes are started only if something must be compiled, and have ended when this returns.
 
     Args:
-        settings: Defaults to `Settings()`; only the similarity measure, and whether there are limbs and repetitions,
-            matter here.
+        settings: Defaults to `Settings()`; only the similarity measure, and whether there are repetitions and steps, matter here.
         moves: Whether moves are to be recognised.
         progress: Called before each part with its name, how many parts are done, and how many there are.
 
@@ -52,14 +49,14 @@ def precompile(
     resolved = (settings or Settings()).resolved()
     similarity = resolved.similarity
     wanted = {DECISIONS: True, FRAMES: True, LOOKS: _any_plan(similarity).shape.repetitions}
-    wanted |= {LIMBS: bool(resolved.limbs), MOVES: moves}
+    wanted |= {MOVES: moves}
     wanted[LOOKS] |= resolved.repetitions
     wanted[STEPS] = resolved.steps
     parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
     if not parts:
         return
     progress(parts[0], 0, len(parts))
-    # What limbs and moves add needs the rest, which another process would compile a second time.
+    # What moves add needs the rest, which another process would compile a second time.
     others = [part for part in parts[1:] if part in {FRAMES, LOOKS}]
     with other_processes(__name__, [f"{part} {similarity}" for part in others]):
         _compile(parts[0], similarity)
@@ -91,11 +88,6 @@ def _compile(part: str, similarity: SimilarityName) -> None:
         warm_up_frames(plan)
     elif part == LOOKS:
         warm_up_looks()
-    elif part == LIMBS:
-        segmenter = Segmenter(_WITH_LIMBS, Settings(similarity=similarity, limbs=True))
-        segmenter.push(
-            np.zeros((_FRAMES, len(_WITH_LIMBS), 3)), np.arange(_FRAMES) / 30
-        )  # repetitions are looked for
     elif part == STEPS:
         Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
     else:

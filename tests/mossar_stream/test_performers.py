@@ -372,7 +372,7 @@ def test_a_pool_in_use_refuses_before_anything_is_changed(core):
         pool.announce(name, core.skeleton(4))
         pushed(pool, core, name, 1)
     before = known_of(pool)
-    guard = pool["bob"].row.guard
+    guard = pool["bob"].row.buffers
     for request in (
         lambda: pool.change(window=0.1),
         lambda: setattr(pool, "level", 0.1),
