@@ -225,7 +225,7 @@ def add_settings(
         with_level: Whether the level is the user's choice.
     """
     group = parser.add_argument_group("how to segment")
-    group.add_argument("--preset", choices=PRESETS, help="where settings start from (default: default)")
+    group.add_argument("--preset", choices=PRESETS, help="preset of the settings (default: default)")
     if with_level:
         group.add_argument(
             "--level", metavar="LEVEL", help="posture, motion or cluster, or a number: the strength to keep"
@@ -235,12 +235,12 @@ def add_settings(
         metavar="NAME=VALUE",
         action="append",
         type=setting,
-        help="any setting, as in --set window=0.3; may be given several times",
+        help="any setting, as in --set window=0.3; repeatable",
     )
     group.add_argument(
         "--rests",
         choices=[choice for choice in SETTING_CHOICES["rests"] if choice],
-        help="keep: holds and rests of 0.6 s and more are segments of their own; merge: the level decides",
+        help="keep: holds and rests of 0.6 s and more are separate segments; merge: the level decides",
     )
     if not body_only:
         _add_channels(group)
@@ -252,43 +252,47 @@ def add_settings(
 
 
 def _add_channels(group: Any) -> None:
-    group.add_argument("--repetitions", action="store_true", help="count how often movements are repeated")
+    group.add_argument("--repetitions", action="store_true", help="count repetitions")
     group.add_argument("--steps", action="store_true", help="report when feet leave the ground and come down")
     group.add_argument(
         "--feet",
         metavar="SIDE=JOINT,...",
         nargs=2,
-        help="for --steps: left=A,B right=C,D, where the joints of the feet are not known by name",
+        help="for --steps: left=A,B right=C,D, if the joints of the feet are not known by name",
     )
     group.add_argument(
         "--limbs",
         metavar="NAME=JOINT,...;...",
         nargs="?",
         const="",
-        help="key frames of each limb, too: arms, legs and trunk, or those that are named with their joints",
+        help="key frames of each limb, too: arms, legs and trunk, or limbs named with their joints",
     )
 
 
 def add_body(parser: argparse.ArgumentParser) -> None:
     """Add the options that say what a frame holds."""
-    group = parser.add_argument_group("who and what is in a frame")
+    group = parser.add_argument_group("content of a frame")
     group.add_argument("--joints", metavar="A,B,C", type=names, help="use these joints only")
-    group.add_argument("--root", metavar="JOINT", help="the joint that is the centre of the body")
+    group.add_argument("--root", metavar="JOINT", help="joint at the centre of the body")
     group.add_argument("--unit", choices=[*METRES, "auto"], help="unit of the positions (default: auto)")
-    group.add_argument("--fps", metavar="HZ", type=positive, help="rate, where frames carry no time")
-    group.add_argument("--skeleton", metavar="FILE", help="the skeleton of the recording, as .asf for .amc")
-    group.add_argument("--performer", metavar="NAME", help="take this performer only")
-    group.add_argument("--allow-2d", action="store_true", help="take flat poses, which are refused otherwise")
+    group.add_argument("--fps", metavar="HZ", type=positive, help="rate of frames without a time")
+    group.add_argument(
+        "--skeleton", metavar="FILE", help="skeleton of the recording, such as the .asf of an .amc"
+    )
+    group.add_argument("--performer", metavar="NAME", help="use this performer only")
+    group.add_argument(
+        "--allow-2d", action="store_true", help="accept flat poses, which are refused otherwise"
+    )
 
 
 def add_people(parser: argparse.ArgumentParser) -> None:
     """Add the options that give people slots instead of the sender's ids."""
-    group = parser.add_argument_group("who is who")
+    group = parser.add_argument_group("people")
     group.add_argument(
         "--people",
         metavar="N",
         type=people,
-        help="follow N people as p1 to pN, whatever ids the tracker gives them; nearest or first: one person as p1",
+        help="follow N people as p1 to pN, independent of the tracker's ids; nearest or first: one person as p1",
     )
     group.add_argument(
         "--remember",
@@ -303,7 +307,7 @@ def add_messages(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("messages, on standard error")
     group.add_argument("--quiet", action="store_true", help="errors only")
     group.add_argument("--verbose", action="store_true", help="everything")
-    group.add_argument("--log-level", choices=LEVELS, help="how much to say (default: info)")
+    group.add_argument("--log-level", choices=LEVELS, help="level of messages (default: info)")
     group.add_argument("--log-json", action="store_true", help="one JSON object per message")
 
 
@@ -322,7 +326,7 @@ def add_plot(group: argparse._ArgumentGroup) -> None:
     """Add what pictures need, and whether files may be replaced."""
     group.add_argument("--plot", metavar="FILE", help="draw a picture: .png, .svg or .pdf")
     group.add_argument("--dark", action="store_true", help="a picture for dark pages")
-    group.add_argument("--force", action="store_true", help="replace files that are there")
+    group.add_argument("--force", action="store_true", help="replace existing files")
 
 
 def add_moves(group: Any) -> None:
@@ -343,13 +347,13 @@ def add_part(group: argparse._ArgumentGroup) -> None:
         dest="begin",
         metavar="S",
         type=seconds,
-        help="the part of a recording from here, s of the recording's clock",
+        help="begin of a part of the recording, s of the recording's clock",
     )
     group.add_argument(
         "--until",
         metavar="S",
         type=seconds,
-        help="the part of a recording until here, s of the recording's clock",
+        help="end of a part of the recording, s of the recording's clock",
     )
 
 
@@ -367,18 +371,18 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     """Add the options of running pipelines."""
     group = parser.add_argument_group("while running")
     group.add_argument(
-        "--to", metavar="SINK", action="append", help="where events go: a URL, a file or -; several are fine"
+        "--to", metavar="SINK", action="append", help="sink of events: a URL, a file or -; repeatable"
     )
     group.add_argument(
         "--emit",
         metavar="LIST",
         type=names,
-        help="send only these: types (key_frame segment move follow repetition phase step stream stats), statuses (confirmed final ...) "
+        help="emit only these: types (key_frame segment move follow repetition phase step stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     add_moves(group)
     group.add_argument(
-        "--stats", metavar="SECONDS", type=positive, help="report counters and delays so often"
+        "--stats", metavar="SECONDS", type=positive, help="interval of reports of counters and delays"
     )
     group.add_argument(
         "--metrics", metavar="[HOST:]PORT", type=place, help="serve counters and delays to Prometheus"
@@ -387,22 +391,22 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--control",
         metavar="URL",
         action="append",
-        help="take requests: zmq+bind://127.0.0.1:5560, or osc with an OSC source",
+        help="answer requests: zmq+bind://127.0.0.1:5560, or osc with an OSC source",
     )
     group.add_argument(
-        "--snapshot", metavar="FILE", help="keep the state here; a run that was cut short goes on"
+        "--snapshot", metavar="FILE", help="save the state to a file, from which an interrupted run continues"
     )
     group.add_argument(
-        "--snapshot-every", metavar="SECONDS", type=positive, help="how often the state is kept (default: 5)"
+        "--snapshot-every", metavar="SECONDS", type=positive, help="interval of saving the state (default: 5)"
     )
     group.add_argument(
         "--run-id",
         metavar="NAME",
         type=run_id,
-        help="name of this run in its events (default: a new one each time)",
+        help="name of this run in its events (default: a new name for each run)",
     )
-    group.add_argument("--force", action="store_true", help="replace files that are there")
-    group.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
+    group.add_argument("--force", action="store_true", help="replace existing files")
+    group.add_argument("--seconds", metavar="S", type=positive, help="stop after this time of the stream")
 
 
 def add_speed(parser: argparse.ArgumentParser, default: str) -> None:
@@ -416,13 +420,13 @@ def add_page(parser: argparse.ArgumentParser) -> None:
     """Add the options of the dashboard."""
     group = parser.add_argument_group("the dashboard")
     group.add_argument(
-        "--port", metavar="N", type=port, help="where it is served (default: 8080, or the next free one)"
+        "--port", metavar="N", type=port, help="port of the page (default: 8080, or the next free one)"
     )
     group.add_argument(
         "--host",
         metavar="ADDRESS",
-        help="of this computer where other devices find it, 0.0.0.0 for all; each needs a URL that serves once "
+        help="address of this computer for other devices, 0.0.0.0 for all; each needs a URL that is valid once "
         "(default: 127.0.0.1, this computer only)",
     )
-    group.add_argument("--no-browser", action="store_true", help="say where it is, but open no browser")
+    group.add_argument("--no-browser", action="store_true", help="print the URL and open no browser")
     group.add_argument("--dark", action="store_true", help="begin in dark colours")

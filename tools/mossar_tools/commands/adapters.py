@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mossar_adapters.source import Source
     from mossar_adapters.urls import Scheme
 
-DESCRIPTION = "What can be read and written here, and which extras are missing."
+DESCRIPTION = "List the readable and writable formats and wires, and the missing extras."
 EXAMPLES = """  mossar adapters
   mossar adapters --check walk.bvh                    what a reader makes of a file
   mossar adapters --check osc://0.0.0.0:39539         what arrives within 3 seconds
@@ -30,7 +30,7 @@ LISTEN = 3.0  # s to listen to a source that is checked
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("--check", metavar="URL", help="open a source and say what comes out of it")
+    parser.add_argument("--check", metavar="URL", help="open a source and print what it yields")
     add_body(parser)
     add_messages(parser)
 

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Compare label files of the same recordings: of two or more people, or of a person and the program. Files are
 .eaf (ELAN), .TextGrid (Praat), .txt (Audacity), .vtt (WebVTT), .tsv (BIDS), .csv, .json (Label Studio) and .c3d (events).
-Of folders, files of the same name are compared, each recording by itself and all together. It tells how many boundaries
-agree within tolerances (F1), Cohen's kappa of the names over time, how far boundaries are apart, and which name one gave
-where the other gave which."""
+Of folders, files of the same name are compared, each recording by itself and all together. It prints how many boundaries
+agree within tolerances (F1), Cohen's kappa of the names over time, the offsets of the boundaries, and the confusion of
+names."""
 EXAMPLES = """  mossar agree ann.eaf bo.eaf --tier moves
   mossar agree ann.eaf found.csv --tier moves,moves     a person and what mossar segment --csv found
   mossar agree ann.eaf bo.eaf --plot agreement.png
@@ -36,13 +36,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--tier",
         metavar="NAME[,NAME...]",
-        help="a tier for all, or one for each (default: the one that all have)",
+        help="a tier for all files, or one for each (default: the common one)",
     )
     group.add_argument(
         "--tolerance",
         metavar="S[,S...]",
         type=tolerances,
-        help="how far boundaries may be apart (default: 0.05,0.1,0.25,0.5)",
+        help="tolerances of boundaries, s (default: 0.05,0.1,0.25,0.5)",
     )
     add_output(group, "json", "everything, with offsets and confusion")
     add_output(group, "csv", "a row for each pair of labellers and recording, and one for all recordings")

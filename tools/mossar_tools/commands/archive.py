@@ -11,7 +11,7 @@ DESCRIPTION = """Segment all recordings of a folder or bucket on Ray Data, offli
 tables of key frames with their strengths, of segments, moves, performances of followed moves and repetitions, of recordings, and of the files that could
 not be read."""
 EXAMPLES = """  mossar archive recordings tables
-  mossar archive recordings tables --resume          after it was cut short, or recordings were added
+  mossar archive recordings tables --resume          after an interruption, or with new recordings
   mossar archive recordings tables --moves moves.json --limbs
   mossar archive s3://bucket/mocap s3://bucket/tables --level cluster
   python -c "import pandas; print(pandas.read_parquet('tables/segments'))"
@@ -21,8 +21,8 @@ EXAMPLES = """  mossar archive recordings tables
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="IN", help="a folder, or a URL such as s3://bucket/folder")
-    parser.add_argument("target", metavar="OUT", help="where the tables go: a folder or a URL")
-    parser.add_argument("--resume", action="store_true", help="go on where a job was cut short")
+    parser.add_argument("target", metavar="OUT", help="folder or URL of the tables")
+    parser.add_argument("--resume", action="store_true", help="continue an interrupted job")
     add_settings(parser)
     add_moves(parser)
     add_body(parser)

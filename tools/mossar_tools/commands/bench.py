@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from mossar_tools.bench.measurement import Measurement
 
 DESCRIPTION = """Measure speed, delay and memory on this machine: the built-in performer at 120 fps with 31 joints, and
-recordings if some are given. Repeated runs, medians; targets beside them; and whether neighbours were at work, in which
-case processor time is shown where the wall clock says nothing."""
+recordings if given. Medians of repeated runs beside their targets. If other processes load the machine, processor time is shown
+instead of wall time."""
 EXAMPLES = """  mossar bench                                  some minutes, more on a busy machine
   mossar bench --only stream,push               the parts: stream push performers memory
   mossar bench DIR --plot speed.png             real recordings: a file, or a labelled folder as for evaluate
@@ -37,8 +37,8 @@ def add_measuring(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of everything that measures."""
     parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or labelled folders")
     group = parser.add_argument_group("what to measure and to put out")
-    group.add_argument("--only", metavar="NAME,NAME", type=names, help="these parts only")
-    group.add_argument("--quick", action="store_true", help="see that it works; the numbers say little")
+    group.add_argument("--only", metavar="NAME,NAME", type=names, help="only these parts")
+    group.add_argument("--quick", action="store_true", help="a short test run; the numbers mean little")
     add_output(group, "json", "everything as one JSON object")
     add_output(group, "csv", "a row for each measurement")
     add_plot(group)

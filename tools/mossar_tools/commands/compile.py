@@ -12,8 +12,8 @@ from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages
 from mossar_tools.signals import interruptibly
 
-DESCRIPTION = """Compile the kernels of all presets, levels and options. Other commands compile those that they need when
-they are started for the first time; after this one they start at once. Once for each installation."""
+DESCRIPTION = """Compile the kernels of all presets, levels and options. Other commands compile the kernels that they need at
+their first start; after this command they start at once. Once for each installation."""
 EXAMPLES = """  mossar compile                 when an image is built, or before a show
 """
 

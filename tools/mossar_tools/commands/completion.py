@@ -12,7 +12,7 @@ from mossar_tools.options import Options, add_messages
 SHELLS = ("bash", "zsh", "tcsh")
 _FILES = ("FILE", "SOURCE", "DIR", "JOB.toml", "FILE.toml", "IN", "OUT")  # arguments that may be paths
 
-DESCRIPTION = "Print what makes a shell complete the commands and options of mossar."
+DESCRIPTION = "Print a script with which a shell completes the commands and options of mossar."
 EXAMPLES = """  eval "$(mossar completion bash)"                                      in ~/.bashrc
   mossar completion zsh > _mossar                                       in a folder of $fpath
 """

@@ -22,9 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     group = parser.add_argument_group("the performance")
     add_speed(parser, "1")
-    group.add_argument("--seed", metavar="N", type=whole, help="another performance for another number")
+    group.add_argument("--seed", metavar="N", type=whole, help="number of the performance")
     group.add_argument("--noise", metavar="M", type=share, help="sensor noise in metres (default: 0)")
-    group.add_argument("--performers", metavar="N", type=whole, help="how many (default: 1)")
+    group.add_argument("--performers", metavar="N", type=whole, help="number of performers (default: 1)")
     add_stream(parser)
     add_settings(parser)
     add_messages(parser)

@@ -18,7 +18,7 @@ from mossar_tools.signals import interruptibly
 from mossar_tools.values import whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
-streaming and offline, and what is reached by chance.
+streaming and offline, and by chance.
 
 A labelled folder has beside each recording, say walk.bvh, a file walk.json:
   {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--leave-out",
         action="store_true",
-        help="of several folders, score each with the strength that serves the others best",
+        help="with several folders, score each with the best strength of the others",
     )
     group.add_argument(
         "--sides",

@@ -8,7 +8,7 @@ from mossar_tools.errors import DONE, FAILED
 from mossar_tools.options import Options, add_messages
 
 DESCRIPTION = """Segment the streams of many performers on Apache Flink: records from a topic or from files, keyed by
-performer; events to a topic, files, or at once to a sink. What to do stands in a TOML file; docs/engines.md explains it."""
+performer; events to a topic, to files, or directly to a sink. A TOML file describes the job; docs/engines.md explains it."""
 EXAMPLES = """  mossar flink job.toml                                          on this machine
   flink run -py .../mossar_tools/__main__.py flink job.toml      on a cluster
 """
@@ -16,7 +16,7 @@ EXAMPLES = """  mossar flink job.toml                                          o
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("file", metavar="JOB.toml", help="what to do")
+    parser.add_argument("file", metavar="JOB.toml", help="description of the job")
     add_messages(parser)
 
 

@@ -9,8 +9,8 @@ from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_people, add_speed
 from mossar_tools.values import positive
 
-DESCRIPTION = """Write the frames of a source to a recording. The file only grows: what was written a second ago is
-there whatever happens. Ctrl-C ends it."""
+DESCRIPTION = """Write the frames of a source to a recording. The file only grows: frames older than a second
+survive a crash. Ctrl-C ends it."""
 EXAMPLES = """  mossar record osc://0.0.0.0:39539 take.msk
   mossar record zmq://127.0.0.1:5556 take.msk --seconds 60 --force
   mossar record walk.bvh walk.msk --speed max            convert
@@ -20,9 +20,9 @@ EXAMPLES = """  mossar record osc://0.0.0.0:39539 take.msk
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("sources", metavar="SOURCE", nargs=1, help="a URL, a recording, or -")
-    parser.add_argument("file", metavar="FILE", help="where to write: .msk, or .jsonl")
-    parser.add_argument("--force", action="store_true", help="replace a file that is there")
-    parser.add_argument("--seconds", metavar="S", type=positive, help="stop after so much time of the stream")
+    parser.add_argument("file", metavar="FILE", help="file to write: .msk or .jsonl")
+    parser.add_argument("--force", action="store_true", help="replace an existing file")
+    parser.add_argument("--seconds", metavar="S", type=positive, help="stop after this time of the stream")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_body(parser)
     add_people(parser)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mossar_adapters.files import JointMotion
     from mossar_adapters.sink import FrameSink
 
-DESCRIPTION = """Send a recording out as a live stream: frames, each at its own time. VMC receives rotations, too, if the
+DESCRIPTION = """Send a recording as a live stream, each frame at its own time. VMC receivers get rotations, too, if the
 recording has them."""
 EXAMPLES = """  mossar replay walk.bvh --to 'osc://127.0.0.1:39539?profile=vmc'
   mossar replay take.msk --to zmq+bind://127.0.0.1:5556 --speed 2
@@ -34,11 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--to",
         metavar="SINK",
         action="append",
-        help="where frames go: osc://, zmq+bind://, - or a file; several are fine",
+        help="sink of frames: osc://, zmq+bind://, - or a file; repeatable",
     )
     add_speed(parser, "1")
-    parser.add_argument("--loop", action="store_true", help="again and again, until Ctrl-C")
-    parser.add_argument("--force", action="store_true", help="replace a file that is there")
+    parser.add_argument("--loop", action="store_true", help="repeat until Ctrl-C")
+    parser.add_argument("--force", action="store_true", help="replace an existing file")
     add_body(parser)
     add_messages(parser)
 

@@ -33,16 +33,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "sources",
         metavar="SOURCE",
         nargs="*",
-        help="a URL, a recording, or - for JSON lines; several are fine",
+        help="a URL, a recording, or - for JSON lines; several are possible",
     )
     add_speed(parser, "max for recordings, 1 for demo:")
     add_stream(parser)
     parser.add_argument(
         "--explain",
         action="store_true",
-        help="with --moves: a line about each movement: which move was nearest, and what kept it from being recognised",
+        help="with --moves: a line about each movement: the nearest move, and the reason why it was not recognised",
     )
-    parser.add_argument("--view", action="store_true", help="show the dashboard in a browser meanwhile")
+    parser.add_argument("--view", action="store_true", help="also show the dashboard in a browser")
     add_page(parser)
     add_settings(parser)
     add_body(parser)

@@ -8,7 +8,7 @@ from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.options import Options, add_messages
 
-DESCRIPTION = """Print the JSON Schema of the events and metas, for programs that check what they receive or make types of it.
+DESCRIPTION = """Print the JSON Schema of the events and metas, for programs that check messages or make types.
 docs/events.md explains them with examples."""
 EXAMPLES = """  mossar schema > events.schema.json
   mossar schema | jq '."$defs".KeyFrameEvent.properties | keys'

@@ -34,9 +34,10 @@ if TYPE_CHECKING:
     from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Result, Segmentation
 
-DESCRIPTION = """Segment whole recordings, offline, each with the range of its own: key frames, their hierarchy,
-segments at a level. Without an option a table for people. With --from and --until all outputs are of that part. Several recordings are segmented in several processes; those
-that cannot be read are named, stop nothing, and make the exit status 2."""
+DESCRIPTION = """Segment whole recordings, offline, each with its own range: key frames, their hierarchy,
+segments at a level. Without an option it prints a table. With --from and --until all outputs are of that part. Several
+recordings are segmented in several processes. Unreadable recordings are named, the others are segmented, and the exit
+status is 2."""
 EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.bvh --plot walk.png              also .svg and .pdf
   mossar segment long.bvh --from 600 --until 660 --csv part.csv --plot part.png --width 16
@@ -81,19 +82,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--of",
         choices=["segments", "repetitions", "moves", "followed"],
-        help="what --cut cuts (default: segments)",
+        help="kind of clips for --cut (default: segments)",
     )
-    group.add_argument("--person", metavar="NAME", help="a column of the tables: of whom the recordings are")
-    group.add_argument("--session", metavar="NAME", help="a column of the tables: the session they are of")
+    group.add_argument(
+        "--person", metavar="NAME", help="a column of the tables: the person in the recordings"
+    )
+    group.add_argument(
+        "--session", metavar="NAME", help="a column of the tables: the session of the recordings"
+    )
     group.add_argument(
         "--pattern",
         metavar="TEXT",
-        help="columns of the tables out of the files' names: '{person}_{session}_{trial}' for ann_2_walk.c3d",
+        help="columns of the tables from the files' names: '{person}_{session}_{trial}' for ann_2_walk.c3d",
     )
     group.add_argument(
         "--angles",
         action="store_true",
-        help="with --repetitions: how far knees, hips, elbows and so on bend in each repetition, degrees",
+        help="with --repetitions: the range of knees, hips, elbows and other joints in each repetition, degrees",
     )
     group.add_argument(
         "--curves",

@@ -1,4 +1,4 @@
-"""`mossar settings`: the value of every setting, where it comes from, and what moving it does."""
+"""`mossar settings`: the value of every setting, where it comes from, and its effect."""
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +13,7 @@ from mossar_tools.options import Options, add_messages, add_output, add_settings
 from mossar_tools.outputs import Outputs
 
 DESCRIPTION = """Print the value that every setting has, with its unit, where it comes from (default, preset, the level's
-bundle, or you), and what moving it does. Any of them goes with --set NAME=VALUE into the commands that segment."""
+bundle, or you), and its effect. All commands that segment take any setting as --set NAME=VALUE."""
 EXAMPLES = """  mossar settings
   mossar settings --level cluster --preset game --set window=0.3
   mossar settings --json | jq '.settings.window.value'
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what to put out")
     add_output(group, "json", "the settings as one JSON object")
     add_output(group, "csv", "a row for each setting")
-    group.add_argument("--force", action="store_true", help="replace files that are there")
+    group.add_argument("--force", action="store_true", help="replace existing files")
     add_messages(parser)
 
 
@@ -61,12 +61,12 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     columns = {"name": "setting", "value": "value", "unit": "unit", "from": "from", "legal": "legal"}
     shown = [{**row, "legal": row["legal"] if len(row["legal"]) < LONG else "see the right"} for row in rows]
     widths = {key: max(len(title), *(len(row[key]) for row in shown)) for key, title in columns.items()}
-    for row in ({**columns, "effect": "what moving it does"}, *shown):
+    for row in ({**columns, "effect": "effect"}, *shown):
         yield "  ".join(f"{row[key]:<{width}}" for key, width in widths.items()) + f"  {row['effect']}"
 
 
 def explained(options: Options) -> dict[str, dict[str, Any]]:
-    """Return for each setting its value, unit, legal values, where the value comes from and what moving it does."""
+    """Return for each setting its value, unit, legal values, where the value comes from and its effect."""
     chosen = options.settings()
     resolved = chosen.resolved()
     found = {}

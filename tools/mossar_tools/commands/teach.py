@@ -50,27 +50,27 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument("file", metavar="FILE.json", help="the moves; made if it is not there")
+    parser.add_argument("file", metavar="FILE.json", help="file of moves; created if it does not exist")
     parser.add_argument(
         "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
     )
     group = parser.add_argument_group("what to show")
-    group.add_argument("--name", metavar="NAME", help="of the move")
-    group.add_argument("--times", metavar="N", type=whole_number, help="examples to take (default: 2)")
+    group.add_argument("--name", metavar="NAME", help="name of the move")
+    group.add_argument("--times", metavar="N", type=whole_number, help="number of examples (default: 2)")
     add_part(group)
     group.add_argument(
         "--labels",
         metavar="FILE",
-        help="of a recording: many moves; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
+        help="table of many moves of a recording; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
     )
-    group.add_argument("--tier", metavar="NAME", help="of --labels: where the moves are (default: moves)")
+    group.add_argument("--tier", metavar="NAME", help="tier of --labels with the moves (default: moves)")
     group = parser.add_argument_group("what is in a recording that nobody has labelled")
     group.add_argument("--discover", action="store_true", help="group its movements into kinds")
     group.add_argument(
         "--names",
         metavar="A,B,-,...",
         type=names,
-        help="call the kinds so, in their order, - for none, and take the --times most typical examples of each",
+        help="names of the kinds in their order, - for none; the --times most typical examples of each are taken",
     )
     add_plot(group)
     group = parser.add_argument_group("how moves are recognised, kept in the file; alone or while showing")
@@ -97,8 +97,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of all moves: recognised from any side, or only as they were shown (default: any)",
     )
     group = parser.add_argument_group("what there is")
-    group.add_argument("--list", action="store_true", help="the moves and how many examples each has")
-    group.add_argument("--remove", metavar="NAME", help="forget a move")
+    group.add_argument("--list", action="store_true", help="list the moves and their numbers of examples")
+    group.add_argument("--remove", metavar="NAME", help="remove a move")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_settings(parser, body_only=True)
     add_body(parser)

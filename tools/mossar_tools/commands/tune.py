@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from mossar_stream import KeyFrame, Result
     from mossar_tools.evaluation.matching import Cut
 
-DESCRIPTION = """Too many or too few key frames? Show how many of a recording's key frames stand at which strength, and
-choose a strength: from true cuts, or from how many you want a minute. The settings can be saved for run --config."""
+DESCRIPTION = """Too many or too few key frames? Show how many key frames of a recording each strength keeps, and
+choose a strength: by true cuts, or by the wanted number per minute. The settings can be saved for run --config."""
 EXAMPLES = """  mossar tune walk.bvh                                  how many key frames stand at which strength
   mossar tune walk.bvh --plot walk.png                  with the picture of the hierarchy
   mossar tune walk.bvh --per-minute 20 --save settings.toml
@@ -38,14 +38,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="RECORDING", help="a recording, or demo:")
     group = parser.add_argument_group("what to choose by, and what to put out")
-    group.add_argument("--per-minute", metavar="N", type=positive, help="so many key frames a minute")
+    group.add_argument("--per-minute", metavar="N", type=positive, help="wanted key frames per minute")
     group.add_argument(
         "--labels",
         metavar="FILE",
-        help="true cuts of it: .json, .eaf, .TextGrid, .txt (Audacity), .vtt, .tsv (BIDS), .csv, or a .c3d with events",
+        help="true cuts of the recording: .json, .eaf, .TextGrid, .txt (Audacity), .vtt, .tsv (BIDS), .csv, or a .c3d with events",
     )
     group.add_argument(
-        "--tier", metavar="NAME", help="of --labels: where the cuts are (default: segments LEVEL)"
+        "--tier", metavar="NAME", help="tier of --labels with the cuts (default: segments LEVEL)"
     )
     group.add_argument("--save", metavar="FILE", help="write the settings to a file for --config")
     add_plot(group)

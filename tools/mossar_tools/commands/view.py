@@ -20,9 +20,9 @@ from mossar_tools.options import (
 )
 
 DESCRIPTION = """Show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
-level and see what stands. A recording is segmented as a whole and played: press on the curve or on the whole take
-below it to go there, on a key frame or its pose to stop there; key frames are exported as CSV, the whole take as PNG.
-Everything else is shown live, and the last seconds are exported."""
+level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
+below it to jump, on a key frame or its pose to stop there. Key frames are exported as CSV, the whole take as PNG.
+Other sources are shown live, and the last seconds are exported."""
 EXAMPLES = """  mossar view demo:                            the built-in performer
   mossar view osc://0.0.0.0:39539              a VMC or Kinect program on another computer
   mossar view walk.bvh --speed 0.5             a recording at half its speed; + and - set the number of key frames
@@ -33,7 +33,7 @@ EXAMPLES = """  mossar view demo:                            the built-in perfor
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument(
-        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are fine"
+        "sources", metavar="SOURCE", nargs="*", help="a URL, a recording, or -; several are possible"
     )
     add_page(parser)
     add_speed(parser, "1")

