@@ -158,6 +158,9 @@ def test_sessions_are_also_seen_from_other_sides(mossar, folder):
     status, _, err = mossar("evaluate", "demo:", "--sides")
     assert status == 2
     assert "moves on command" in err
+    assert mossar("evaluate", folder, "--strict", "0.9")[0] == 0
+    status, _, err = mossar("evaluate", folder, "--strict", "2")
+    assert (status, "from 0 to 1" in err) == (2, True)
 
 
 def test_a_turned_session_moves_as_it_did():

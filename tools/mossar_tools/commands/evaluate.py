@@ -15,7 +15,7 @@ from mossar_tools.options import Options, add_messages, add_output, add_plot, ad
 from mossar_tools.outputs import Outputs
 from mossar_tools.palette import palette
 from mossar_tools.signals import interruptibly
-from mossar_tools.values import whole
+from mossar_tools.values import share, whole
 
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
 streaming and offline, and by chance.
@@ -58,6 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="of moves on command, also as if players were turned or turned meanwhile, and with mirrored examples",
     )
+    group.add_argument(
+        "--strict",
+        metavar="X",
+        type=share,
+        help="of moves on command, how strict all moves are, 0 to 1 (default: 0.5)",
+    )
     add_output(group, "json", "everything as one JSON object")
     add_output(group, "csv", "a row for each method and recording")
     add_plot(group)
@@ -74,15 +80,15 @@ def run(options: Options, console: Console) -> int:
     settings = options.settings()
     outputs = Outputs.of(options)
     if len(options.sources) > 1:
-        if options.sides:
-            raise UsageError("--sides takes one folder of moves on command")
+        if options.sides or options.strict is not None:
+            raise UsageError("--sides and --strict take one folder of moves on command")
         return _sets(options, console, outputs, settings)
     if options.leave_out:
         raise UsageError("--leave-out needs several folders: one is left out, the others choose")
     if _is_of_moves(options):
         return _moves(options, console, outputs, settings)
-    if options.sides:
-        raise UsageError("--sides takes a folder of moves on command")
+    if options.sides or options.strict is not None:
+        raise UsageError("--sides and --strict take a folder of moves on command")
     takes = load_takes(options, console)
     from mossar_tools.compiling import saying_if_cold
     from mossar_tools.evaluation.chance import chance_methods
@@ -137,7 +143,11 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
     with saying_if_cold(settings):
         found = interruptibly(
             lambda: evaluate_moves(
-                Path(parse_url(options.sources[0]).path), settings, console.status, sides=options.sides
+                Path(parse_url(options.sources[0]).path),
+                settings,
+                console.status,
+                sides=options.sides,
+                strict=options.strict,
             )
         )
     outputs.write_json(moves_json(found), console)

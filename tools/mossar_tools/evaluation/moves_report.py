@@ -76,7 +76,12 @@ def is_of_moves(folder: Path) -> bool:
 
 
 def evaluate_moves(
-    folder: Path, settings: Settings, tell: Callable[[str], None], *, sides: bool = False
+    folder: Path,
+    settings: Settings,
+    tell: Callable[[str], None],
+    *,
+    sides: bool = False,
+    strict: float | None = None,
 ) -> Found:
     """Score the sessions and the examples of a folder.
 
@@ -85,6 +90,7 @@ def evaluate_moves(
         settings: Of the segmenters.
         tell: Gets a line before each step.
         sides: Whether the sessions are also seen from other sides.
+        strict: Of all moves in the sessions as they were recorded; None for the usual.
 
     Raises:
         MossarError: If something cannot be used.
@@ -95,7 +101,10 @@ def evaluate_moves(
         outcomes = []
         for session in sessions:
             tell(f"{session.name}, {name}")
-            outcomes.append(judge(session, confirmed(session, session.examples.moves(chosen), settings)))
+            moves = session.examples.moves(chosen)
+            for move in moves.names:
+                moves.set_rule(move, strict=strict)
+            outcomes.append(judge(session, confirmed(session, moves, settings)))
         choices.append(Choice(name, outcomes, summary(outcomes)))
     others = list(views(sessions, settings, tell)) if sides and sessions else []
     skeleton = sessions[0].skeleton if sessions else None
