@@ -1,4 +1,4 @@
-"""Events: what comes out of a segmenter.
+"""Events: the output of a segmenter.
 
 One frozen record per kind of message, the same fields on every wire (JSON lines, msgpack, WebSocket). The life
 of a key frame, by its `status`:
@@ -77,20 +77,26 @@ class KeyFrameEvent(
     gc=False,
     omit_defaults=True,
 ):
-    """News about one key frame.
+    """A message about one key frame (the paper's Algorithms 2 and 3).
 
     Args:
+        v: Version of this layout, 1; the same in all events.
+        performer: Name of the performer; the same in all events.
+        take: Counts the takes of the performer from 0; the same in all events.
+        status: See the module; `confirmed` is sent once, together these are the list of Algorithm 2.
+        decided: True in the last message about this id.
+        kind: `onset` where the velocity crosses θ upwards, `offset` downwards, `minimum` between two moves.
         id: `performer/take/frame` with Algorithm 2's frame, of a limb `performer/channel/take/frame`; stays the same
             over all messages.
         rev: Counts the messages about this id from 1.
-        frame: Frame number. At level `motion` a few earlier than in the id: where it was before smoothing delayed it; a
-            `final` message may carry another one as well (setting `refine`).
+        frame: Frame number in the take, from 0. At level `motion` it is a few frames earlier than in the id, because smoothing
+            delays the curve; a `final` message may have another one (setting `refine`).
         time: Time of that frame, s on the source's clock.
         decided_frame: The frame that caused this message.
         decided_time: Its time, s.
         velocity: Velocity at the key frame, as a share of the range at that moment.
-        strength: Strength at which it falls (Algorithm 3); None until first computed.
-        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
+        strength: Strength at which Algorithm 3 removes it, >= 0; None until first computed.
+        channel: The limb (setting `limbs`); not sent for the body, which is `body`.
     """
 
     v: int = _ALWAYS_SENT
@@ -119,20 +125,24 @@ class SegmentEvent(
     gc=False,
     omit_defaults=True,
 ):
-    """News about one segment between two kept key frames, or between one and an end of the take.
+    """A message about one segment between two kept key frames, or between one and an end of the take.
 
     Args:
+        status: `closed` when its right end is confirmed, `withdrawn` when one of its ends is merged, `final` when both ends are
+            decided.
+        start_time: Time of `start_frame`, s on the source's clock.
+        end_time: Time of `end_frame`, s.
         id: `performer/take/start-end` in Algorithm 2's frames, of a limb `performer/channel/take/start-end`.
         rev: Counts the messages about this id from 1.
         start_frame: First frame of the segment.
         end_frame: Frame of the key frame that ends it; the take's last frame for the last one.
-        state: `resting` if the performer did not move in it, else `moving`; of a `closed` one as far as is known then.
+        state: `resting` if the performer did not move in it, else `moving`; of a `closed` segment as known then.
         active_joints: At most 5 joints with the largest path lengths relative to the centre.
-        active_start: When the performer first moved in it, s; None if nothing moved.
-        active_end: When the performer last moved in it, s; None if nothing moved.
+        active_start: Time of the first movement in it, s; None if nothing moved.
+        active_end: Time of the last movement in it, s; None if nothing moved.
         similarity: To the segment before, in 0..1; None for the first of a take.
-        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
-        limb: The limb that led, of a segment of the body (setting `limbs`); not sent if that is not known.
+        channel: The limb (setting `limbs`); not sent for the body, which is `body`.
+        limb: The leading limb, for a segment of the body (setting `limbs`); not sent if it is not known.
     """
 
     v: int = _ALWAYS_SENT
@@ -163,7 +173,7 @@ class ActivityEvent(
     gc=False,
     omit_defaults=True,
 ):
-    """The performer, or a limb, began to move or came to rest; reported at once, and never taken back.
+    """The performer, or a limb, began to move or came to rest; reported at once, and never withdrawn.
 
     `moving` comes within 0.1 s of `start`; `resting` comes once the speed has been below the line for the setting
     `rest_seconds`. A take begins at rest, so its first activity is `moving`; a take that ends in motion has no `resting`.
@@ -173,11 +183,11 @@ class ActivityEvent(
             changes in the take from 1.
         state: `moving` or `resting`, from `start` on.
         start: Time of the first frame above the line, of `resting` that of the last one above it, s on the source's clock.
-        previous: How long the state before it lasted, s; None for the first of a take.
+        previous: Duration of the state before, s; None for the first of a take.
         limb: The limb of the joint that was fastest when the performer began to move (setting `limbs`), also of the
             `resting` that ends it; None without the setting.
         decided_time: Time of the frame that caused this message, s.
-        channel: The limb that it is of (setting `limbs`); not sent for the body's, which is `body`.
+        channel: The limb (setting `limbs`); not sent for the body, which is `body`.
     """
 
     v: int = _ALWAYS_SENT
@@ -195,18 +205,19 @@ class ActivityEvent(
 class RepetitionEvent(
     msgspec.Struct, frozen=True, tag_field="type", tag="repetition", kw_only=True, gc=False
 ):
-    """News about one repetition of a movement (setting `repetitions`).
+    """A message about one repetition of a movement (setting `repetitions`).
 
-    A later look may withdraw a repetition or move its ends; `total` is the running count.
+    A later analysis may withdraw a repetition or move its ends; `total` is the running count.
 
     Args:
+        status: `counted`; again with a higher `rev` when its ends have moved; `withdrawn` when it was a false count.
         id: `performer/take/rNUMBER`, the number of the repetition in the take; of a limb
             `performer/channel/take/rNUMBER`.
         rev: Counts the messages about this id from 1.
-        channel: What repeats: `body` for the whole posture, or a limb (setting `limbs`).
-        count: In this bout, from 1; 0 when withdrawn.
-        total: Repetitions of the take that are counted once this message is processed.
-        period: Duration of a cycle over the last ones of the bout, s; None for the first of a bout.
+        channel: The repeating part: `body` for the whole posture, or a limb (setting `limbs`).
+        count: Number in this bout, from 1; 0 when withdrawn.
+        total: Number of repetitions in the take, this message included.
+        period: Median duration of the last cycles of the bout, s; None for the first of a bout.
         tempo: Cycles a minute; None for the first of a bout.
         start: Begin of the cycle, s on the source's clock; None when withdrawn.
         end: Its end, s.
@@ -240,10 +251,10 @@ class StepEvent(msgspec.Struct, frozen=True, tag_field="type", tag="step", kw_on
         id: `performer/step/take/NUMBER`, which counts the events of the take from 1.
         rev: 1.
         status: `strike` when the foot comes down, `off` when it leaves the ground.
-        side: Of the foot.
-        time: When it happened, s on the source's clock.
-        position: Where the foot stands or stood, m: the middle of the joints that are known of it.
-        confidence: 0 to 1: how far the movement was beyond a wiggle, and beyond the sensor's noise.
+        side: Side of the foot.
+        time: Time of the step, s on the source's clock.
+        position: Position of the foot, m: the mean of its known joints.
+        confidence: 0 to 1: how clearly the movement exceeds a small movement and the sensor's noise.
         decided_time: Time of the frame that caused this message, s.
     """
 
@@ -261,12 +272,12 @@ class StepEvent(msgspec.Struct, frozen=True, tag_field="type", tag="step", kw_on
 
 
 class PhaseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="phase", kw_only=True, gc=False):
-    """Where in the cycle of a repeated movement a frame is (setting `phase`); every frame of a bout has one.
+    """The position of a frame in the cycle of a repeated movement (setting `phase`); every frame of a bout has one.
 
     Args:
-        channel: What repeats, as of `RepetitionEvent`.
+        channel: The repeating part, as in `RepetitionEvent`.
         time: Of the frame, s on the source's clock.
-        phase: 0 to 1 from where cycles begin; None once, when nothing repeats any more.
+        phase: 0 to 1 from the begin of the cycle; None once, when nothing repeats any more.
     """
 
     v: int = SCHEMA_VERSION
@@ -304,7 +315,7 @@ class StreamEvent(
 
 
 class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_only=True, gc=False):
-    """News about a move that was recognised: one that the user had shown.
+    """A message about a recognised move, which the user has taught.
 
     `confirmed` comes once, as soon as the move is clear; then `withdrawn` if it turns out to be part of another one,
     else `final`.
@@ -312,11 +323,12 @@ class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_on
     Args:
         id: `performer/move/take/number`; the number counts the performer's moves.
         rev: Counts the messages about this id from 1.
-        name: Of the move, as its examples have it.
-        start: When it began, s.
-        end: The latest moment that was compared with the examples, s.
-        score: How alike the movement and the nearest example are, 1 / (1 + cost), in 0..1.
-        limb: That led: `left_arm`, `right_arm`, `left_leg`, `right_leg`, `trunk`; else what hangs on the root, or `body`.
+        name: Name of the move, as its examples have it.
+        status: `confirmed`, `withdrawn` or `final`.
+        start: Begin of the move, s.
+        end: The latest time that was compared with the examples, s.
+        score: Similarity of the movement and the nearest example, 1 / (1 + cost), in 0..1.
+        limb: The leading limb: `left_arm`, `right_arm`, `left_leg`, `right_leg`, `trunk`; else a chain from the root, or `body`.
         decided_time: Time of the frame that caused this message, s.
     """
 
@@ -385,7 +397,22 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
 
 
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
-    """Counters of one performer's stream since it began; made by the pipeline, not by the core."""
+    """Counters of one performer's stream since it began; made by the pipeline, not by the core.
+
+    Args:
+        frames: Processed frames.
+        fps: Their rate, Hz.
+        out_of_order: Frames dropped because they came late or twice.
+        outliers: Joints implausibly fast, or more than 100 km away.
+        held: Joints replaced by their last position, because they were missing.
+        gaps: Frames after a gap.
+        unseen: Frames without any tracked joint.
+        malformed: Messages that could not be read.
+        kernel_drops: Datagrams dropped by the operating system.
+        queue_dropped: Frames dropped because a queue was full.
+        latency_p50_ms: Median delay from the arrival of a frame to its events, ms; None before the first event.
+        latency_p99_ms: 99th percentile of that delay, ms.
+    """
 
     v: int = SCHEMA_VERSION
     performer: str

@@ -30,7 +30,13 @@ LEVEL_NAMES: tuple[str, ...] = get_args(LevelName)
 
 
 class Features(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Weights of the feature groups in the likelihood; each is shared equally by the group's dimensions."""
+    """Weights of the feature groups in the likelihood; each is shared equally by the group's dimensions.
+
+    Args:
+        positions: Weight of the positions relative to the centre.
+        distances: Weight of the distances between joints.
+        log_speed: Weight of the logarithms of the joints' speeds.
+    """
 
     positions: float = 0.0
     distances: float = 0.0
@@ -38,7 +44,13 @@ class Features(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class VarianceFloor(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Floor on the variance of each feature group: m², m², and log(m/s) squared."""
+    """Floor on the variance of each feature group in the likelihood.
+
+    Args:
+        positions: m².
+        distances: m².
+        log_speed: log(m/s) squared.
+    """
 
     positions: float = 0.001
     distances: float = 0.003
