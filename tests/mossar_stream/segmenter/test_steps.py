@@ -17,6 +17,7 @@ from mossar_stream import (
     MoveEvent,
     Moves,
     Performers,
+    RepetitionEvent,
     Segmenter,
     Settings,
     SettingsError,
@@ -131,6 +132,34 @@ def test_ctrl_c_between_any_two_steps_leaves_everything_in_order(chosen, chunk):
     assert takes == sorted(set(takes))
     assert len(takes) > 1
     assert struck > 20
+
+
+def test_ctrl_c_within_a_look_at_repetitions_leaves_them_in_order():
+    take = performance(5, fps=30.0, seconds=14.0, moves=["squat"] * 8)
+    positions, times = take.frames.positions, take.frames.times
+    whole, looks, before = Segmenter(take.skeleton, Settings(repetitions=True)), {}, 0
+    for k, (position, time) in enumerate(zip(positions, times, strict=True)):
+        tells = any(isinstance(e, RepetitionEvent) for e in whole.push(position, time))
+        before, looked = int(whole.row.counted["looked"][0]), before
+        if looked != before:
+            looks.setdefault(tells, []).append(k)
+    assert len(looks[False]) > 2, "all looks change what is counted"
+    for k in (*looks[False][-3:], *looks[True][:3]):
+        fresh = Segmenter(take.skeleton, Settings(repetitions=True))
+        begin, blob = fresh.push(positions[:k], times[:k]), fresh.snapshot()
+        expected = [e for e in fresh.push(positions[k:], times[k:]) if isinstance(e, RepetitionEvent)]
+        for after in range(1, 1000):
+            segmenter, events, strike = Segmenter.restore(blob), list(begin), Striking(after)
+            with strike:
+                events += segmenter.push(positions[k], times[k])
+            if not strike.has_struck:
+                break
+            segmenter = Segmenter.restore(segmenter.snapshot())
+            events += segmenter.push(positions[k + 1 :], times[k + 1 :])
+            spans(events)
+            last = [e for e in events if isinstance(e, RepetitionEvent)][-1]
+            assert abs(last.total - expected[-1].total) <= 1  # the frame may be left out
+        assert after > 10
 
 
 @pytest.mark.parametrize("seconds", [3.0, -100.0])
