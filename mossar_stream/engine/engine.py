@@ -29,6 +29,7 @@ NOBODY = "nobody seen"  # in the reason for which a take ended
 NONE: list[tuple[int, int]] = []
 UNTOLD, NOT_STOPPED = Told(), np.zeros(1, np.int64)
 NO_POSITIONS = np.zeros((0, 3), np.float32)
+UNCHANGED = -1  # the first cycle that a look changed, if it changed none
 
 
 def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[tuple[int, int]]:
@@ -124,7 +125,7 @@ def _tell_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
         return
     events, told = row.telling.news(int(row.clock["take"]))
     stopped[0] = DONE
-    row.looked = None
+    row.is_looking = False
     row.telling.told = told
     row.pending += events
 
@@ -165,20 +166,21 @@ def _look_once_more(row: Row) -> None:
     """Look at what was repeated, as the take ends."""
     if not len(row.counting):
         return
-    row.looked = int(row.counted["looked"][0])
+    row.counted["changed"] = UNCHANGED  # a look at too few samples leaves it as it was
+    row.is_looking = True
     changed = look(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
     if row.looks is not None:
         row.looks.append((math.inf, row.counted.copy()))
     if changed:
         _tell_repetitions(row, NOT_STOPPED)
-    row.looked = None
+    row.is_looking = False
 
 
 def _finish_look(row: Row) -> None:
     """Tell what the last look of a take has changed, if an exception kept that from being told."""
-    if row.looked is not None and int(row.counted["looked"][0]) != row.looked:
+    if row.is_looking and row.counted["changed"][0] != UNCHANGED:
         _tell_repetitions(row, NOT_STOPPED)
-    row.looked = None
+    row.is_looking = False
 
 
 def apply_level(row: Row) -> None:

@@ -85,7 +85,7 @@ class Row:
         counting: Bytes of it and of the poses in which they are counted; empty likewise.
         adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
-        looked: While the last look of a take is reported: at how many samples the one before was.
+        is_looking: Whether the last look of a take is being reported.
         telling: What is told of them; None if nobody asks for it.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         pending: Events that were caused and have not been handed to the caller, in order; of a limb its body's.
@@ -99,7 +99,7 @@ class Row:
         self.is_level_new = self.is_torn = False
         self.looks: list[tuple[float, NDArray[np.void]]] | None = None
         self.telling: Telling | None = None
-        self.looked: int | None = None
+        self.is_looking = False
         self._successor: Row | None = None  # while the row moves
         self._enter(pool, index)
         self.note_end()
