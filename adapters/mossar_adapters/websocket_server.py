@@ -147,9 +147,9 @@ class WebSocketServer:
         await asyncio.sleep(0)
 
     def _refusal(self, connection: "ServerConnection", request: "Request") -> "Response | None":
-        """Return an answer that refuses a page, None for those that are welcome."""
+        """Return an answer that refuses a page, None for allowed ones."""
         origins = request.headers.get_all("Origin")
-        if all(welcome(origin, self._address.options.get("origin")) for origin in origins):
+        if all(is_allowed(origin, self._address.options.get("origin")) for origin in origins):
             return None
         return connection.respond(HTTPStatus.FORBIDDEN, "this page may not connect; see the option origin\n")
 
@@ -203,7 +203,7 @@ def _logger() -> logging.Logger:
     return logger
 
 
-def welcome(origin: str, named: str | None) -> bool:
+def is_allowed(origin: str, named: str | None) -> bool:
     """Return whether a page may connect.
 
     Args:
@@ -211,7 +211,7 @@ def welcome(origin: str, named: str | None) -> bool:
         named: Pages that the user named, separated by commas; None if none were.
 
     Example:
-        >>> welcome("http://localhost:8000", None), welcome("https://evil.example", None)
+        >>> is_allowed("http://localhost:8000", None), is_allowed("https://evil.example", None)
         (True, False)
     """
     if named is not None:

@@ -43,7 +43,7 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
     )
     _check_performer(source, options.performer)
     noted = offered(source, Notes)
-    _tell(source.name, () if noted is None else noted.notes)
+    _log_notes(source.name, () if noted is None else noted.notes)
     return source
 
 
@@ -65,7 +65,7 @@ def recording_of(url: str, options: Options) -> Recording:
         FileError: If it cannot be read.
     """
     recording = open_recording(parse_url(url).path, options.reading())
-    _tell(recording.path, recording.notes)
+    _log_notes(recording.path, recording.notes)
     return recording
 
 
@@ -107,6 +107,6 @@ def _place(url: str) -> str:
     return os.path.realpath(address.path) if address.scheme == "file" else url
 
 
-def _tell(name: str, notes: tuple[str, ...]) -> None:
+def _log_notes(name: str, notes: tuple[str, ...]) -> None:
     for note in notes:
         _log.info("%s", note if note.startswith(name) else f"{name}: {note}")

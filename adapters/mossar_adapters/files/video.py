@@ -102,7 +102,7 @@ def _estimate(path: Path) -> Estimate:
     positions, times, confidence, count = [], [], [], 0
     for picture, time in pictures(path):
         if count % _CHUNK == 0:
-            _tell(path, count / video.count if video.count else None)
+            _log_progress(path, count / video.count if video.count else None)
         count += 1
         for body in estimator.estimate(picture, time)[:1]:
             positions.append(body.positions)
@@ -121,7 +121,7 @@ def _estimate(path: Path) -> Estimate:
     return Estimate(np.array(positions), np.array(times), np.array(confidence), tuple(notes))
 
 
-def _tell(path: Path, share: float | None) -> None:
+def _log_progress(path: Path, share: float | None) -> None:
     _progress.debug("estimating poses in %s", path.name, extra={"share": share})
 
 

@@ -72,9 +72,9 @@ class Identities:
         alone = len(places) == 1 and len(self._known) == 1 and bool(free)
         if alone and math.dist(free[0].place, places[0]) <= ALONE:
             free[0].place, free[0].time, found[0] = places[0], time, free[0]
-        return [person or self._welcome(place, time) for person, place in zip(found, places, strict=True)]
+        return [person or self._admit(place, time) for person, place in zip(found, places, strict=True)]
 
-    def _welcome(self, place: NDArray[np.float64], time: float) -> Person | None:
+    def _admit(self, place: NDArray[np.float64], time: float) -> Person | None:
         taken = {person.number for person in self._known}
         if len(taken) == MAX_PEOPLE:
             return None

@@ -248,7 +248,7 @@ class OakSource:
                 if self._latest is not None:
                     pause = _SHORTEST_PAUSE
                 self._latest = None
-                self._tell(f"the camera was lost ({error}); waiting for it to come back")
+                self._log_news(f"the camera was lost ({error}); waiting for it to come back")
             except CameraError as error:
                 if not worked:
                     raise
@@ -286,7 +286,7 @@ class OakSource:
         if self._latest is not None:
             self.counters.gaps += max(0, picture.number - self._latest - 1)
         elif self.counters.received:
-            self._tell("the camera is back")
+            self._log_news("the camera is back")
         self._latest = picture.number
         self._doing = ""
         self.counters.received += 1
@@ -325,7 +325,7 @@ class OakSource:
         self._doing, self._since = doing, time.monotonic()
         _log.info("%s: %s", self.name, doing)
 
-    def _tell(self, news: str) -> None:
+    def _log_news(self, news: str) -> None:
         """Tell the user that the camera is lost or back."""
         self._doing, self._since = news, time.monotonic()
         _log.warning("%s: %s", self.name, news)

@@ -31,7 +31,7 @@ _ANOTHER_CLOCK: Final = (
     1.0  # s after which an id whose times begin with 0 has a clock of its own, as with --fps
 )
 _STEP: Final = 1 / 30  # s, where no rate is known
-_TOLD: Final = 20  # refused ids that are logged
+_MOST_LOGGED: Final = 20  # refused ids that are logged
 
 _log = logging.getLogger("mossar.people")
 
@@ -62,7 +62,7 @@ class PeopleSource:
         self._now = -np.inf  # s, the latest time
         self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
-        self._told = 0
+        self._logged = 0
         self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
 
     def __getattr__(self, name: str) -> Any:
@@ -264,13 +264,13 @@ class PeopleSource:
         for ident, last in self._slots.waiting():
             if last <= until and only in {None, ident} and ident not in self._pending:
                 slot = self._slots.settle(ident)
-                yield from self._tell()
+                yield from self._report()
                 yield from self._release(ident, slot)
 
     def _route(self, slot: str | None, frames: Frames) -> Iterator[Item]:
         """Pass frames on, or keep them until it is decided whose they are."""
         if self._slots.changed:
-            yield from self._tell()
+            yield from self._report()
         if slot is UNDECIDED:
             held = self._held.setdefault(frames.performer, [])
             held.append(frames)
@@ -302,13 +302,13 @@ class PeopleSource:
                 del self._straight[next(iter(self._straight))]
         yield msgspec.structs.replace(frames, performer=slot)
 
-    def _tell(self) -> Iterator[Item]:
+    def _report(self) -> Iterator[Item]:
         """Pass on, and log, what changed."""
         self._straight.clear()
         for change in self._slots.changes():
             if change.how == "refused":
-                self._told += 1
-                if self._told <= _TOLD:
+                self._logged += 1
+                if self._logged <= _MOST_LOGGED:
                     names = ", ".join(self._slots.names)
                     _log.warning(
                         "%s: %s is refused, there are as many as wanted: %s",

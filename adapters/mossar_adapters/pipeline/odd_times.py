@@ -22,7 +22,7 @@ class OddTimes:
     def __init__(self) -> None:
         self._latest: dict[str, float] = {}  # s, of the last frame of each performer
         self._alone: dict[str, int] = {}  # frames in a row that came more than a pause after the one before
-        self._told: set[str] = set()
+        self._logged: set[str] = set()
 
     def finding(self, frames: Frames, max_pause: float) -> str | None:
         """Return, once for each performer, what is odd about the times, None if nothing is.
@@ -34,7 +34,7 @@ class OddTimes:
         name = frames.performer
         latest = self._latest.get(name)
         self._latest[name] = float(frames.times[-1])
-        if name in self._told:
+        if name in self._logged:
             return None
         times = frames.times if latest is None else np.concatenate(([latest], frames.times))
         steps = np.diff(times)
@@ -47,14 +47,14 @@ class OddTimes:
         self._alone[name] = in_a_row + (self._alone.get(name, 0) if not len(narrow) else 0)
         if self._alone[name] < _ENOUGH:
             return None
-        self._told.add(name)
+        self._logged.add(name)
         return _in_words(float(steps[-1]))
 
     def keep(self, performers: set[str]) -> None:
         """Forget all others."""
         self._latest = {name: time for name, time in self._latest.items() if name in performers}
         self._alone = {name: count for name, count in self._alone.items() if name in performers}
-        self._told &= performers
+        self._logged &= performers
 
 
 def _in_words(step: float) -> str:

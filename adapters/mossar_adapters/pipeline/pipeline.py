@@ -37,7 +37,7 @@ from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamE
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
-_TOLD = 20  # performers that cannot be followed and are logged
+_MOST_LOGGED = 20  # performers that cannot be followed and are logged
 _LEAVE = 1.0  # s given to a reader to end
 _RUN_BYTES = 6  # of a run's name: two of a million runs are called the same once in 280 million times
 _NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
@@ -334,19 +334,19 @@ class Pipeline:
             _log.warning("%s: %s has no limbs, as %s", self._source_name(source), name, WITHOUT_LIMBS)
 
     def _tell_unfollowed(self, name: str, source: int, error: Exception) -> None:
-        """Say once of a performer why it cannot be followed; of many, of the first ones."""
-        if name not in self._unfollowed and len(self._unfollowed) < _TOLD:
-            more = "" if len(self._unfollowed) < _TOLD - 1 else "; of others nothing is said any more"
+        """Log once for a performer why it cannot be followed; among many, only for the first ones."""
+        if name not in self._unfollowed and len(self._unfollowed) < _MOST_LOGGED:
+            more = "" if len(self._unfollowed) < _MOST_LOGGED - 1 else "; others are not logged any more"
             where = self._source_name(source)
             _log.warning("%s: %s cannot be followed: %s%s", where, name, in_words(error), more)
         self._unfollowed.add(name)
 
-    def _welcome(self, name: str, frames: Frames, arrival: Arrival) -> bool:
-        """See that a performer is followed; return whether it is. If not, its frames are counted."""
+    def _ensure_followed(self, name: str, frames: Frames, arrival: Arrival) -> bool:
+        """Give a performer a segmenter if it has none; return whether it has one. If not, its frames are counted."""
         meta = arrival.meta
         if meta is None or (name in self.pool and self._metas.get(name) is meta):
             return True
-        if not self._has_room(name, frames, arrival):
+        if not self._ensure_followed(name, frames, arrival):
             self._turn_away(name, len(frames))
             return False
         if not self._may_be_new(name, meta, arrival):
@@ -373,7 +373,7 @@ class Pipeline:
         self.naming.count(arrival.source, frames)
         if frames.performer != name:
             frames = msgspec.structs.replace(frames, performer=name)
-        if not self._welcome(name, frames, arrival):
+        if not self._ensure_followed(name, frames, arrival):
             return
         self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
         resumed = self.upkeep.heard(self, arrival, name)

@@ -24,7 +24,7 @@ STOPPED = "frames stopped"  # why a take ended whose frames no longer come; `gap
 SILENCE = 3.0  # s without a frame after which a source explains itself
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
-_TOLD = 20  # performers that are logged for frames without any joint
+_MOST_LOGGED = 20  # performers that are logged for frames without any joint
 _LOOK = 0.02  # s between two looks
 
 _log = logging.getLogger("mossar.pipeline")
@@ -58,7 +58,7 @@ class Upkeep:
         self._nobody: dict[str, tuple[int, int]] = {}
         self._empty: set[str] = set()  # performers of whom it was said that nobody is seen
         self._nobody_due = 0.0  # monotonic s
-        self._told = 0  # how often that was logged
+        self._logged = 0  # how often that was logged
         self._full: set[int] = set()  # sources whose full queue was logged
         self._counted: dict[
             str, tuple[int, float]
@@ -259,12 +259,14 @@ class Upkeep:
             self._nobody[performer] = stats["frames"], stats["unseen"]
             if performer not in self._empty and 0 < stats["frames"] - frames == stats["unseen"] - unseen:
                 self._empty.add(performer)
-                self._told += 1
-                if self._told <= _TOLD:  # more, in a flood of names, would fill a pipe that nobody reads
+                self._logged += 1
+                if (
+                    self._logged <= _MOST_LOGGED
+                ):  # more, in a flood of names, would fill a pipe that nobody reads
                     _log.warning(
                         "%s: frames come, but nobody is in them: all joints are missing, or more than 100 km off%s",
                         performer,
-                        "; others are not logged" if self._told == _TOLD else "",
+                        "; others are not logged" if self._logged == _MOST_LOGGED else "",
                     )
 
     def _silence(self, feed: Feed, before: int) -> str:

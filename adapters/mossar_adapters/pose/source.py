@@ -203,7 +203,7 @@ class WebcamSource:
         camera.close()
         if self._last >= 0:
             self._pause = _SHORTEST_PAUSE
-            self._tell(f"camera {camera.device} was lost ({error}); waiting for it to come back")
+            self._log_news(f"camera {camera.device} was lost ({error}); waiting for it to come back")
         else:
             self.counters.last_error = str(error)
             self._pause = min(2 * self._pause, _LONGEST_PAUSE)
@@ -226,7 +226,7 @@ class WebcamSource:
         """Yield the people in a picture."""
         if self._last < 0 and self._doing:
             back = self.counters.received > 0
-            (self._tell if back else _log.info)("the camera is back" if back else "the camera runs")
+            (self._log_news if back else _log.info)("the camera is back" if back else "the camera runs")
         self._doing = ""
         self.counters.received += 1
         self.counters.late += max(0, taken.number - self._last - 1)
@@ -242,7 +242,7 @@ class WebcamSource:
                 yield Meta(name, SKELETON, self._camera.fps if self._camera else None)
             yield Frames(body.positions[None], np.array([taken.time]), body.confidence[None], name)
 
-    def _tell(self, news: str) -> None:
+    def _log_news(self, news: str) -> None:
         self._doing = news
         _log.warning("%s: %s", self.name, news)
 

@@ -36,7 +36,7 @@ class Admission:
     def admits(self, host: str, port: int) -> bool:
         """Count a datagram and return whether it is to be read."""
         self._counters.received += 1
-        if not self._allowed.welcome(host):
+        if not self._allowed.allows(host):
             self._counters.ignored += 1
             return False
         if host in self.hosts or len(self.hosts) < _MOST_HOSTS:
@@ -52,7 +52,7 @@ class Admission:
 
 
 class AllowList:
-    """Addresses whose datagrams are welcome.
+    """Addresses whose datagrams are accepted.
 
     Args:
         address: Its option `allow` lists numbers and networks: `192.168.0.7,10.0.0.0/8`; without it all are.
@@ -72,7 +72,7 @@ class AllowList:
         except ValueError as error:
             raise address.error(f"option allow lists IP numbers or networks: {error}") from None
 
-    def welcome(self, host: str) -> bool:
+    def allows(self, host: str) -> bool:
         """Return whether a host may send."""
         if not self._networks:
             return True

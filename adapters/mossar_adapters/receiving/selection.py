@@ -14,7 +14,7 @@ from mossar_adapters.source import Came, Item, Left, Meta, Source
 from mossar_stream import FrameError, Frames
 
 _NAMES = 4096  # performers that are remembered
-_TOLD = 8  # performers that are logged
+_MOST_LOGGED = 8  # performers that are logged
 
 _log = logging.getLogger("mossar.source")
 
@@ -67,7 +67,7 @@ class SelectedSource:
         return self._frames(item) if isinstance(item, Frames) else item
 
     def _tell_of(self, item: Meta | Frames | Left | Came) -> None:
-        if isinstance(item, Meta) and len(self._others) < _TOLD and item.performer not in self._others:
+        if isinstance(item, Meta) and len(self._others) < _MOST_LOGGED and item.performer not in self._others:
             self._others.add(item.performer)
             _log.info(
                 "%s: %s is left out, only %s is wanted", self.name, item.performer, self._options.performer

@@ -143,7 +143,7 @@ class Publisher:
         self._metas: dict[bytes, bytes] = {}  # topic -> latest meta map
         self.states = States()
         self._subscribed = False  # whether anybody ever did
-        self._name, self._told = address.url, False  # whether it was said that somebody is too slow
+        self._name, self._logged = address.url, False  # whether a slow receiver was logged
 
     def announce(self, meta: Meta) -> None:
         """Publish a meta and keep it."""
@@ -184,8 +184,8 @@ class Publisher:
         try:
             self._socket.send_multipart((topic, data), zmq.NOBLOCK)
         except zmq.Again:  # a subscriber's queue is full: only with this option does ZeroMQ tell
-            if not self._told:
-                self._told = True
+            if not self._logged:
+                self._logged = True
                 _log.warning("%s: a receiver is too slow; what it has no room for is lost to it", self._name)
             self._socket.setsockopt(zmq.XPUB_NODROP, 0)
             try:

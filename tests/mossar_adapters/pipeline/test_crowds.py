@@ -120,5 +120,5 @@ def test_of_many_who_cannot_be_followed_the_first_are_told_of_each_once(stage, m
     pipeline.run()
     said = [message for message in caplog.messages if "cannot be followed" in message]
     assert said[0] == "script: p0 cannot be followed: no"
-    assert said[-1] == "script: p19 cannot be followed: no; of others nothing is said any more"
+    assert said[-1] == "script: p19 cannot be followed: no; others are not logged any more"
     assert len(said) == 20

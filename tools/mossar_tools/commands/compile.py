@@ -30,7 +30,7 @@ def run(_options: Options, _console: Console) -> int:
     with mossar_stream.on_first_compile(said.begin):
         for place, name in enumerate(names):
             settings = Settings(similarity=name, limbs=True, repetitions=True)
-            progress = partial(_tell, said, place, len(names))
+            progress = partial(_log_part, said, place, len(names))
             interruptibly(partial(mossar_stream.precompile, settings, moves=True, progress=progress))
     said.end()
     if not said.is_cold:
@@ -38,6 +38,6 @@ def run(_options: Options, _console: Console) -> int:
     return DONE
 
 
-def _tell(said: Compiling, place: int, measures: int, part: str, done: int, parts: int) -> None:
+def _log_part(said: Compiling, place: int, measures: int, part: str, done: int, parts: int) -> None:
     """Tell of a part of one similarity measure as one of all parts of all measures."""
     said.part(part, place * parts + done, measures * parts)
