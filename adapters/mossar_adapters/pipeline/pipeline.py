@@ -346,7 +346,7 @@ class Pipeline:
         meta = arrival.meta
         if meta is None or (name in self.pool and self._metas.get(name) is meta):
             return True
-        if not self._ensure_followed(name, frames, arrival):
+        if not self._has_room(name, frames, arrival):
             self._turn_away(name, len(frames))
             return False
         if not self._may_be_new(name, meta, arrival):
