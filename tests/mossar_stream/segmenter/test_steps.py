@@ -162,6 +162,28 @@ def test_ctrl_c_within_a_look_at_repetitions_leaves_them_in_order():
         assert after > 10
 
 
+LEVELS = ("motion", "posture", "cluster")
+
+
+@pytest.mark.parametrize("first", LEVELS)
+@pytest.mark.parametrize("second", LEVELS)
+@pytest.mark.parametrize("counting", [False, True])
+def test_limbs_follow_a_body_that_begins_or_ceases_to_count(first, second, counting):
+    take = performance(7, fps=30.0, seconds=6.0, moves=["wave_left"] * 4)
+    positions, times = take.frames.positions, take.frames.times
+    segmenter = Segmenter(take.skeleton, Settings(level=first, limbs=True, repetitions=counting))
+    events = segmenter.push(positions[:90], times[:90])
+    for k, changes in (
+        (90, {"level": second}),
+        (120, {"repetitions": not counting}),
+        (150, {"level": first}),
+    ):
+        events += segmenter.change(**changes)
+        events += segmenter.push(positions[k], times[k])
+        events += segmenter.push(positions[k + 1 : k + 30], times[k + 1 : k + 30])
+    assert spans(events + segmenter.end_take())
+
+
 @pytest.mark.parametrize("seconds", [3.0, -100.0])
 def test_a_move_is_final_before_its_take_has_ended(seconds):
     take = performance(7, fps=60.0, seconds=6.0, moves=["rest:1", "punch_left", "rest:2"])
