@@ -247,7 +247,7 @@ def _clips(
 
 def _clip_name(row: "dict[str, Any]") -> str:
     """Return what the clip of a move, a performance or a repetition is called."""
-    of = row["name"] or row["channel"]
+    of = row.get("name") or row["channel"]
     return str(of) if row["state"] == "move" else f"{of}_{row['count']}"
 
 
