@@ -54,8 +54,8 @@ def test_every_process_finds_the_same_name(seed):
         ("algorithm/splitter.py", '"""', '"""Edited. '),
         ("algorithm/splitter.py", "\nimport ", "\n# A comment of someone's.\n\nimport "),
         ("events.py", '"""', '"""Edited. '),
-        ("segmenter/__init__.py", "def push(", "def other(self): ...\n\n    def push("),
-        ("recording/__init__.py", "\nimport ", "\nNEW = 1\nimport "),
+        ("segmenter/segmenter.py", "def push(", "def other(self): ...\n\n    def push("),
+        ("recording/recording.py", "\nimport ", "\nNEW = 1\nimport "),
     ],
 )
 def test_comments_docstrings_and_modules_without_kernels_do_not_count(package, source, old, new):
