@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -10,8 +9,9 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import MovesError, SnapshotError
 from mossar_stream.events import Event, FollowEvent, FollowStatus
-from mossar_stream.following.bank import examples_of, make_bank, rows_of
-from mossar_stream.following.bones import names_of_limbs, shared_bones
+from mossar_stream.following.bank import examples_of, extents_of, make_bank
+from mossar_stream.following.bones import shared_bones
+from mossar_stream.following.certainty import certainty
 from mossar_stream.following.layout import (
     HEAD,
     HEAD_BYTES,
@@ -19,11 +19,9 @@ from mossar_stream.following.layout import (
     MOVE,
     MOVE_BYTES,
     PERIOD,
-    RECENT,
-    RING,
+    REPORT,
     STATE,
     STATE_BYTES,
-    TEMPO_SAMPLES,
     example_memory,
     head_memory,
 )
@@ -35,6 +33,7 @@ from mossar_stream.following.tracking import (
     NOTHING,
     finish_take,
     follow_frame,
+    look,
 )
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.moves import Moves, copy_of
@@ -139,47 +138,46 @@ class Alignment:
         self._performer = performer
         shown = self.moves
         bones = shared_bones(shown.skeleton, skeleton)
-        self.store = (
-            make_bank(shown.skeleton, shown.examples, names, skeleton, settings.up)
-            if store is None
-            else store
-        )
+        self.store = make_bank(shown, names, skeleton, settings.up) if store is None else store
         self._places = _places(shown, names)
         self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
-        limbs = names_of_limbs(skeleton, bones.bones)
-        members = {
-            name: [k for k, bone in enumerate(bones.bones) if bone.limb == i] for i, name in limbs.items()
+        self._limb_names = bones.limbs
+        self._limbs = {
+            name: np.array([b for b, bone in enumerate(bones.bones) if bone.limb == i])
+            for i, name in enumerate(bones.limbs)
         }
-        self._limbs = {name: np.array(own) for name, own in members.items()}
-        self._head = self.store[:HEAD_BYTES].view(HEAD)[0]
+        head = self.store[:HEAD_BYTES].view(HEAD)[0]
         self._examples = examples_of(self.store)
-        self._extents = [self._extents_of(rows) for rows in rows_of(self.store)]
+        self._extents = [self._extent(box) for box in extents_of(self.store)]
         self.state = np.zeros(memory_bytes(self.store), np.uint8)
         self._state = self.state[:STATE_BYTES].view(STATE)
         size = len(names) * MOVE_BYTES
         self._moves = self.state[STATE_BYTES : STATE_BYTES + size].view(MOVE)
-        lanes, points = int(self._head["lanes"]), int(self._head["points"])
-        numbers = self.state[STATE_BYTES + size : head_memory(points, lanes, len(names))].view(np.float32)
-        at = 2 * 3 * points + 3 * lanes
-        self._strays = numbers[at : at + len(names) * lanes].reshape(-1, lanes)
-        at += 2 * len(names) * lanes + RING * 3 * lanes
-        self._boxes = numbers[at : at + len(names) * 6 * lanes].reshape(-1, 2, 3, lanes)
+        at, moved, count = STATE_BYTES + size, len(names), len(bones.bones)
+        self._happened = self.state[at : at + 8 * moved].view(np.int64)
+        at += 8 * moved
+        size = 8 * moved * (len(REPORT) + len(bones.limbs))
+        self._reports = self.state[at : at + size].view(np.float64).reshape(moved, -1)
+        at += size + 4 * (6 * int(head["points"]) + 3 * count + 2 * int(head["phases"]) + moved * count)
+        self._boxes = self.state[at : at + 24 * moved * count].view(np.float32).reshape(moved, 2, count, 3)
         self.told: None = None
         open_cache()
         self._begin()
         # No frame: the kernels are compiled now, and never while frames come in.
         finish_take(self.state, self.store)
+        look(self.state, self.store, 0)
+        self._begin()
         self.address = address_of_reader(follow_frame)
 
     def _begin(self) -> None:
         """Begin anew, as for a take."""
         self.state[:] = 0
-        self._moves["best"] = np.inf
-        self._moves["from_time"] = -np.inf
+        self._moves["best"] = self._moves["done"] = np.inf
         self._state["every"] = self._settings.follow_every
         for example in self._examples:
-            begin = int(example["memory"]) + 8 * LAYERS * int(example["phases"])
-            self.state[begin : begin + 4 * LAYERS * int(example["phases"])].view(np.float32)[:] = np.inf
+            size = 4 * LAYERS * int(example["phases"])
+            begin = int(example["memory"]) + size
+            self.state[begin : begin + size].view(np.float32)[:] = np.inf
         self._state["due"] = -np.inf
 
     def adopt(self, settings: Settings, take: int, pending: list[Event]) -> "Alignment":
@@ -227,13 +225,14 @@ class Alignment:
         Args:
             take: Number of the take that is open.
         """
-        return [self._event(m, take) for m in np.flatnonzero(self._moves["happened"]).tolist()], None
+        happened = self._happened.tolist()
+        return [self._event(m, take, what) for m, what in enumerate(happened) if what != NOTHING], None
 
     def decide(self, take: int, pending: list[Event]) -> None:
         """Decide what is being made; `pending` gets the events."""
         finish_take(self.state, self.store)
         events, _ = self.news(take)
-        self._moves["happened"] = NOTHING
+        self._happened[:] = NOTHING
         pending += events
 
     def end(self, take: int, pending: list[Event]) -> None:
@@ -244,76 +243,60 @@ class Alignment:
         pending += events
 
     def _now(self, m: int) -> FollowState:
-        return FollowState(**self._numbers(m))
+        look(self.state, self.store, m)
+        report = self._reports[m].tolist()
+        return FollowState(
+            example=self._places[int(report[9])],
+            count=int(report[2]),
+            start=report[3],
+            time=report[4],
+            progress=report[5],
+            tempo=report[6],
+            certainty=certainty(report),
+            deviation=report[7],
+            limbs=dict(zip(self._limb_names, report[len(REPORT) :], strict=True)),
+            joint=self._ends[int(report[8])],
+        )
 
-    def _numbers(self, m: int) -> dict[str, Any]:
-        move, strays = self._moves[m], self._strays[m, : len(self._ends)]
-        return {
-            "example": self._places[int(move["example"])],
-            "count": int(move["count"]),
-            "start": round(float(move["start"]), 6),
-            "time": round(float(move["time"]), 6),
-            "progress": round(float(move["progress"]), 4),
-            "tempo": round(self._tempo(m), 3),
-            "certainty": round(float(move["certainty"]), 3),
-            "deviation": round(_degrees(float(strays.mean())), 2),
-            "limbs": {
-                name: round(_degrees(float(strays[own].mean())), 2) for name, own in self._limbs.items()
-            },
-            "joint": self._ends[int(np.argmax(strays))],
-        }
-
-    def _tempo(self, m: int) -> float:
-        """Return the tempo over the last second, of what is done that of the whole."""
-        move = self._moves[m]
-        example = self._examples[int(move["example"])]
-        seconds = (int(example["phases"]) - 1) * int(example["stride"]) * PERIOD
-        if move["happened"] == DONE:
-            return seconds / max(float(move["time"] - move["start"]), PERIOD)
-        recents = int(move["recents"])
-        if recents < 2:
-            return 1.0
-        back = min(recents - 1, TEMPO_SAMPLES)
-        way = move["recent"][(recents - 1) % RECENT] - move["recent"][(recents - 1 - back) % RECENT]
-        return max(0.0, float(way)) * seconds / (back * PERIOD)
-
-    def _event(self, m: int, take: int) -> FollowEvent:
-        move = self._moves[m]
-        numbers = self._numbers(m)
-        del numbers["example"]
-        done = int(move["happened"]) == DONE
+    def _event(self, m: int, take: int, what: int) -> FollowEvent:
+        report = self._reports[m].tolist()
+        done = what == DONE
+        deviation = report[7]
         return FollowEvent(
             performer=self._performer,
-            id=f"{self._performer}/follow/{take}/{int(move['number'])}",
-            rev=int(move["rev"]),
+            id=f"{self._performer}/follow/{take}/{int(report[0])}",
+            rev=int(report[1]),
             name=self.names[m],
-            status=STATUSES[int(move["happened"])],
+            status=STATUSES[what],
             take=take,
-            **numbers,
+            count=int(report[2]),
+            start=report[3],
+            time=report[4],
+            progress=report[5],
+            tempo=report[6],
+            certainty=1.0 if done else 0.0 if what == GAVE_UP else certainty(report),
+            deviation=deviation,
+            limbs=dict(zip(self._limb_names, report[len(REPORT) :], strict=True)),
+            joint=self._ends[int(report[8])],
             range=self._range(m) if done else None,
-            score=round(1.0 / (1.0 + (numbers["deviation"] / FAIR) ** 2), 3) if done else None,
+            score=round(1.0 / (1.0 + (deviation / FAIR) ** 2), 3) if done else None,
             decided_time=float(self._state["time"][0]),
         )
 
     def _range(self, m: int) -> dict[str, float]:
         """Return the extent of each limb's path relative to the example's; of limbs that move in the example."""
-        box = self._boxes[m, 1] - self._boxes[m, 0]
+        went = self._extent(self._boxes[m, 1] - self._boxes[m, 0])
         shown = self._extents[int(self._moves[m]["example"])]
-        return {
-            name: round(float(np.sqrt((box[:, own] ** 2).sum(axis=0).mean())) / shown[name], 3)
-            for name, own in self._limbs.items()
-            if shown[name] >= MOVES_LEAST
-        }
+        return {name: round(went[name] / far, 3) for name, far in shown.items() if far >= MOVES_LEAST}
 
-    def _extents_of(self, rows: NDArray[np.float32]) -> dict[str, float]:
-        box = rows.max(axis=0) - rows.min(axis=0)
-        return {
-            name: float(np.sqrt((box[:, own] ** 2).sum(axis=0).mean())) for name, own in self._limbs.items()
-        }
+    def _extent(self, box: NDArray[np.float32]) -> dict[str, float]:
+        """Return the extent of each limb's directions, of those of bones, (B, 3)."""
+        squares = (box**2).sum(axis=1)
+        return {name: math.sqrt(float(squares[own].mean())) for name, own in self._limbs.items()}
 
     def to_bytes(self) -> bytes:
         """Return what is known of the performer, for a snapshot."""
-        self._moves["happened"] = NOTHING
+        self._happened[:] = NOTHING
         return self.state.tobytes()
 
     def go_on_from(self, content: bytes) -> None:
@@ -352,36 +335,29 @@ class Alignment:
         """Tell whether a performer's memory is one that following could have left."""
         state = memory[:STATE_BYTES].view(STATE)[0]
         moves = memory[STATE_BYTES : STATE_BYTES + len(self.names) * MOVE_BYTES].view(MOVE)
-        counts = [*(int(state[name]) for name in ("frames", "samples", "poses", "number"))]
+        counts = [*(int(state[name]) for name in ("frames", "samples", "number"))]
         counts += [
             number for name in ("number", "count", "rev", "recents") for number in moves[name].tolist()
         ]
         examples = np.array([moves["example"], moves["best_example"]])
         within = (examples >= 0).all() and (examples < len(self._examples)).all()
-        times = np.array([state["time"], state["next"], state["sampled"]])
         within &= state["due"] == -np.inf
+        times = np.array([state["time"], state["next"], state["sampled"]])
         return (
             all(0 <= number < 1 << 60 for number in counts)
             and bool(((moves["active"] == 0) | (moves["active"] == 1)).all())
-            and bool((moves["happened"] == NOTHING).all() and within)
+            and bool(within)
             and bool(np.isfinite(times).all() and state["next"] - state["time"] <= 2 * PERIOD)
         )
 
 
 def memory_bytes(store: NDArray[np.uint8]) -> int:
     """Return the bytes that following takes for one performer."""
-    head = store[:HEAD_BYTES].view(HEAD)[0]
-    lanes, examples = int(head["lanes"]), examples_of(store)
-    fixed = head_memory(int(head["points"]), lanes, int(head["moves"]))
-    return fixed + sum(example_memory(int(example["phases"]), lanes) for example in examples)
+    fixed = head_memory(store[:HEAD_BYTES].view(HEAD)[0])
+    return fixed + sum(example_memory(int(example["phases"])) for example in examples_of(store))
 
 
 def _places(moves: Moves, names: tuple[str, ...]) -> list[int]:
     """Return the place in `Moves.examples` of each example of a bank."""
     places = [place for place, example in enumerate(moves.examples) if example.name in names]
     return sorted(places, key=lambda place: names.index(moves.examples[place].name))
-
-
-def _degrees(chord: float) -> float:
-    """Return the angle between directions whose ends lie so far apart, squared."""
-    return math.degrees(2.0 * math.asin(min(1.0, math.sqrt(max(chord, 0.0)) / 2.0)))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import MovesError
-from mossar_stream.following.bones import Bones, shared_bones
+from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
 from mossar_stream.following.layout import (
     BONE,
     BONE_BYTES,
@@ -14,7 +14,6 @@ from mossar_stream.following.layout import (
     EXAMPLE_BYTES,
     HEAD,
     HEAD_BYTES,
-    LANES,
     MOST_PHASES,
     PERIOD,
     POINT,
@@ -22,9 +21,15 @@ from mossar_stream.following.layout import (
     example_floats,
     example_memory,
     head_memory,
+    padded,
+    ring_size,
 )
+from mossar_stream.following.warping import CAP
 from mossar_stream.moves.example import Example
+from mossar_stream.moves.facing import mean_heading
 from mossar_stream.moves.joints import Pair
+from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.rules import Facing
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
@@ -33,19 +38,17 @@ SHORTEST = 4  # phases
 UPWARDS = {"auto": (1, 1.0), "x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0)} | {
     f"-{axis}": (place, -1.0) for place, axis in enumerate("xyz")
 }
-DEAREST = 0.2  # mean square of the chord at which nothing is followed any more: 26 degrees
-MOST_OF_STILL = 0.6  # of what the best single pose would cost; a performer who stands still makes no move
+LEAST_MOVED = 1e-4  # mean square of the chord by which an example moves
+SPREAD_PHASES = 32  # at which examples of one move are compared
+LEAST_SPREAD = 0.05  # chord: 3 degrees, which any two performances differ by
 SMALLEST = 1e-6  # m, of a bone
 
 
-def make_bank(
-    shown: Skeleton, examples: Sequence[Example], names: Sequence[str], streamed: Skeleton, up: Up
-) -> NDArray[np.uint8]:
+def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) -> NDArray[np.uint8]:
     """Describe the examples of followed moves for a stream.
 
     Args:
-        shown: Skeleton of the examples.
-        examples: Of any moves; those of others than `names` are left out.
+        moves: Whose examples there are; those of others than `names` are left out.
         names: Of the followed moves, in the order in which they are numbered.
         streamed: Skeleton of the stream.
         up: The axis that points upwards; `auto` is y.
@@ -57,66 +60,103 @@ def make_bank(
         FrameError: If the stream lacks joints that the examples need.
         MovesError: If an example is too long to be followed, or nothing can be compared.
     """
+    shown, examples, facing = moves.skeleton, moves.examples, moves.facing
     bones = shared_bones(shown, streamed)
     if not bones.bones:
         raise MovesError("nothing can be followed: the examples have no bone that the stream has, too")
     axis, sign = UPWARDS[up]
-    lanes = -(-len(bones.bones) // LANES) * LANES
     followed = sorted((e for e in examples if e.name in names), key=lambda e: names.index(e.name))
-    phases = [_phases_of(example, shown, bones, axis, sign, lanes) for example in followed]
-    store = np.zeros(_bytes_of(bones, lanes, phases), np.uint8)
-    store[:HEAD_BYTES].view(HEAD)[0] = (
-        len(bones.streamed), len(bones.bones), lanes, len(followed), len(names), bones.left, bones.right, axis, sign,
-        max((stride for stride, _ in phases), default=1),
+    phases = [_phases_of(example, shown, bones, up, facing) for example in followed]
+    strides = sorted({stride for stride, _ in phases})
+    longest = max((len(directions) for _, directions in phases), default=SHORTEST)
+    store = np.zeros(_bytes_of(bones, phases, len(names)), np.uint8)
+    axis, sign = UPWARDS[up]
+    girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
+    head = store[:HEAD_BYTES].view(HEAD)
+    head[0] = (
+        len(bones.streamed), len(bones.bones), len(followed), len(names), len(bones.limbs), *girdles, axis, sign,
+        len(strides), ring_size(longest), padded(longest),
     )  # fmt: skip
     at = HEAD_BYTES
-    for kind, rows in ((POINT, bones.streamed), (BONE, bones.bones)):
-        size = len(rows) * kind.itemsize
-        store[at : at + size].view(kind)[:] = [tuple(row) for row in rows]
+    for kind, places in ((POINT, bones.streamed), (BONE, bones.bones)):
+        size = len(places) * kind.itemsize
+        store[at : at + size].view(kind)[:] = [tuple(place) for place in places]
         at += size
-    records = store[at : at + len(followed) * EXAMPLE_BYTES].view(EXAMPLE)
+    records = examples_of(store)
     floats = store[at + records.nbytes :].view(np.float32)
-    place, memory = 0, head_memory(len(bones.streamed), lanes, len(names))
+    place, memory = 0, head_memory(head[0])
     for t, (example, (stride, directions)) in enumerate(zip(followed, phases, strict=True)):
-        count = len(directions)
-        dearest = min(DEAREST, MOST_OF_STILL * _cost_of_still(directions, len(bones.bones)))
-        records[t] = names.index(example.name), count, stride, place, dearest, memory
-        floats[place : place + directions.size] = directions.ravel()
-        place += example_floats(count, lanes)
-        memory += example_memory(count, lanes)
+        count, lines = len(directions), padded(len(directions))
+        mean = directions.mean(axis=0)
+        still = ((directions - mean) ** 2).sum(axis=2)
+        farthest = ((directions - directions[0]) ** 2).sum(axis=2).mean(axis=1).max()
+        if farthest < LEAST_MOVED:
+            raise MovesError(f"an example of {example.name!r} cannot be followed: no bone turns in it")
+        records[t] = (
+            names.index(example.name), count, lines, stride, strides.index(stride),
+            still.mean(), np.minimum(still, CAP).mean(), farthest, place, memory,
+        )  # fmt: skip
+        rows = np.zeros((len(bones.bones), 3, lines), np.float32)
+        rows[:, :, :count] = directions.transpose(1, 2, 0)
+        floats[place : place + rows.size] = rows.ravel()
+        floats[place + rows.size : place + rows.size + mean.size] = mean.ravel()
+        place += rows.size + mean.size
+        memory += example_memory(count)
+    for name in names:
+        own = [
+            directions
+            for example, (_, directions) in zip(followed, phases, strict=True)
+            if example.name == name
+        ]
+        floats[place : place + len(bones.bones)] = _weights(own)
+        place += len(bones.bones)
     return store
 
 
-def _bytes_of(bones: Bones, lanes: int, phases: Sequence[tuple[int, NDArray[np.float32]]]) -> int:
-    fixed = HEAD_BYTES + len(bones.streamed) * POINT_BYTES + len(bones.bones) * BONE_BYTES
-    return fixed + len(phases) * EXAMPLE_BYTES + 4 * sum(example_floats(len(d), lanes) for _, d in phases)
+def _weights(examples: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return how much each bone counts in the deviation from a move: the less, the more its examples differ among themselves.
+
+    Args:
+        examples: (n, B, 3) directions of each.
+
+    Returns:
+        (B,), with the sum 1.
+    """
+    lines = np.linspace(0, 1, SPREAD_PHASES)
+    same = np.array([own[np.rint(lines * (len(own) - 1)).astype(int)] for own in examples])
+    spread = np.sqrt(((same - same.mean(axis=0)) ** 2).sum(axis=3).mean(axis=(0, 1)))
+    weights: NDArray[np.float64] = 1.0 / (spread + LEAST_SPREAD)
+    return np.asarray(weights / weights.sum())
+
+
+def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]], moves: int) -> int:
+    count = len(bones.bones)
+    fixed = HEAD_BYTES + len(bones.streamed) * POINT_BYTES + count * BONE_BYTES + len(phases) * EXAMPLE_BYTES
+    return fixed + 4 * (moves * count + sum(example_floats(len(d), count) for _, d in phases))
 
 
 def _phases_of(
-    example: Example, shown: Skeleton, bones: Bones, axis: int, sign: float, lanes: int
-) -> tuple[int, NDArray[np.float32]]:
-    """Return how many samples make a phase, and the directions of bones at each phase, (n, 3, lanes)."""
+    example: Example, shown: Skeleton, bones: Bones, up: Up, facing: Facing
+) -> tuple[int, NDArray[np.float64]]:
+    """Return how many samples make a phase, and the directions of bones at each phase, (n, B, 3)."""
     positions, rate = example.shown(len(shown))
     seconds = (len(positions) - 1) / rate
     if seconds > LONGEST:
         raise MovesError(
             f"an example of {example.name!r} takes {seconds:.0f} s; what is followed takes at most {LONGEST:.0f} s"
         )
-    stride = max(1, int(np.ceil(seconds / PERIOD / MOST_PHASES)))
+    stride = max(1, int(np.ceil(seconds / PERIOD / (MOST_PHASES - 1))))
     count = max(SHORTEST, round(seconds / (PERIOD * stride)) + 1)
     places = np.linspace(0, len(positions) - 1, count)
     below = np.minimum(places.astype(np.int64), len(positions) - 2)
     share = (places - below).reshape(-1, 1, 1)
     points = _points(positions.astype(np.float64), bones.shown)
-    found = directions_of(points[below] * (1 - share) + points[below + 1] * share, bones, axis, sign)
-    padded = np.zeros((count, 3, lanes), np.float32)
-    padded[:, :, : len(bones.bones)] = found
-    return stride, padded
-
-
-def _cost_of_still(directions: NDArray[np.float32], bones: int) -> float:
-    """Return the mean square of the chord between an example and the one pose that is nearest to all of it."""
-    return float(directions[:, :, :bones].var(axis=0).sum(axis=0).mean())
+    axis, sign = UPWARDS[up]
+    points = points[:, :, [(axis + 2) % 3, axis, (axis + 1) % 3]] * np.array([sign, sign, 1.0])
+    cosine, sine = (1.0, 0.0)
+    if facing == "any" and bones.girdles[0] >= 0:
+        cosine, sine = mean_heading(points.astype(np.float32), np.array(bones.girdles))
+    return stride, _directions(points[below] * (1 - share) + points[below + 1] * share, bones, cosine, sine)
 
 
 def _points(positions: NDArray[np.float64], pairs: Sequence[Pair]) -> NDArray[np.float64]:
@@ -125,29 +165,23 @@ def _points(positions: NDArray[np.float64], pairs: Sequence[Pair]) -> NDArray[np
     return np.stack(lines, axis=1)
 
 
-def directions_of(points: NDArray[np.float64], bones: Bones, axis: int, sign: float) -> NDArray[np.float64]:
-    """Return the directions of bones, turned so that the hips lie along the first axis and the second points upwards.
+def _directions(points: NDArray[np.float64], bones: Bones, cosine: float, sine: float) -> NDArray[np.float64]:
+    """Return the directions of bones of a body with a heading, as if it faced +z.
 
     Args:
-        points: (n, K, 3) m.
+        points: (n, K, 3) m, y upwards.
         bones: Which there are.
-        axis: That points upwards.
-        sign: 1, or -1 if it points downwards.
+        cosine: Of the heading.
+        sine: The same.
 
     Returns:
-        (n, 3, B).
+        (n, B, 3).
     """
-    turned = points[:, :, [(axis + 2) % 3, axis, (axis + 1) % 3]] * np.array([sign, sign, 1.0])
     begins, ends = [bone.begin for bone in bones.bones], [bone.end for bone in bones.bones]
-    found = turned[:, ends] - turned[:, begins]
+    found = points[:, ends] - points[:, begins]
     found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), SMALLEST)
-    if bones.left >= 0:
-        across = (turned[:, bones.left] - turned[:, bones.right]).mean(axis=0)
-        width = max(float(np.hypot(across[0], across[2])), SMALLEST)
-        cosine, sine = across[0] / width, across[2] / width
-        found = found @ np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
-    directions: NDArray[np.float64] = found.transpose(0, 2, 1)
-    return directions
+    turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    return np.asarray(found @ turn)
 
 
 def examples_of(store: NDArray[np.uint8]) -> NDArray[np.void]:
@@ -156,15 +190,16 @@ def examples_of(store: NDArray[np.uint8]) -> NDArray[np.void]:
     return store[begin : begin + count * EXAMPLE_BYTES].view(EXAMPLE)
 
 
-def rows_of(store: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
-    """Return the directions of each example of a bank, (n, 3, lanes)."""
+def extents_of(store: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
+    """Return the extent of each bone's directions in each example of a bank, (B, 3)."""
     begin, count = _examples_at(store)
     floats = store[begin + count * EXAMPLE_BYTES :].view(np.float32)
-    lanes = int(store[:HEAD_BYTES].view(HEAD)[0]["lanes"])
+    bones = int(store[:HEAD_BYTES].view(HEAD)[0]["bones"])
     found = []
     for example in examples_of(store):
-        size = example_floats(int(example["phases"]), lanes)
-        found.append(floats[int(example["rows"]) :][:size].reshape(-1, 3, lanes))
+        lines, phases = int(example["padded"]), int(example["phases"])
+        rows = floats[int(example["rows"]) :][: 3 * bones * lines].reshape(bones, 3, lines)[:, :, :phases]
+        found.append(rows.max(axis=2) - rows.min(axis=2))
     return found
 
 

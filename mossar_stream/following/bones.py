@@ -4,7 +4,6 @@ Directions know no lengths, so bodies of other sizes compare; relative to the fa
 and no heading.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from mossar_stream.moves.joints import Pair, shared_joints
@@ -19,7 +18,7 @@ class Bone(NamedTuple):
 
     begin: int
     end: int
-    limb: int  # index into the keys of `limbs_of`, -1 for none
+    limb: int  # index into `Bones.limbs`, -1 for none
 
 
 class Bones(NamedTuple):
@@ -28,8 +27,10 @@ class Bones(NamedTuple):
     shown: list[Pair]  # where each point is in the example's skeleton, the centre first
     streamed: list[Pair]  # and in the stream's
     bones: list[Bone]
-    left: int  # point of the left hip, -1 if the two are not known
-    right: int
+    limbs: tuple[str, ...]  # that have bones
+    girdles: tuple[
+        int, int, int, int
+    ]  # points of hips and shoulders, left first; -1 for a pair that is not known
 
 
 def shared_bones(shown: Skeleton, streamed: Skeleton) -> Bones:
@@ -49,18 +50,27 @@ def shared_bones(shown: Skeleton, streamed: Skeleton) -> Bones:
     point = {pair.one: k for k, pair in reversed(list(enumerate(ours))) if pair.one == pair.other}
     parents = [_parent(shown, pair, point) for pair in ours]
     with_children = set(parents)
-    limbs = list(limbs_of(streamed).values())
-    bones = []
+    pairs = []
     for k in range(1, len(ours)):
         begin = parents[k]
         if begin == NOWHERE and k not in with_children:
             begin = 0
         if begin not in (NOWHERE, k):
-            limb = next((i for i, joints in enumerate(limbs) if theirs[k].one in joints), NOWHERE)
-            bones.append(Bone(begin, k, limb))
-    sides = [names.index(name) if name in names else NOWHERE for name in ("left_hip", "right_hip")]
-    left, right = sides if NOWHERE not in sides else (NOWHERE, NOWHERE)
-    return Bones(ours, theirs, bones, left, right)
+            pairs.append((begin, k))
+    limb_of = {joint: name for name, joints in limbs_of(streamed).items() for joint in joints}
+    owners = [limb_of.get(theirs[end].one) for _, end in pairs]
+    limbs = tuple(name for name in limbs_of(streamed) if name in owners)
+    bones = [
+        Bone(begin, end, NOWHERE if owner is None else limbs.index(owner))
+        for (begin, end), owner in zip(pairs, owners, strict=True)
+    ]
+    girdles = *_pair("hip", names), *_pair("shoulder", names)
+    return Bones(ours, theirs, bones, limbs, girdles)
+
+
+def _pair(slot: str, names: list[str]) -> tuple[int, int]:
+    sides = f"left_{slot}", f"right_{slot}"
+    return (names.index(sides[0]), names.index(sides[1])) if set(sides) <= set(names) else (NOWHERE, NOWHERE)
 
 
 def _parent(skeleton: Skeleton, pair: Pair, point: dict[int, int]) -> int:
@@ -71,9 +81,3 @@ def _parent(skeleton: Skeleton, pair: Pair, point: dict[int, int]) -> int:
     while joint >= 0 and joint not in point:
         joint = skeleton.parents[joint]
     return point[joint] if joint >= 0 else NOWHERE
-
-
-def names_of_limbs(streamed: Skeleton, bones: Sequence[Bone]) -> dict[int, str]:
-    """Return the names of the limbs that have bones, by index."""
-    used = {bone.limb for bone in bones}
-    return {i: name for i, name in enumerate(limbs_of(streamed)) if i in used}

@@ -6,10 +6,12 @@ Samples lie on a grid of `PERIOD`, between two frames by interpolation, so that 
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.moves.facing import facing_of, heading, turned_back
 
 LATE = 1.0  # s, frames that are so late are repeated or out of order
 MAX_STEP = 0.25  # s, a longer time without frames breaks what is being made
-FACING_TIME = 1.0  # s, over which the line of the hips is averaged
+FACING_TIME = 1.0  # s, time constant with which the facing follows
+SMALLEST = np.float32(1e-6)  # m, of a bone
 FARTHEST = np.float32(1e6)  # m
 EARLY = 1e-6  # s by which a frame may come before the sample that is due
 
@@ -29,8 +31,13 @@ def goes_on(state, time):
 
 
 @inline_kernel
-def localise(pose, before, points, positions, started):
-    """Write a frame as points relative to the centre; a missing one stays where it was. Return whether all were there."""
+def localise(known, bank, positions):
+    """Write a frame as points relative to the centre, y upwards; return whether all were there.
+
+    A missing point stays where it was.
+    """
+    pose, before, points, started = known.poses[1], known.poses[0], bank.points, known.state[0].frames > 0
+    axis, sign = bank.head[0].axis, np.float32(bank.head[0].sign)
     whole = True
     x = y = z = np.float32(0.0)
     for k in range(points.size):
@@ -45,7 +52,11 @@ def localise(pose, before, points, positions, started):
             x, y, z = px, py, pz
         px, py, pz = px - x, py - y, pz - z
         if abs(px) + abs(py) + abs(pz) < FARTHEST:
-            pose[k, 0], pose[k, 1], pose[k, 2] = px, py, pz
+            if axis == 0:
+                px, py, pz = pz, px, py
+            elif axis == 2:
+                px, py, pz = py, pz, px
+            pose[k, 0], pose[k, 1], pose[k, 2] = sign * px, sign * py, pz
             continue
         whole = False
         for d in range(3):
@@ -69,7 +80,7 @@ def _mean(positions):
 
 @kernel
 def take_sample(known, bank, share, seconds):
-    """Write the directions of bones between the last two frames.
+    """Write the directions of bones between the last two frames, as of a body that faces the same way all the time.
 
     Args:
         known: `Memory`; the later frame is `poses[1]`.
@@ -77,44 +88,37 @@ def take_sample(known, bank, share, seconds):
         share: Of the way from the earlier to the later frame, 0..1.
         seconds: Since the last sample, s.
     """
-    head, state, poses, directions = bank.head[0], known.state[0], known.poses, known.directions
-    axis, sign, later = head.axis, np.float32(head.sign), np.float32(share)
-    first, last = (axis + 2) % 3, (axis + 1) % 3
+    state, poses, directions, bones = known.state[0], known.poses, known.directions, bank.bones
+    later = np.float32(share)
     earlier = np.float32(1.0) - later
-    cosine, sine = _facing(state, head, poses, seconds)
-    bones = bank.bones
+    cosine, sine = _facing(state, bank.head[0], poses[1], seconds)
     for b in range(bones.size):
         begin, end = bones[b].begin, bones[b].end
-        x = sign * (
-            later * (poses[1, end, first] - poses[1, begin, first])
-            + earlier * (poses[0, end, first] - poses[0, begin, first])
+        x = later * (poses[1, end, 0] - poses[1, begin, 0]) + earlier * (
+            poses[0, end, 0] - poses[0, begin, 0]
         )
-        y = sign * (
-            later * (poses[1, end, axis] - poses[1, begin, axis])
-            + earlier * (poses[0, end, axis] - poses[0, begin, axis])
+        y = later * (poses[1, end, 1] - poses[1, begin, 1]) + earlier * (
+            poses[0, end, 1] - poses[0, begin, 1]
         )
-        z = later * (poses[1, end, last] - poses[1, begin, last]) + earlier * (
-            poses[0, end, last] - poses[0, begin, last]
+        z = later * (poses[1, end, 2] - poses[1, begin, 2]) + earlier * (
+            poses[0, end, 2] - poses[0, begin, 2]
         )
         length = np.sqrt(x * x + y * y + z * z)
-        scale = np.float32(1.0) / max(length, np.float32(1e-6))
-        directions[0, b] = scale * (cosine * x + sine * z)
-        directions[1, b] = scale * y
-        directions[2, b] = scale * (cosine * z - sine * x)
+        scale = np.float32(1.0) / max(length, SMALLEST)
+        x, z = turned_back(x, z, cosine, sine)
+        directions[b, 0] = scale * x
+        directions[b, 1] = scale * y
+        directions[b, 2] = scale * z
 
 
 @inline_kernel
-def _facing(state, head, poses, seconds):
-    """Let the line of the hips follow; return the cosine and the sine of the turn that lays it along the first axis."""
+def _facing(state, head, pose, seconds):
+    """Let the facing follow; return the cosine and the sine of the heading."""
     if head.left < 0:
         return np.float32(1.0), np.float32(0.0)
-    first, last = (head.axis + 2) % 3, (head.axis + 1) % 3
-    share = 1.0 if state.samples == 0 else min(1.0, seconds / FACING_TIME)
-    x = head.sign * (poses[1, head.left, first] - poses[1, head.right, first])
-    z = np.float64(poses[1, head.left, last] - poses[1, head.right, last])
-    state.across[0] += share * (x - state.across[0])
-    state.across[1] += share * (z - state.across[1])
-    width = np.sqrt(state.across[0] ** 2 + state.across[1] ** 2)
-    if width < 1e-6:
-        return np.float32(1.0), np.float32(0.0)
-    return np.float32(state.across[0] / width), np.float32(state.across[1] / width)
+    x, z = facing_of(pose, (head.left, head.right, head.left_shoulder, head.right_shoulder))
+    share = 1.0 if state.samples == 0 else 1.0 - np.exp(-seconds / FACING_TIME)
+    state.facing[0] += share * (x - state.facing[0])
+    state.facing[1] += share * (z - state.facing[1])
+    cosine, sine = heading(state.facing[0], state.facing[1])
+    return np.float32(cosine), np.float32(sine)

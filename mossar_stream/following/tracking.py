@@ -1,25 +1,45 @@
 """Tracking: what becomes of a followed move: begun, progress, done, left.
 
-At each sample every example is aligned with the stream. Of all ways the one that leads says how far along the performer
-is. A way that has reached the end of its example is done once no other way that overlaps it can become cheaper.
+At each sample every example is aligned with the stream. Of all ways the one that costs least says how far along the
+performer is. A way that has reached the end of its example is decided once no other way that overlaps it ranks better, and
+done if it explains the movement well enough: what is left of its costs, once constant differences are taken away, is
+compared with the costs of a performer who stands still. Once a performer has done a move, it may be done less well.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.layout import LAYERS, PERIOD, RECENT, RING
+from mossar_stream.following.layout import LAYERS, PERIOD, RECENT, REPORT, TEMPO_SAMPLES
 from mossar_stream.following.sampling import EARLY, goes_on, is_in_order, localise, take_sample
-from mossar_stream.following.views import open_bank, open_cells, open_memory
-from mossar_stream.following.warping import advance, compare, forget
+from mossar_stream.following.views import (
+    mean_of_example,
+    open_bank,
+    open_cells,
+    open_memory,
+    rows_of_example,
+    weights_of_bones,
+)
+from mossar_stream.following.warping import advance, compare, forget, measure, trace
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
-from mossar_stream.jit.views import part
 
-BEGUN = 0.2  # progress at which a performance is reported
-LEFT = 0.5  # s without a way that is cheap enough
-SETTLED = 0.5  # s after its end by which a performance is decided
-REMAINS = 0.05  # what a way that has everything before it must be cheaper than one at its end
+# Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
+MOST_LEFT = 0.9  # residual above which nothing was done
+MORE_LEFT = 1.4  # times that, for a performer who has done it before in the take
+LEAST_GAIN = 0.25  # gain below which nothing was done
+GAIN_WORTH = 0.6  # by how much a gain of 1 lowers the rank of an end
+CLEARLY = 0.3  # by how much another move must rank better to be the one that was made
+RIVAL = 0.3  # share of its example that a way has made which may yet rank better
+WAITED = 7  # samples after which an end is decided at the latest
+REMAINS = 0.05  # by how much what lies before a way raises its rank
+BEGUN = 0.1  # progress at which a performance may be reported
+WENT = 0.25  # share of the example's farthest pose that a performer has gone by then
+DEAREST = 4.0  # cost above which nothing is being made
+DEAREST_END = 8.0  # cost above which nothing was done, relative to the gain
+MOST_SAMPLES = 1 << 30
+LEFT = 0.5  # s of that after which a performance is given up
 
 NOTHING, BEGAN, GOES_ON, DONE, GAVE_UP = 0, 1, 2, 3, 4
+NUMBERS = len(REPORT)
 
 
 @entry_point(makes_arrays=False)
@@ -52,11 +72,20 @@ def finish_take(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> None:
     known = open_memory(memory, bank.head[0])
     known.state[0].happened = 0
     for m in range(known.moves.size):
-        known.moves[m].happened = NOTHING
-        if known.moves[m].best < np.inf:
+        known.happened[m] = NOTHING
+        if known.moves[m].best < np.inf and _is_done(memory, known, bank, m):
             _finish(memory, known, bank, m)
         elif known.moves[m].active:
-            _tell(known, m, GAVE_UP)
+            _give_up(memory, known, bank, m)
+
+
+@entry_point(makes_arrays=False)
+def look(memory: NDArray[np.uint8], store: NDArray[np.uint8], m: int) -> None:
+    """Write what is to be reported of a move that is being made."""
+    bank = open_bank(store)
+    known = open_memory(memory, bank.head[0])
+    look_at_way(memory, known, bank, m)
+    write_report(known, bank, m, GOES_ON)
 
 
 @kernel
@@ -65,19 +94,17 @@ def _take(memory, known, bank, positions, time):
     state, moves = known.state[0], known.moves
     state.happened = 0
     for m in range(moves.size):
-        moves[m].happened = NOTHING
+        known.happened[m] = NOTHING
     fresh = not goes_on(state, time)
     if fresh and state.frames > 0:
         _restart(memory, known, bank)
     poses = known.poses
-    for k in range(poses.shape[1]):
-        for d in range(3):
-            poses[0, k, d] = poses[1, k, d]
-    whole = localise(poses[1], poses[0], bank.points, positions, state.frames > 0)
+    _copy_pose(poses, 0, 1)
+    whole = localise(known, bank, positions)
     if fresh:
         if not whole:
             return
-        _copy_pose(poses)
+        _copy_pose(poses, 0, 1)
         state.next = time
     while state.next <= time + EARLY:
         share = 1.0 if fresh else min(1.0, 1.0 - (time - state.next) / (time - state.time))
@@ -91,26 +118,31 @@ def _take(memory, known, bank, positions, time):
     state.frames += 1
 
 
+@inline_kernel
+def _copy_pose(poses, to, of):
+    for k in range(poses.shape[1]):
+        for d in range(3):
+            poses[to, k, d] = poses[of, k, d]
+
+
 @kernel
 def _restart(memory, known, bank):
     """Give up what is being made, after a gap."""
     state, moves, examples = known.state[0], known.moves, bank.examples
     state.frames = 0
     state.samples = 0
-    state.poses = 0
     for m in range(moves.size):
         if moves[m].active:
-            _tell(known, m, GAVE_UP)
-        moves[m].best = np.inf
-        moves[m].recents = 0
+            _give_up(memory, known, bank, m)
+        moves[m].best = moves[m].done = np.inf
     for t in range(examples.size):
-        forget(open_cells(memory, examples[t], bank.head[0].lanes), np.inf)
+        forget(open_cells(memory, examples[t]), MOST_SAMPLES)
 
 
 @kernel
-def _tell(known, m, what):
+def _tell(known, bank, m, what):
     move = known.moves[m]
-    move.happened = what
+    known.happened[m] = what
     known.state[0].happened = 1
     move.told = known.state[0].sampled
     if not move.active and what != GAVE_UP:
@@ -119,158 +151,267 @@ def _tell(known, m, what):
         move.rev = 0
     if what == BEGAN:
         move.active = 1
+        move.recents = 0
     elif what != GOES_ON:
         move.active = 0
-        move.recents = 0
     move.rev += 1
+    write_report(known, bank, m, what)
+
+
+@kernel
+def write_report(known, bank, m, what):
+    """Write what is reported of a move, rounded."""
+    move, strays, report = known.moves[m], known.strays[m], known.reports[m]
+    weights, bones = weights_of_bones(bank), bank.bones
+    limbs = report.size - NUMBERS
+    for limb in range(limbs):
+        report[NUMBERS + limb] = 0.0
+    farthest, joint, deviation = -1.0, 0, 0.0
+    for b in range(strays.size):
+        chord = np.sqrt(min(max(np.float64(strays[b]), 0.0), 4.0))
+        angle = np.degrees(2.0 * np.arcsin(0.5 * chord))
+        deviation += angle * weights[m, b]
+        if angle > farthest:
+            farthest, joint = angle, b
+        if bones[b].limb >= 0:
+            report[NUMBERS + bones[b].limb] += angle
+    for limb in range(limbs):
+        count = 0
+        for b in range(bones.size):
+            count += bones[b].limb == limb
+        report[NUMBERS + limb] = _rounded(report[NUMBERS + limb] / count, 100.0)
+    report[0], report[1], report[2] = move.number, move.rev, move.count
+    report[3], report[4] = _rounded(move.start, 1e6), _rounded(move.time, 1e6)
+    report[5], report[6] = _rounded(move.progress, 1e4), _rounded(_tempo(move, bank, what), 1e3)
+    report[7], report[8], report[9] = _rounded(deviation, 100.0), joint, move.example
+    report[10], report[11], report[12], report[13] = move.cost, move.gain, move.went, move.residual
+
+
+@inline_kernel
+def _rounded(number, parts):
+    return np.floor(number * parts + 0.5) / parts
+
+
+@inline_kernel
+def _tempo(move, bank, what):
+    """Return the tempo relative to the example over the last second, of what is done that of the whole."""
+    example = bank.examples[move.example]
+    seconds = (example.phases - 1) * example.stride * PERIOD
+    if what == DONE:
+        return seconds / max(move.time - move.start, PERIOD)
+    if move.recents < 2:
+        return 1.0
+    back = min(move.recents - 1, TEMPO_SAMPLES)
+    way = move.recent[(move.recents - 1) % RECENT] - move.recent[(move.recents - 1 - back) % RECENT]
+    return max(0.0, np.float64(way)) * seconds / (back * PERIOD)
 
 
 @kernel
 def _follow_all(memory, known, bank):
     """Align the sample that was taken with all examples, and see what that says of each move."""
-    state, head, examples = known.state[0], bank.head[0], bank.examples
-    if state.samples % head.stride == 0:
-        _keep(known.ring[state.poses % RING], known.directions)
-        state.poses += 1
+    state, examples, rings = known.state[0], bank.examples, known.rings
     at = 0
     for m in range(known.moves.size):
         first = at
         while at < examples.size and examples[at].move == m:
-            if state.samples % examples[at].stride == 0:
-                cells = open_cells(memory, examples[at], head.lanes)
-                compare(cells, _rows(bank, examples[at], head.lanes), known.directions, head.bones)
-                advance(cells, state.sampled)
-                forget(cells, known.moves[m].from_time)
+            example = examples[at]
+            if state.samples % example.stride == 0:
+                number = state.samples // example.stride
+                _keep(rings[example.ring, number % rings.shape[1]], known.directions)
+                cells = open_cells(memory, example)
+                compare(known, rows_of_example(bank, example), mean_of_example(bank, example), example)
+                advance(cells, known, number, number % cells.steps.shape[0])
+                _note_end(cells, known, m, at, example)
             at += 1
         _lead(memory, known, bank, m, first, at)
 
 
-@inline_kernel(returns_views=True)
-def _rows(bank, example, lanes):
-    """Return the directions of an example, (n, 3, lanes)."""
-    return part(bank.rows, 4 * example.rows, np.float32, (example.phases, 3, lanes))
-
-
 @inline_kernel
 def _keep(to, directions):
-    for d in range(3):
-        for b in range(directions.shape[1]):
-            to[d, b] = directions[d, b]
-
-
-@inline_kernel
-def _copy_pose(poses):
-    for k in range(poses.shape[1]):
+    for b in range(directions.shape[0]):
         for d in range(3):
-            poses[0, k, d] = poses[1, k, d]
+            to[b, d] = directions[b, d]
+
+
+@kernel
+def _note_end(cells, known, m, t, example):
+    """Take note of a way that has reached the end of its example, if it ranks best."""
+    move = known.moves[m]
+    end = cells.costs.shape[1] - 1
+    for layer in range(LAYERS):
+        gain = np.float64(cells.gains[layer, end]) / (end + 1)
+        rank = np.float64(cells.costs[layer, end]) / cells.weights[layer, end] - GAIN_WORTH * gain
+        if rank < move.best and gain > LEAST_GAIN and rank + GAIN_WORTH * gain < DEAREST_END * gain:
+            move.best = rank
+            move.best_gain = gain
+            move.best_first = cells.firsts[layer, end] * example.stride
+            move.best_last = known.state[0].samples
+            move.best_layer = layer
+            move.best_example = t
 
 
 @kernel
 def _lead(memory, known, bank, m, first, last):
     """See which way leads, and what that says of move m, whose examples are `first` to `last`."""
-    move, time, lanes = known.moves[m], known.state[0].sampled, bank.head[0].lanes
+    move, samples = known.moves[m], known.state[0].samples
     least, leader, layer, phase = np.inf, -1, 0, 0
     waits = False
     for t in range(first, last):
-        cells = open_cells(memory, bank.examples[t], lanes)
-        count = cells.distances.size
+        example = bank.examples[t]
+        cells = open_cells(memory, example)
+        count = cells.costs.shape[1]
         for other in range(LAYERS):
             for j in range(count):
                 cost = np.float64(cells.costs[other, j])
                 if not cost < np.inf:
                     continue
-                rank = cost / cells.weights[other, j] + REMAINS * (1.0 - (j + 1.0) / count)
+                cost /= cells.weights[other, j]
+                rank = cost + REMAINS * (1.0 - (j + 1.0) / count)
                 if rank < least:
                     least, leader, layer, phase = rank, t, other, j
-                waits |= cells.starts[other, j] < move.best_time and cost / count < move.best
-        _note_end(cells, known, m, t, bank.examples[t].dearest)
+                if j >= RIVAL * count and cells.firsts[other, j] * example.stride <= move.best_last:
+                    waits |= cost - GAIN_WORTH * cells.gains[other, j] / count < move.best
+    is_over = move.best < np.inf and move.best_last < samples
+    stride = bank.examples[move.best_example].stride
+    if is_over and (not waits or samples - move.best_last > WAITED * stride) and known.happened[m] == NOTHING:
+        if _is_done(memory, known, bank, m):
+            _finish(memory, known, bank, m)
+            return
+        move.best = np.inf
     if leader >= 0:
-        cells = open_cells(memory, bank.examples[leader], lanes)
-        _note_progress(cells, known, m, layer, phase)
-        move.example = leader
-    is_settled = move.best < np.inf and (not waits or time - move.best_time > SETTLED)
-    if is_settled and move.best_time < time:
-        _finish(memory, known, bank, m)
-    elif leader >= 0:
-        _go_on(known, m, bank.examples[leader].dearest)
+        _go_on(memory, known, bank, m, (leader, layer, phase))
 
 
 @kernel
-def _note_end(cells, known, m, t, dearest):
-    """Take note of a way that has reached the end of its example, if it is the cheapest."""
+def _is_done(memory, known, bank, m):
+    """Tell whether the best end explains the movement well enough, and note how far each bone strays in it."""
     move = known.moves[m]
-    end = cells.distances.size - 1
-    for layer in range(LAYERS):
-        cost = np.float64(cells.costs[layer, end]) / cells.weights[layer, end]
-        if cost < min(move.best, dearest):
-            move.best = cost
-            move.best_start = cells.starts[layer, end]
-            move.best_time = known.state[0].sampled
-            move.best_example = t
-            for b in range(cells.parts.shape[1]):
-                known.best[m, b] = cells.sums[layer, end, b] / cells.weights[layer, end]
+    stride = bank.examples[move.best_example].stride
+    move.example, move.layer = move.best_example, move.best_layer
+    move.phase = bank.examples[move.best_example].phases - 1
+    move.first, move.last = move.best_first // stride, move.best_last // stride
+    look_at_way(memory, known, bank, m)
+    if _is_another(known, m):
+        return False
+    return move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
 
 
 @kernel
-def _note_progress(cells, known, m, layer, phase):
-    move, time = known.moves[m], known.state[0].sampled
-    move.progress = phase / (cells.distances.size - 1.0)
-    move.start = cells.starts[layer, phase]
-    move.time = time
-    move.cost = cells.costs[layer, phase] / cells.weights[layer, phase]
-    for b in range(cells.parts.shape[1]):
-        known.strays[m, b] = cells.sums[layer, phase, b] / cells.weights[layer, phase]
+def _is_another(known, m):
+    """Tell whether the best end is that of another followed move, which explains the same movement better."""
+    moves = known.moves
+    move = moves[m]
+    half = (move.best_last - move.best_first) // 2
+    for o in range(moves.size):
+        if o == m:
+            continue
+        other = moves[o]
+        both = min(move.best_last, other.best_last) - max(move.best_first, other.best_first)
+        if other.best + CLEARLY < move.best and both > half:
+            return True
+        both = min(move.best_last, other.done_last) - max(move.best_first, other.done_first)
+        if other.done + CLEARLY < move.best and both > half:
+            return True
+    return False
 
 
 @kernel
-def _go_on(known, m, dearest):
+def look_at_way(memory, known, bank, m):
+    """Note how far each bone strays along the way that a move is followed by, and what is left of its costs."""
+    move = known.moves[m]
+    example = bank.examples[move.example]
+    cells = open_cells(memory, example)
+    count = trace(cells, known.way, move.layer, move.phase, move.last, move.first)
+    left = measure(known, rows_of_example(bank, example), known.rings[example.ring], count, known.strays[m])
+    move.residual = left / example.dear
+
+
+@kernel
+def _go_on(memory, known, bank, m, lead):
     """Report a performance that begins, goes on, or is given up."""
     move, state = known.moves[m], known.state[0]
-    move.recent[move.recents % RECENT] = move.progress
+    leader, layer, phase = lead
+    example = bank.examples[leader]
+    cells = open_cells(memory, example)
+    cost = cells.costs[layer, phase] / cells.weights[layer, phase]
+    progress = phase / (cells.costs.shape[1] - 1.0)
+    first = cells.firsts[layer, phase]
+    went = _went(known, bank, example, first)
+    if move.active and first == move.first and leader == move.example:
+        went = max(went, move.went)
+    if not (cost < DEAREST and progress >= BEGUN and went >= WENT):
+        if move.active and state.sampled - move.seen > LEFT and known.happened[m] == NOTHING:
+            _give_up(memory, known, bank, m)
+        return
+    move.example, move.layer, move.phase = leader, layer, phase
+    move.first, move.last = first, state.samples // example.stride
+    move.start = state.sampled - (state.samples - first * example.stride) * PERIOD
+    move.time, move.progress, move.cost, move.went = state.sampled, progress, cost, went
+    move.gain = cells.gains[layer, phase] / cells.costs.shape[1]
+    move.recent[move.recents % RECENT] = progress
     move.recents += 1
-    if move.cost < dearest and move.progress >= BEGUN:
-        move.seen = state.sampled
-        if not move.active:
-            _tell(known, m, BEGAN)
-        elif state.sampled - move.told >= state.every - EARLY and move.happened == NOTHING:
-            _tell(known, m, GOES_ON)
-    elif move.active and state.sampled - move.seen > LEFT and move.happened == NOTHING:
-        _tell(known, m, GAVE_UP)
+    move.seen = state.sampled
+    if known.happened[m] != NOTHING:
+        return
+    if not move.active:
+        look_at_way(memory, known, bank, m)
+        _tell(known, bank, m, BEGAN)
+    elif state.sampled - move.told >= state.every - EARLY:
+        look_at_way(memory, known, bank, m)
+        _tell(known, bank, m, GOES_ON)
+
+
+@kernel
+def _went(known, bank, example, first):
+    """Return how far the performer is from the first pose of a way, relative to the example's farthest pose."""
+    rings, directions = known.rings, known.directions
+    begin = rings[example.ring, first % rings.shape[1]]
+    total = np.float32(0.0)
+    for b in range(directions.shape[0]):
+        x, y, z = (
+            directions[b, 0] - begin[b, 0],
+            directions[b, 1] - begin[b, 1],
+            directions[b, 2] - begin[b, 2],
+        )
+        total += x * x + y * y + z * z
+    return total / (directions.shape[0] * example.farthest)
+
+
+@kernel
+def _give_up(memory, known, bank, m):
+    """Report a performance that is given up, with the numbers of when it was last followed well."""
+    look_at_way(memory, known, bank, m)
+    _tell(known, bank, m, GAVE_UP)
 
 
 @kernel
 def _finish(memory, known, bank, m):
     """Report a performance that is done; the next one begins after its end."""
-    move = known.moves[m]
-    if move.happened != NOTHING:
-        return
-    move.progress = 1.0
-    move.start, move.time, move.example = move.best_start, move.best_time, move.best_example
-    move.from_time = move.best_time
+    move, state = known.moves[m], known.state[0]
+    example = bank.examples[move.example]
+    move.progress, move.gain = 1.0, move.best_gain
+    move.start = state.sampled - (state.samples - move.best_first) * PERIOD
+    move.time = state.sampled - (state.samples - move.best_last) * PERIOD
+    move.done, move.done_first, move.done_last = move.best, move.best_first, move.best_last
     move.best = np.inf
     move.count += 1
-    for b in range(known.best.shape[1]):
-        known.strays[m, b] = known.best[m, b]
-    _measure(known, m, bank.head[0].stride * PERIOD)
-    _tell(known, m, DONE)
+    _box(known.boxes[m], known.rings[example.ring], move.first, move.last)
+    _tell(known, bank, m, DONE)
     for t in range(bank.examples.size):
-        if bank.examples[t].move == m:
-            forget(open_cells(memory, bank.examples[t], bank.head[0].lanes), move.from_time)
+        other = bank.examples[t]
+        if other.move == m:
+            forget(open_cells(memory, other), (move.best_last + other.stride - 1) // other.stride)
 
 
 @kernel
-def _measure(known, m, spacing):
-    """Note the least and the largest direction of each bone during the performance."""
-    state, move, boxes = known.state[0], known.moves[m], known.boxes
-    newest = state.poses - 1
-    last = newest - round((state.sampled - move.time) / spacing)
-    first = max(newest - round((state.sampled - move.start) / spacing), newest - RING + 1, 0)
-    for d in range(3):
-        for b in range(boxes.shape[3]):
-            boxes[m, 0, d, b] = boxes[m, 1, d, b] = known.ring[first % RING, d, b]
-    for n in range(first + 1, last + 1):
+def _box(box, ring, first, last):
+    """Note the least and the largest direction of each bone during a performance."""
+    size = ring.shape[0]
+    for b in range(ring.shape[1]):
         for d in range(3):
-            for b in range(boxes.shape[3]):
-                direction = known.ring[n % RING, d, b]
-                boxes[m, 0, d, b] = min(boxes[m, 0, d, b], direction)
-                boxes[m, 1, d, b] = max(boxes[m, 1, d, b], direction)
+            box[0, b, d] = box[1, b, d] = ring[last % size, b, d]
+    for n in range(max(first, last - size + 1), last):
+        for b in range(ring.shape[1]):
+            for d in range(3):
+                box[0, b, d] = min(box[0, b, d], ring[n % size, b, d])
+                box[1, b, d] = max(box[1, b, d], ring[n % size, b, d])

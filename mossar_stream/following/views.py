@@ -13,11 +13,12 @@ from mossar_stream.following.layout import (
     HEAD,
     HEAD_BYTES,
     LAYERS,
+    LONGER,
     MOVE,
     MOVE_BYTES,
     POINT,
     POINT_BYTES,
-    RING,
+    REPORT,
     STATE,
     STATE_BYTES,
 )
@@ -40,23 +41,27 @@ class Memory(NamedTuple):
 
     state: NDArray[np.void]  # (1,) STATE
     moves: NDArray[np.void]  # (M,) MOVE
+    happened: NDArray[np.int64]  # (M,) at the frame that the kernel stopped at
+    reports: NDArray[np.float64]  # (M, REPORT and limbs)
     poses: NDArray[np.float32]  # (2, K, 3) m, of the last two frames
-    directions: NDArray[np.float32]  # (3, lanes), of the sample
-    strays: NDArray[np.float32]  # (M, lanes), mean square of the chord between each bone and the example's
-    best: NDArray[np.float32]  # (M, lanes), the same at the best end
-    ring: NDArray[np.float32]  # (RING, 3, lanes), directions of the last samples
-    boxes: NDArray[np.float32]  # (M, 2, 3, lanes), least and largest directions of the last performance
+    directions: NDArray[np.float32]  # (B, 3), of the sample
+    distances: NDArray[np.float32]  # (n,) scratch: of the sample from each phase
+    products: NDArray[np.float32]  # (n,) scratch: the same, how far it lies in the phase's direction
+    strays: NDArray[np.float32]  # (M, B), mean square of the chord between each bone and the example's
+    boxes: NDArray[np.float32]  # (M, 2, B, 3), least and largest directions of the last performance
+    rings: NDArray[np.float32]  # (R, ring, B, 3), directions of the last samples
+    means: NDArray[np.float32]  # (B, 3) scratch: mean difference of directions along a way
+    way: NDArray[np.int32]  # (2, 2·ring) scratch: samples and phases that a way brings together
 
 
 class Cells(NamedTuple):
     """Where ways of aligning the stream with one example stand: one that ends in each phase, and layer."""
 
-    starts: NDArray[np.float64]  # (LAYERS, n) s
+    firsts: NDArray[np.int32]  # (LAYERS, n) sample where the way began
     costs: NDArray[np.float32]  # (LAYERS, n) summed over phases; inf where there is no way
-    sums: NDArray[np.float32]  # (LAYERS, n, lanes), the same for each bone
     weights: NDArray[np.float32]  # (LAYERS, n) of what was summed
-    distances: NDArray[np.float32]  # (n,) of the sample
-    parts: NDArray[np.float32]  # (n, lanes), the same for each bone
+    gains: NDArray[np.float32]  # (LAYERS, n) summed over phases
+    steps: NDArray[np.uint8]  # (ring, n) how ways have come on, at each sample
 
 
 @inline_kernel(returns_views=True)
@@ -79,39 +84,65 @@ def open_bank(store):
 @inline_kernel(returns_views=True)
 def open_memory(memory, head):
     """Return what is known of a performer."""
-    points, lanes, moves = head.points, head.lanes, head.moves
-    at_poses = STATE_BYTES + moves * MOVE_BYTES
-    at_directions = at_poses + 4 * 2 * 3 * points
-    at_strays = at_directions + 4 * 3 * lanes
-    at_best = at_strays + 4 * moves * lanes
-    at_ring = at_best + 4 * moves * lanes
-    at_boxes = at_ring + 4 * RING * 3 * lanes
+    points, bones, moves, ring, strides = head.points, head.bones, head.moves, head.ring, head.strides
+    numbers = len(REPORT) + head.limbs
+    at_happened = STATE_BYTES + moves * MOVE_BYTES
+    at_reports = at_happened + 8 * moves
+    at_poses = at_reports + 8 * moves * numbers
+    at_directions = at_poses + 4 * 6 * points
+    at_distances = at_directions + 4 * 3 * bones
+    at_products = at_distances + 4 * head.phases
+    at_strays = at_products + 4 * head.phases
+    at_boxes = at_strays + 4 * moves * bones
+    at_rings = at_boxes + 4 * moves * 6 * bones
+    at_means = at_rings + 4 * strides * ring * 3 * bones
+    at_way = at_means + 4 * 3 * bones
     return Memory(
         part(memory, 0, STATE, (1,)),
         part(memory, STATE_BYTES, MOVE, (moves,)),
+        part(memory, at_happened, np.int64, (moves,)),
+        part(memory, at_reports, np.float64, (moves, numbers)),
         part(memory, at_poses, np.float32, (2, points, 3)),
-        part(memory, at_directions, np.float32, (3, lanes)),
-        part(memory, at_strays, np.float32, (moves, lanes)),
-        part(memory, at_best, np.float32, (moves, lanes)),
-        part(memory, at_ring, np.float32, (RING, 3, lanes)),
-        part(memory, at_boxes, np.float32, (moves, 2, 3, lanes)),
+        part(memory, at_directions, np.float32, (bones, 3)),
+        part(memory, at_distances, np.float32, (head.phases,)),
+        part(memory, at_products, np.float32, (head.phases,)),
+        part(memory, at_strays, np.float32, (moves, bones)),
+        part(memory, at_boxes, np.float32, (moves, 2, bones, 3)),
+        part(memory, at_rings, np.float32, (strides, ring, bones, 3)),
+        part(memory, at_means, np.float32, (bones, 3)),
+        part(memory, at_way, np.int32, (2, 2 * ring)),
     )
 
 
 @inline_kernel(returns_views=True)
-def open_cells(memory, example, lanes):
+def open_cells(memory, example):
     """Return the cells of an example."""
     phases, begin = example.phases, example.memory
-    at_costs = begin + 8 * LAYERS * phases
-    at_sums = at_costs + 4 * LAYERS * phases
-    at_distances = at_sums + 4 * LAYERS * phases * lanes
-    at_weights = at_distances + 4 * phases
-    at_parts = at_weights + 4 * LAYERS * phases
+    size = 4 * LAYERS * phases
     return Cells(
-        part(memory, begin, np.float64, (LAYERS, phases)),
-        part(memory, at_costs, np.float32, (LAYERS, phases)),
-        part(memory, at_sums, np.float32, (LAYERS, phases, lanes)),
-        part(memory, at_weights, np.float32, (LAYERS, phases)),
-        part(memory, at_distances, np.float32, (phases,)),
-        part(memory, at_parts, np.float32, (phases, lanes)),
+        part(memory, begin, np.int32, (LAYERS, phases)),
+        part(memory, begin + size, np.float32, (LAYERS, phases)),
+        part(memory, begin + 2 * size, np.float32, (LAYERS, phases)),
+        part(memory, begin + 3 * size, np.float32, (LAYERS, phases)),
+        part(memory, begin + 4 * size, np.uint8, (2 * phases + LONGER, phases)),
     )
+
+
+@inline_kernel(returns_views=True)
+def rows_of_example(bank, example):
+    """Return the directions of an example, (B, 3, padded phases)."""
+    return part(bank.rows, 4 * example.rows, np.float32, (bank.head[0].bones, 3, example.padded))
+
+
+@inline_kernel(returns_views=True)
+def weights_of_bones(bank):
+    """Return how much each bone counts in the deviation from each move, (M, B); of one move they add up to 1."""
+    moves, bones = bank.head[0].moves, bank.head[0].bones
+    return part(bank.rows, 4 * (bank.rows.size - moves * bones), np.float32, (moves, bones))
+
+
+@inline_kernel(returns_views=True)
+def mean_of_example(bank, example):
+    """Return the mean directions of an example, (B, 3)."""
+    bones = bank.head[0].bones
+    return part(bank.rows, 4 * (example.rows + 3 * bones * example.padded), np.float32, (bones, 3))

@@ -128,7 +128,7 @@ def test_the_limb_and_the_joint_that_stray_are_named(moves):
     assert len(done) == 1
     assert max(done[0].limbs, key=done[0].limbs.get) == "right_arm"
     assert done[0].joint == "right_wrist"
-    assert done[0].limbs["right_arm"] > 12
+    assert 7 < done[0].limbs["right_arm"] < 9  # 23 degrees of one of three bones
     assert done[0].limbs["left_leg"] < 5
 
 

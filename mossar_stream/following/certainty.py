@@ -1,0 +1,18 @@
+"""Certainty: how likely a performance that has begun will be done, calibrated on people whose examples were not used."""
+
+import math
+from collections.abc import Sequence
+
+# Fitted by `python -m checks.following --calibrate`.
+CONSTANT, PROGRESS, COST, RESIDUAL, AGAIN = -1.0, 4.0, -0.5, -1.0, 1.0
+
+
+def certainty(report: Sequence[float]) -> float:
+    """Return how likely a performance will be done, 0..1.
+
+    Args:
+        report: Numbers of `layout.REPORT`.
+    """
+    _, _, count, _, _, progress, *_, cost, _, _, residual = report[:14]
+    logit = CONSTANT + PROGRESS * progress + COST * min(cost, 4.0) + RESIDUAL * min(residual, 3.0)
+    return round(1.0 / (1.0 + math.exp(-logit - (AGAIN if count else 0.0))), 3)
