@@ -126,7 +126,7 @@ def test_the_tempo_of_the_performer_is_said_after_two_cycles_and_right(
     events = counted([*segmenter.push(shown.frames), *segmenter.end_take()])
     timed = [event for event in events if event.tempo is not None]
     assert timed[0].count == 2
-    assert timed[0].decided_time < begin + 2 * period + 1.7  # the next look, at most a second later
+    assert timed[0].decided_time < begin + 2 * period + 1.1  # the next look, at most a second later
     assert timed[0].tempo == pytest.approx(60 / period, rel=0.06)  # of a cycle that may not be over
     for event in (event for event in as_said_last(timed) if event.tempo):
         assert event.tempo == pytest.approx(60 / period, rel=0.03)
