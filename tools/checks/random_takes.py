@@ -2,7 +2,7 @@
 
 A take is one of the built-in performer with faults of sensors, clocks and receivers, random settings, and changes in
 mid-take. Its events in chunks of 64 are compared with those of single frames, chunks of 7 and 1000, and random ones with
-snapshots between them, and of pools of two performers.
+snapshots between them, and of pools of two performers. As a recording it is segmented in one chunk and frame by frame.
 """
 
 import argparse
@@ -30,6 +30,7 @@ from mossar_stream import (
     Settings,
     SettingsError,
     Skeleton,
+    segment_recording,
     to_json,
 )
 
@@ -45,6 +46,8 @@ CHANGES: tuple[tuple[str, tuple[object, ...]], ...] = (
     ("limbs", (True, False)),
     ("repetitions", (True, False)),
     ("moves", (None, 1, 3)),
+    ("follow", ((), True)),
+    ("steps", (True, False)),
     ("max_gap", (0.1,)),
     ("max_pause", (0.2, 2.0)),
     ("reset", (None,)),
@@ -62,6 +65,7 @@ class Take(NamedTuple):
     times: NDArray[np.float64]
     settings: Settings
     moves: int | None
+    follows: bool
     changes: dict[int, tuple[str, object]]
 
 
@@ -95,6 +99,7 @@ def random_take(seed: int, seconds: float) -> Take:
         "limbs": rng.random() < 0.7,
         "repetitions": rng.random() < 0.6,
     }
+    chosen_settings["steps"] = rng.random() < 0.3
     chosen_settings["phase"] = chosen_settings["repetitions"] and rng.random() < 0.2
     if rng.random() < 0.2:
         chosen_settings["rate_limit"] = rng.choice([0.0, 10.0, 50.0])
@@ -108,7 +113,9 @@ def random_take(seed: int, seconds: float) -> Take:
         for name, values in rng.choices(CHANGES, k=rng.choice([0, 0, 1, 4]))
     }
     settings = Settings.build(preset, chosen_settings)
-    return Take(take.skeleton, positions, times, settings, rng.choice([None, 1, 3]), changes)
+    moves = rng.choice([None, 1, 3])
+    follows = moves is not None and rng.random() < 0.5
+    return Take(take.skeleton, positions, times, settings, moves, follows, changes)
 
 
 def _spoilt(
@@ -174,6 +181,9 @@ def _changed(one: Segmenter, change: tuple[str, object]) -> list[bytes]:
     if name == "moves":
         one.moves = None if value is None else moves_of(int(str(value)))
         return []
+    if name == "follow":
+        one.follow = bool(value) and one.moves is not None
+        return []
     if name in ("reset", "end"):
         return _told(one.reset if name == "reset" else one.end_take)
     return _told(lambda: one.change(**{name: value}))
@@ -183,7 +193,7 @@ def alone(take: Take, size: int, seed: int, snapshots: float = 0.0) -> list[byte
     """Return the events of a take, cut into pieces of a size, with snapshots in between with some probability."""
     rng = random.Random(seed)  # noqa: S311 - no secret
     moves = None if take.moves is None else moves_of(take.moves)
-    one, found = Segmenter(take.skeleton, take.settings, moves=moves), []
+    one, found = Segmenter(take.skeleton, take.settings, moves=moves, follow=take.follows), []
     for begin, end in cuts(take, size, rng):
         if begin in take.changes:
             found += _changed(one, take.changes[begin])
@@ -199,7 +209,7 @@ def pooled(take: Take, size: int, seed: int) -> list[bytes]:
     """Return the events of a take in a pool beside another performer; changes of moves and settings are the pool's."""
     rng = random.Random(seed)  # noqa: S311 - no secret
     moves = None if take.moves is None else moves_of(take.moves)
-    pool, found = Performers(take.settings, moves=moves), []
+    pool, found = Performers(take.settings, moves=moves, follow=take.follows), []
     for name in ("p1", "q"):
         pool.announce(name, take.skeleton)
     for begin, end in cuts(take, size, rng):
@@ -214,6 +224,28 @@ def pooled(take: Take, size: int, seed: int) -> list[bytes]:
             pool.push(Frames(frames, times, performer="q"))
     found += _told(lambda: pool["p1"].end_take("over"))
     return [line for line in found if b'"performer":"q"' not in line]
+
+
+def recorded(take: Take, *, singly: bool) -> list[str]:
+    """Return what is found in a take as a recording, processed in one chunk or frame by frame."""
+    moves = None if take.moves is None else moves_of(take.moves)
+    try:
+        result = segment_recording(
+            take.positions, None, take.skeleton, take.settings, times=take.times, curves=singly, moves=moves,
+            follow=take.follows,
+        )  # fmt: skip
+    except (SettingsError, FrameError) as error:
+        return [f"refused: {error}"]
+    tables = (
+        result.key_frames,
+        result.segments,
+        result.moves,
+        result.followed,
+        result.repetitions,
+        result.steps,
+    )
+    limbs = [f"{name}: {own.key_frames} {own.repetitions}" for name, own in result.limbs.items()]
+    return [*map(repr, tables), *limbs]
 
 
 def lives(events: list[bytes]) -> list[str]:
@@ -266,6 +298,10 @@ def check(seed: int, seconds: float) -> tuple[int, list[str]]:
         "a pool": lambda: pooled(take, 32, seed),
     }
     wrong = lives(expected)
+    whole, singly = recorded(take, singly=False), recorded(take, singly=True)
+    if whole != singly:
+        chunk, frames = next(pair for pair in zip(whole, singly, strict=True) if pair[0] != pair[1])
+        wrong.append(f"as a recording: {chunk[:300]}, frame by frame {frames[:300]}")
     for name, way in ways.items():
         found = way()
         if found != expected:
@@ -294,7 +330,9 @@ def main() -> int:
         if wrong and bad <= SHOWN:
             print(f"take {seed}:", *(line[:600] for line in wrong[:3]), sep="\n  ")
     seconds = time.perf_counter() - begun
-    print(f"{options.takes} takes, {events} events, 7 ways each: {bad} differ ({seconds:.0f} s)")
+    print(
+        f"{options.takes} takes, {events} events, 7 ways and 2 as a recording each: {bad} differ ({seconds:.0f} s)"
+    )
     return 1 if bad else 0
 
 
