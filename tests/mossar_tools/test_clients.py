@@ -15,7 +15,7 @@ import pytest
 from checks.run_process import free_port
 
 CLIENTS = Path(__file__).parents[2] / "examples" / "clients"
-RUN_HERE = {"browser_game.html", "pure_data.pd"}
+RUN_HERE = {"browser_game.html", "coach.html", "pure_data.pd"}
 
 
 def _browser():
@@ -35,7 +35,7 @@ def test_clients_that_were_not_run_say_so():
 
 def test_every_client_reacts_to_moves_activity_and_steps():
     for path in CLIENTS.iterdir():
-        if path.is_file() and path.suffix != ".md":
+        if path.is_file() and path.suffix != ".md" and path.name != "coach.html":  # which is for exercises
             words = set(re.findall(r"\w+", path.read_text()))
             assert {"move", "activity", "key_frame", "step"} <= words, path
 
@@ -154,5 +154,33 @@ def test_the_browser_game_sways_with_steps(process):
         for margin in ("-12vmin", "-3vmin"):
             told = f"document.getElementById('ball').style.marginLeft === '{margin}'"
             page.wait_for_function(told, timeout=60_000, polling=5)
+        browser.close()
+    running.kill()
+
+
+def test_the_coach_shows_ring_and_count_and_names_the_limb_that_strays(process, mossar, tmp_path):
+    api, chromium = _browser()
+    port, moves = free_port(), tmp_path / "moves.json"
+    squats = "demo:?seed=2&moves=rest:1," + ",".join(["squat"] * 60)
+    assert mossar("teach", moves, squats, "--name", "squat", "--from", "2.4", "--until", "3.6")[0] == 0
+    given = ("--moves", moves, "--follow", "squat", "--speed", "2", "--to", f"ws://127.0.0.1:{port}")
+    running = process("run", squats, *given)
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(f"file://{CLIENTS / 'coach.html'}?ws://127.0.0.1:{port}")
+        page.wait_for_function("Number(document.getElementById('count').textContent) > 1", timeout=60_000)
+        ring = "parseFloat(document.getElementById('ring').getAttribute('stroke-dasharray'))"
+        for wanted in ("> 30", "=== 0"):
+            page.wait_for_function(f"{ring} {wanted}", timeout=60_000, polling=5)
+        page.wait_for_function(
+            "document.getElementById('says').textContent.includes('score')", timeout=60_000
+        )
+        assert "p1: squat" in page.text_content("#says")
+        limbs = {"left_arm": 4.0, "right_leg": 17.2}
+        page.evaluate(
+            "limbs => react({type: 'follow', status: 'progress', progress: 0.5, count: 3, limbs})", limbs
+        )
+        page.screenshot(path=tmp_path / "coach.png")
         browser.close()
     running.kill()

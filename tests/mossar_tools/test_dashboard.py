@@ -202,6 +202,36 @@ def test_a_recording_has_a_playhead_and_a_number_of_key_frames(process, opened, 
     until(window, lambda: number(window, "#mossar-kept") <= before)
 
 
+def test_a_move_that_was_shown_is_followed_with_a_ring_a_count_and_the_example_over_the_body(
+    process, opened, tmp_path, mossar
+):
+    squats = "demo:?seed=2&moves=rest:2,squat,squat,squat,squat,rest:2"
+    assert (
+        mossar("teach", tmp_path / "m.json", squats, "--name", "squat", "--from", "3.4", "--until", "4.6")[0]
+        == 0
+    )
+    source = "demo:?seed=2&moves=" + ",".join(["rest:1", *["squat"] * 200])
+    given = ("--moves", "m.json", "--follow", "squat", "--speed", "0.5", "--port", "0", "--no-browser")
+    running = process("view", source, *given, cwd=tmp_path)
+    window = opened(address(running)[0])
+
+    def count():
+        return int(window.locator(".m-ring text").first.text_content())
+
+    before = count()
+    until(window, lambda: count() > before + 1)
+    shares = set()
+
+    def progress():
+        shares.add(round(float(window.locator(".m-ring").first.get_attribute("data-progress")), 1))
+        return len(shares) > 3
+
+    until(window, progress)
+    until(window, lambda: "squat" in window.text_content("#mossar-followed"))
+    assert window.locator("label:text-is('name')").count()  # further examples may be taught
+    assert len(window.screenshot(path=tmp_path / "page.png")) > 20_000
+
+
 def test_a_recording_on_a_phone_is_seen_and_touched(process, browser, tmp_path):
     with MskWriter(tmp_path / "take.msk") as writer:
         for item in DemoSource.from_url("demo:?seconds=40&seed=3", speed="max").items():

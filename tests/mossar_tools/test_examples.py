@@ -23,6 +23,7 @@ RUN_HERE = {
     "segment_recording.py",
     "segment_frames.py",
     "change_level.py",
+    "coach.py",
 }
 
 
@@ -122,3 +123,11 @@ def test_a_game_reacts_to_moves_that_were_shown(example, process, mossar, tmp_pa
     assert output(game).splitlines() == [
         f"punch with the hand: the dragon has {left} left" for left in (2, 1)
     ]
+
+
+def test_a_coach_counts_and_judges_what_was_shown_once(example, mossar, tmp_path):
+    squats, take = "demo:?seed=2&moves=rest:2,squat,squat,squat,squat,rest:2", tmp_path / "squats.msk"
+    assert mossar("record", squats, take, "--speed", "max")[0] == 0
+    lines = output(example("coach.py", take, "3.4", "4.6")).splitlines()
+    assert [line.partition(":")[0] for line in lines] == [str(n) for n in range(1, 9)]
+    assert all("well done" in line for line in lines)

@@ -22,10 +22,11 @@ from mossar_tools.options import (
 DESCRIPTION = """Show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
 level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
 below it to jump, on a key frame or its pose to stop there. Key frames are exported as CSV, the whole take as PNG.
-Other sources are shown live, and the last seconds are exported."""
+Other sources are shown live, and the last seconds are exported; so are recordings with --follow or --people."""
 EXAMPLES = """  mossar view demo:                            the built-in performer
   mossar view osc://0.0.0.0:39539              a VMC or Kinect program on another computer
   mossar view walk.bvh --speed 0.5             a recording at half its speed; + and - set the number of key frames
+  mossar view webcam: --moves moves.json --follow squat   show a squat once (Teach); each further one is counted and judged
   mossar view zmq://127.0.0.1:5556 --to osc://127.0.0.1:9000
 """
 
@@ -53,6 +54,7 @@ def run(options: Options, console: Console) -> int:
         len(options.sources) == 1
         and parse_url(options.sources[0]).scheme == "file"
         and options.people is None
+        and not options.follow
     ):
         return _play(msgspec.structs.replace(options, file=options.sources[0]), console)
     from mossar_tools.streaming import stream

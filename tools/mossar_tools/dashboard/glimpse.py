@@ -63,6 +63,42 @@ class Repeated(msgspec.Struct, frozen=True):
     tempo: float | None
 
 
+class Pursuit(msgspec.Struct, frozen=True):
+    """A move that is followed, as it is shown.
+
+    Args:
+        name: Of the move.
+        count: How often it was done in the take.
+        progress: 0 to 1 along the example; None while it is not being made.
+        limb: That strays most, in the present performance or the last one; empty before the first.
+        angle: By which it strays, degrees.
+        tempo: Relative to the example.
+        score: Of the last performance; None before the first.
+    """
+
+    name: str
+    count: int = 0
+    progress: float | None = None
+    limb: str = ""
+    angle: float = 0.0
+    tempo: float = 1.0
+    score: float | None = None
+
+
+class Overlay(msgspec.Struct, frozen=True):
+    """The example's pose over the performer's.
+
+    Args:
+        skeleton: Of the example, K joints.
+        joints: (K, 3) m, as in `Body`.
+        strays: Angle between each bone of the performer and the example's, degrees, NaN where there is none to compare.
+    """
+
+    skeleton: Skeleton
+    joints: NDArray[np.float32]
+    strays: NDArray[np.float32]
+
+
 class Curve(msgspec.Struct, frozen=True):
     """The velocity curve over the seconds shown, all (n,) and shares of the range but `times` in s."""
 
@@ -111,6 +147,8 @@ class Glimpse(msgspec.Struct, frozen=True):
         limbs: Segments of each limb within the chart.
         moves: Those recognised within the chart.
         repeated: What was counted in this take; None if nothing was.
+        pursued: The moves that are followed, the one to be shown large first.
+        overlay: The example of that move at the same place; None while it is not being made.
     """
 
     performer: str
@@ -129,3 +167,5 @@ class Glimpse(msgspec.Struct, frozen=True):
     limbs: dict[str, list[Stretch]] = {}  # msgspec copies it
     moves: list[NamedMove] = []  # the same
     repeated: Repeated | None = None
+    pursued: list[Pursuit] = []
+    overlay: Overlay | None = None

@@ -15,11 +15,12 @@ from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Mov
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
+from mossar_tools.dashboard.pursuits import States
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
-from mossar_tools.moves_file import followed
+from mossar_tools.moves_file import EVERY, followed
 from mossar_tools.palette import Palette
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class _Look(msgspec.Struct, frozen=True):
     state: CurveState
     stats: dict[str, int]
     dropped: int
+    following: States
+    moves: Moves | None
 
 
 class LiveShow:
@@ -156,7 +159,8 @@ class LiveShow:
             state = segmenter.state
             if state is not None:
                 dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
-                self._looks.append(_Look(name, state, segmenter.stats, dropped))
+                following, moves = segmenter.following, pipeline.pool.moves
+                self._looks.append(_Look(name, state, segmenter.stats, dropped, following, moves))
         while len(self._looked) > _REMEMBERED:
             self._looked.pop(next(iter(self._looked)))
 
@@ -286,6 +290,11 @@ class LiveShow:
         for source in self._people:
             source.exchange(one, other)
 
+    @property
+    def first_name(self) -> str:
+        """What the first move that is taught is called, unless the user calls it otherwise: as one that is to be followed."""
+        return next((name for name in self._follow_names if name != EVERY), "punch")
+
     def teach(self, name: str) -> None:
         """Have the first performer that is shown teach a move.
 
@@ -334,6 +343,7 @@ class LiveShow:
             look = self._looks.popleft()
             if look.performer in self._tracks:
                 self._tracks[look.performer].take_sample(look.state)
+                self._tracks[look.performer].take_following(look.following, look.moves)
                 self._latest[look.performer] = look
                 rates = self._rates.setdefault(look.performer, deque(maxlen=int(2 * RATE)))
                 rates.append((time.monotonic(), look.stats["frames"]))

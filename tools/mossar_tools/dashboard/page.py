@@ -20,6 +20,7 @@ from mossar_tools.dashboard.glimpse import Glimpse
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.recorded import RecordedShow
+from mossar_tools.dashboard.rings import rings
 from mossar_tools.dashboard.style import PANEL, sheet
 from mossar_tools.dashboard.tables import facts_card, marks_card, state_card
 from mossar_tools.dashboard.visitors import HERE, Visitors
@@ -82,6 +83,7 @@ class Page:
         self._chart = gui.add_html(chart([], seeks=self._seeks))
         self._whole, self._place = gui.add_html(""), gui.add_html("")
         self._drawn = -1  # version of the whole recording
+        self._rings = gui.add_html("")
         self._state = gui.add_html("")
         self._controls = Controls(self._server, show, folder or Path.cwd())
         self._dark = gui.add_checkbox("dark", dark)
@@ -174,6 +176,8 @@ class Page:
             if rounds % _CHART_EVERY == 0:
                 self._chart.content = chart(glimpses, seeks=self._seeks)
                 self._draw_whole(glimpses)
+                if self._rings.content != (ring := rings(glimpses)):
+                    self._rings.content = ring
                 if self._controls.teaching is not None:
                     self._controls.teaching.sync()
                 for preview, shown in self._pictures:

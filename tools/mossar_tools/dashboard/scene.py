@@ -1,15 +1,17 @@
 """Scene: bodies in three dimensions, the last key poses as ghosts on a line beside them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from viser import ClientHandle, ViserServer
 
+from mossar_stream import Skeleton
 from mossar_tools.dashboard.figures import Solids, ball_mesh, balls_of, bone_mesh, bones_of, joined
 from mossar_tools.dashboard.framing import FIELD, FRONT, USUAL, Size, framed, window_of
-from mossar_tools.dashboard.glimpse import Ghost, Glimpse
+from mossar_tools.dashboard.glimpse import Ghost, Glimpse, Overlay
 from mossar_tools.dashboard.style import rgb
 from mossar_tools.dashboard.track import GHOSTS
 from mossar_tools.palette import Palette
@@ -18,6 +20,10 @@ STEP = 0.88  # m between two ghosts
 _MARGIN = 1.9  # m for the live body
 
 _WINDOWS = 16  # whose sizes are remembered
+NEAR, FAR = 8.0, 30.0  # degrees, from which a bone that strays gets colour, and from which it has all of it
+SEEN_THROUGH = 0.3  # opacity of the example over the body
+# So much larger are the example's bones (across, across, along) and balls, so that it stays seen around the body.
+AROUND = np.array([[1.35, 1.35, 1.0], [1.15, 1.15, 1.15]], np.float32)
 _FADED = 0.35  # opacity of the oldest ghost, as a share of the latest's
 
 Colours = NDArray[np.uint8]
@@ -149,15 +155,17 @@ class _Figure:
         self._shown: object = None  # ghosts as they are drawn
         self._ghosts: list[Ghost] = []
         self._nodes: list[Any] = []
+        self._over: list[Any] = []  # the example over the body: its bones and its balls
+        self._over_of: Skeleton | None = None  # skeleton that they are of
         empty = np.full((len(glimpse.skeleton), 3), np.nan, np.float32)
-        self._bones = self._add("bones", bone_mesh(), bones_of(glimpse.skeleton, empty), 1.0)
-        self._balls = self._add("balls", ball_mesh(), balls_of(glimpse.skeleton, empty), 1.0)
-        many = [empty] * ghosts
+        self._bones = self._add("bones", bone_mesh(), bones_of(glimpse.skeleton, empty))
+        self._balls = self._add("balls", ball_mesh(), balls_of(glimpse.skeleton, empty))
+        many, fading = [empty] * ghosts, 0.75 * np.linspace(_FADED, 1.0, ghosts)
         self._ghost_bones = self._add(
-            "ghost bones", bone_mesh(), joined([bones_of(glimpse.skeleton, e) for e in many]), _FADED
+            "ghost bones", bone_mesh(), joined([bones_of(glimpse.skeleton, e) for e in many]), fading
         )
         self._ghost_balls = self._add(
-            "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), _FADED
+            "ghost balls", ball_mesh(), joined([balls_of(glimpse.skeleton, e) for e in many]), fading
         )
         self._label("name", f"{glimpse.performer} now" if named else "now", self._spot, 1.0)
         self._labels = [self._label(f"time {i}", " ", self._place(i), 0.8) for i in range(ghosts)]
@@ -166,6 +174,8 @@ class _Figure:
         """Take other colours."""
         self._calm = np.array(rgb(palette.muted), np.float32)
         self._lively = np.array(rgb(palette.moving), np.float32)
+        self._straying = np.array(rgb(palette.level), np.float32)
+        self._example = np.array(rgb(palette.minimum), np.uint8)
         self._kinds = {kind: rgb(getattr(palette, kind)) for kind in ("onset", "offset", "minimum")}
         self._shown = None
 
@@ -173,10 +183,16 @@ class _Figure:
         """Show the body and its ghosts."""
         if glimpse.body is not None:
             motion = glimpse.body.motion
+            self._draw_overlay(glimpse.overlay)
             joints = glimpse.body.joints + self._spot
             pairs = np.array(self.skeleton.bones(), np.intp).reshape(-1, 2)
-            _update(self._bones, bones_of(self.skeleton, joints), self._mixed(motion[pairs].mean(axis=1)))
-            _update(self._balls, balls_of(self.skeleton, joints), self._mixed(motion))
+            shares, still = motion[pairs].mean(axis=1), motion
+            colour = self._lively
+            if glimpse.overlay is not None:
+                shares, still, colour = straying(glimpse.overlay.strays), 0 * motion, self._straying
+            bones, balls = self._mixed(shares, colour), self._mixed(still, colour)
+            _update(self._bones, bones_of(self.skeleton, joints), bones)
+            _update(self._balls, balls_of(self.skeleton, joints), balls)
         ghosts = glimpse.ghosts[-self._room :]
         key = [(ghost.mark.id, ghost.mark.time, ghost.mark.decided) for ghost in ghosts]
         if key != self._shown and ghosts:
@@ -207,8 +223,34 @@ class _Figure:
         for node in self._nodes:
             node.remove()
 
-    def _mixed(self, shares: NDArray[np.float32]) -> Colours:
-        return (self._calm + shares[:, None] * (self._lively - self._calm)).astype(np.uint8)
+    def _mixed(self, shares: NDArray[np.float32], colour: NDArray[np.float32]) -> Colours:
+        return (self._calm + shares[:, None] * (colour - self._calm)).astype(np.uint8)
+
+    def _draw_overlay(self, overlay: Overlay | None) -> None:
+        """Show the example over the body, or nothing."""
+        if overlay is None:
+            for node in self._over:
+                node.visible = False
+            return
+        joints = overlay.joints + self._spot
+        solids = [bones_of(overlay.skeleton, joints), balls_of(overlay.skeleton, joints)]
+        solids = [
+            msgspec.structs.replace(one, sizes=one.sizes * around)
+            for one, around in zip(solids, AROUND, strict=True)
+        ]
+        if self._over_of != overlay.skeleton:
+            for node in self._over:
+                self._nodes.remove(node)
+                node.remove()
+            self._over_of = overlay.skeleton
+            meshes = (("over bones", bone_mesh()), ("over balls", ball_mesh()))
+            self._over = [
+                self._add(name, mesh, parts, (SEEN_THROUGH,))
+                for (name, mesh), parts in zip(meshes, solids, strict=True)
+            ]
+        for node, parts in zip(self._over, solids, strict=True):
+            _update(node, parts, np.tile(self._example, (len(parts.places), 1)))
+            node.visible = True
 
     def _draw_ghosts(self, ghosts: list[Ghost]) -> None:
         empty = np.full((len(self.skeleton), 3), np.nan, np.float32)
@@ -239,10 +281,13 @@ class _Figure:
         return label
 
     def _add(
-        self, name: str, mesh: tuple[NDArray[np.float32], NDArray[np.uint32]], solids: Solids, oldest: float
+        self,
+        name: str,
+        mesh: tuple[NDArray[np.float32], NDArray[np.uint32]],
+        solids: Solids,
+        fading: Sequence[float] | NDArray[np.float64] = (1.0,),
     ) -> Any:
-        """Add copies of a mesh; those of older ghosts are paler, down to an opacity of `oldest`."""
-        fading = np.linspace(oldest, 1.0, self._room if oldest < 1 else 1) * (0.75 if oldest < 1 else 1.0)
+        """Add copies of a mesh, as many for each opacity of `fading`; what is seen through casts no shadow."""
         node = self._scene.add_batched_meshes_simple(
             f"{self._name}/{name}",
             mesh[0],
@@ -253,11 +298,17 @@ class _Figure:
             batched_colors=np.zeros((len(solids.places), 3), np.uint8),
             batched_opacities=np.repeat(fading, len(solids.places) // len(fading)),
             lod="off",
-            cast_shadow=oldest == 1,  # ghosts cast none
+            cast_shadow=fading[0] == 1,
             receive_shadow=False,
         )
         self._nodes.append(node)
         return node
+
+
+def straying(angles: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return how much of the colour each bone gets for the angle, degrees, by which it strays, 0 to 1."""
+    shares = (np.nan_to_num(angles) - NEAR) / (FAR - NEAR)
+    return np.asarray(np.clip(shares, 0.0, 1.0), np.float32)
 
 
 def _update(node: Any, solids: Solids, colours: Colours) -> None:

@@ -4,6 +4,7 @@ from html import escape
 
 from mossar_tools.dashboard.chart import symbol, visiting
 from mossar_tools.dashboard.glimpse import Glimpse, Mark, Repeated
+from mossar_tools.dashboard.rings import followed_rows
 
 ROWS = 8  # key frames listed
 
@@ -29,6 +30,8 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
         )
         if glimpse.repeated is not None:
             rows.append(_repeated(glimpse.repeated))
+        if glimpse.pursued:
+            rows.append(followed_rows(glimpse.pursued))
     notes = []
     if frozen:
         notes.append("the picture stands still; the stream goes on")

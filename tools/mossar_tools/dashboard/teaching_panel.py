@@ -20,7 +20,9 @@ class TeachingPanel:
 
     def __init__(self, gui: GuiApi, show: LiveShow, on: Callable[[Any, Callable[[Any], None]], None]) -> None:
         self._show = show
-        self._name = gui.add_text("name", "punch", hint="Of the move; several examples may have the same")
+        self._name = gui.add_text(
+            "name", show.first_name, hint="Of the move; several examples may have the same"
+        )
         hint = "Counts down from three, then takes one movement from rest to rest"
         self._button = gui.add_button("Teach", icon=Icon.SCHOOL, hint=hint)
         on(self._button, lambda _: self._switch())

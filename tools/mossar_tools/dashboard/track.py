@@ -10,9 +10,11 @@ from mossar_stream import (
     BODY,
     CurveState,
     Event,
+    FollowEvent,
     Frames,
     KeyFrameEvent,
     MoveEvent,
+    Moves,
     RepetitionEvent,
     SegmentEvent,
     Skeleton,
@@ -21,6 +23,7 @@ from mossar_stream import (
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
 from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
+from mossar_tools.dashboard.pursuits import Pursuits, States
 from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.excerpt import curve_columns
@@ -69,6 +72,11 @@ class Track:
         self._keys: OrderedDict[str, _Key] = OrderedDict()
         self._limb_strips = LimbStrips()
         self._repeated: Repeated | None = None
+        self._pursuits = Pursuits(self.skeleton)
+
+    def take_following(self, states: States, moves: Moves | None) -> None:
+        """Take note of where the performer is in the moves that are followed."""
+        self._pursuits.take(states, moves)
 
     def take_frames(self, frames: Frames) -> None:
         """Take frames in; a pose is kept about every 1/30 s."""
@@ -83,7 +91,7 @@ class Track:
         self._poses.append((time, pose.copy()))
 
     def take_event(self, event: Event) -> None:
-        """Take news in: of the body's key frames, of limbs' segments, of moves, of repetitions."""
+        """Take news in: of the body's key frames, of limbs' segments, of moves, of those that are followed, of repetitions."""
         if isinstance(event, MoveEvent):
             self._limb_strips.take_move(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
@@ -95,6 +103,9 @@ class Track:
             self._repeated = Repeated(event.total, known if event.tempo is None else event.tempo)
         elif isinstance(event, StreamEvent) and event.event == "started":
             self._repeated = None
+            self._pursuits.begin_take()
+        elif isinstance(event, FollowEvent):
+            self._pursuits.take_event(event)
 
     def _take_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
@@ -135,6 +146,7 @@ class Track:
         keys, marks = self._sorted(), self.marks(level)
         cuts = [mark.time for mark in marks if mark.kept]
         known = [(mark, key.pose) for mark, key in zip(marks, keys, strict=True) if mark.kept]
+        body = self._body()
         return Glimpse(
             performer=self.performer,
             skeleton=self.skeleton,
@@ -146,7 +158,7 @@ class Track:
             curve=Curve(times, value, ceiling, floor),
             marks=[mark for mark in marks if mark.time >= start],
             stretches=stretches_between(cuts, times, moving > 0),
-            body=self._body(),
+            body=body,
             ghosts=[
                 Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
             ],
@@ -154,6 +166,8 @@ class Track:
             limbs=self._limb_strips.stretches(start),
             moves=self._limb_strips.moves(start),
             repeated=self._repeated,
+            pursued=self._pursuits.pursued(),
+            overlay=self._pursuits.overlay(body.joints, self._stance, self._poses[-1][0]) if body else None,
         )
 
     def marks(self, level: float) -> list[Mark]:

@@ -1,0 +1,127 @@
+"""The dashboard shows a move that is followed: a ring, the count, the example over the body, what strays in colour."""
+
+import re
+
+import numpy as np
+import pytest
+
+from mossar_adapters.demo import performance
+from mossar_stream import Frames, Moves, Segmenter, Settings, Skeleton
+from mossar_tools.dashboard.rings import rings
+from mossar_tools.dashboard.scene import straying
+from mossar_tools.dashboard.shadow import Shadow
+from mossar_tools.dashboard.stance import Stance
+from mossar_tools.dashboard.tables import state_card
+from mossar_tools.dashboard.track import Track
+
+FPS = 60.0
+
+
+@pytest.fixture(scope="module")
+def take():
+    return performance(2, fps=FPS, moves=["rest:2", "squat", "squat", "squat", "rest:2"])
+
+
+@pytest.fixture(scope="module")
+def moves(take):
+    found = Moves(take.skeleton)
+    found.add("squat", take.frames.positions[round(3.4 * FPS) : round(4.6 * FPS)], FPS)
+    return found
+
+
+def glimpses_of(take, moves, positions):
+    """Yield what the dashboard would show after each tenth of a second."""
+    segmenter, track = (
+        Segmenter(take.skeleton, Settings(), moves=moves, follow=True),
+        Track("p1", take.skeleton),
+    )
+    for i, time in enumerate(take.frames.times.tolist()):
+        for event in segmenter.push(positions[i], time):
+            track.take_event(event)
+        track.take_frames(Frames(positions[i : i + 1], np.array([time]), performer="p1"))
+        track.take_sample(segmenter.state)
+        track.take_following(segmenter.following, moves)
+        if i % 6 == 5:
+            yield track.glimpse(1.0, [])
+
+
+def test_a_ring_goes_round_with_each_squat_and_the_count_goes_up(take, moves):
+    seen = list(glimpses_of(take, moves, take.frames.positions))
+    counts = [glimpse.pursued[0].count for glimpse in seen]
+    assert counts == sorted(counts)
+    assert counts[-1] >= 4
+    going = [rings([glimpse]) for glimpse in seen if glimpse.pursued[0].progress is not None]
+    shares = {round(float(re.search(r'data-progress="([\d.]+)"', ring)[1]), 1) for ring in going}
+    assert len(shares) >= 4
+    card = state_card([seen[-1]], frozen=False, recording="", frames=0)
+    assert f"<td>squat</td><td><b>{counts[-1]}</b></td>" in card
+    assert rings([]) == ""
+
+
+def test_the_example_lies_over_the_body_while_the_move_is_made_and_not_else(take, moves):
+    seen = list(glimpses_of(take, moves, take.frames.positions))
+    assert all((glimpse.overlay is None) == (glimpse.pursued[0].progress is None) for glimpse in seen)
+    over = [glimpse for glimpse in seen if glimpse.overlay is not None]
+    assert len(over) > 20
+    apart = [np.linalg.norm(one.overlay.joints - one.body.joints, axis=1).max() for one in over]
+    assert np.median(apart) < 0.1  # m: the same person makes the same move
+    assert np.median([np.nanmax(one.overlay.strays) for one in over]) < 15
+
+
+def turned(positions, degrees):
+    angle = np.radians(degrees)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return (positions @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]).T).astype(np.float32)
+
+
+@pytest.mark.parametrize(("degrees", "size"), [(0, 1.0), (70, 1.0), (-120, 1.3), (0, 0.7)])
+def test_the_example_faces_as_the_performer_does_and_has_its_size(take, moves, degrees, size):
+    example = moves.examples[0]
+    shown = example.shown(len(take.skeleton))[0]
+    poses = turned(shown * size, degrees) + np.float32(2.0)
+    stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
+    for pose in poses:
+        stance.learn(pose)
+    for k, pose in enumerate(poses):
+        body = stance.place(pose)
+        over = shadow.pose(example, k / (len(poses) - 1), body, stance)
+        assert np.abs(over - body).max() < 0.03
+        assert np.nanmax(shadow.strays(over, body)) < 3
+
+
+def test_the_bone_that_strays_gets_colour_and_others_do_not(take, moves):
+    example, names = moves.examples[0], list(take.skeleton.names)
+    pose = example.shown(len(names))[0][0].copy()
+    stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
+    stance.learn(pose)
+    elbow, hand = names.index("LeftLowerArm"), names.index("LeftHand")
+    pose[hand] = pose[elbow] + np.array([0.0, 0.25, 0.0], np.float32)  # straight up
+    body = stance.place(pose)
+    strays = shadow.strays(shadow.pose(example, 0.0, body, stance), body)
+    shares = dict(zip(take.skeleton.bones(), straying(strays).tolist(), strict=True))
+    assert shares.pop((elbow, hand)) == 1.0
+    assert max(shares.values()) < 0.1
+
+
+def test_joints_of_other_sets_are_matched_and_those_that_are_missing_do_no_harm(moves):
+    names = (
+        "pelvis",
+        "left_hip",
+        "right_hip",
+        "left_knee",
+        "right_knee",
+        "left_shoulder",
+        "right_shoulder",
+        "nose",
+    )
+    streamed = Skeleton(names, (-1, 0, 0, 1, 2, 0, 0, 0))
+    shadow, stance = Shadow(moves.skeleton, streamed), Stance(streamed)
+    rng = np.random.default_rng(1)
+    pose = rng.normal(0, 0.5, (8, 3)).astype(np.float32)
+    stance.learn(pose)
+    for missing in ([], [0], [1, 2], list(range(8))):
+        body = stance.place(pose)
+        body[missing] = np.nan
+        over = shadow.pose(moves.examples[0], 0.5, body, stance)
+        assert np.isfinite(over).all()
+        assert shadow.strays(over, body).shape == (7,)
