@@ -105,7 +105,7 @@ class WebSocketSource:
         counters = self.counters
         text = f"{self.name}: listening at port {self.port}; {self._server.clients} connected"
         if not self._connected:
-            return f"{text}; nobody has connected yet"
+            return f"{text}; no client has connected yet"
         text += f", {counters.received} messages came"
         if counters.malformed:
             return f"{text}; {counters.malformed} malformed, the last: {counters.last_error}"

@@ -118,7 +118,7 @@ def test_a_port_in_use_is_said_in_one_line(source):
 
 
 def test_it_says_that_nobody_has_connected(source):
-    assert "nobody has connected yet" in source.explain()
+    assert "no client has connected yet" in source.explain()
 
 
 def test_it_ends_soon_when_it_is_closed(source):

@@ -54,6 +54,6 @@ def test_places_without_recordings_are_wrong_usage(mossar, tmp_path):
     assert_refused(mossar("archive", tmp_path / "in", "nowhere://x/y"), "nowhere://x/y: ")
     (out / "mine").mkdir(parents=True)
     (out / "mine" / "thesis.txt").touch()
-    assert_refused(mossar("archive", tmp_path / "in", out), "there is something in it; --resume goes on")
+    assert_refused(mossar("archive", tmp_path / "in", out), "it is not empty; --resume continues")
     assert_refused(mossar("archive", tmp_path / "in", out, "--resume"), "holds other things than a job")
     assert (out / "mine" / "thesis.txt").exists()

@@ -113,7 +113,7 @@ def test_a_stray_pair_of_a_table_and_a_text_is_passed_over(capsys, tmp_path):
     (folder / "notes.txt").write_text("ann came late\n")
     assert main(["evaluate", str(folder), "--json"]) == 0
     told = capsys.readouterr()
-    assert "notes.txt and notes.csv are passed over" in told.err
+    assert "notes.txt and notes.csv are skipped" in told.err
     assert len(json.loads(told.out)["groups"][0]["recordings"]) == 1
 
 

@@ -59,7 +59,7 @@ def test_a_read_only_folder_is_an_error_while_the_stream_goes_on(mossar, read_on
     run = ("run", "demo:", "--speed", "max", "--seconds", "5")
     status, _, err = mossar(*run, "--to", read_only_disk / "take.msk", "--to", events)
     assert status == 1
-    assert "cannot be written: permission denied; the stream goes on without it" in err
+    assert "cannot be written: permission denied; the stream continues without it" in err
     assert json.loads(events.read_text().splitlines()[-1])["event"] == "ended"
 
 

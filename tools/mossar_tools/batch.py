@@ -129,7 +129,7 @@ def _say_what_is_left_out(loaded: LoadedRecording) -> None:
             "%s: %d of %d frames come out of order and are left out", loaded.name, late, len(times)
         )
     if len(times) and np.isnan(loaded.positions).all():
-        LOGGER.warning("%s: nobody is in it: every joint is missing in all frames", loaded.name)
+        LOGGER.warning("%s: no performer: every joint is missing in all frames", loaded.name)
 
 
 def report_of(

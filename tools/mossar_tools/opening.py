@@ -28,7 +28,7 @@ def source_of(url: str, options: Options, listener: Listener | None = None) -> S
     address = parse_url(url)
     scheme = address.scheme
     if options.loop and scheme == "demo" and "seconds" in address.options:
-        raise UsageError(f"{url}: --loop is for recordings; demo: goes on without end if it has no seconds=")
+        raise UsageError(f"{url}: --loop is for recordings; demo: is endless without seconds=")
     if options.speed is not None and scheme not in {"demo", "file"}:
         raise UsageError(f"{url}: --speed is for recordings and demo:; live frames have their own")
     speed = options.speed or (1.0 if scheme == "demo" else "max")

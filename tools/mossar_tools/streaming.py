@@ -188,7 +188,7 @@ def _opened_sinks(
         except UnwritableError as error:
             if not sinks and place == len(wanted):
                 raise
-            LOGGER.error("%s; the stream goes on without it", error)
+            LOGGER.error("%s; the stream continues without it", error)
             missing.append(url)
             continue
         opened.callback(sinks[-1].close)

@@ -226,7 +226,7 @@ def _begin(place: Place, order: Order, *, resume: bool) -> None:
     """
     there = place.paths()
     if there and not resume:
-        raise MossarError(f"{place.url}: there is something in it; --resume goes on, or name another folder")
+        raise MossarError(f"{place.url}: it is not empty; --resume continues, or name another folder")
     if ORDER_FILE in there:
         with place.read(ORDER_FILE) as stream:
             before = stream.read()

@@ -158,7 +158,7 @@ def _opened_again(path: Path, position: int, whole: Callable[[BinaryIO, int], in
     if size < position:
         kept = whole(file, size)
         _log.warning(
-            "%s: %d bytes that the last run wrote are lost; it goes on behind what is whole, %d bytes",
+            "%s: %d bytes of the last run are lost; the file continues after %d whole bytes",
             path,
             position - kept,
             kept,

@@ -110,7 +110,7 @@ def _estimate(path: Path) -> Estimate:
             confidence.append(body.confidence)
     if not positions:
         what = (
-            f"nobody was found in its {count} pictures"
+            f"no person was found in its {count} pictures"
             if count
             else "there is no picture in it that can be read"
         )

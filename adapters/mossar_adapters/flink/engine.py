@@ -159,7 +159,7 @@ def leave_nothing(folder: str, *runs: str) -> None:
             (place / ENDED).touch()
         except OSError as error:
             raise MossarError(
-                f"{place}: cannot be written: {error.strerror or error}; delete it, or the next run goes on from it"
+                f"{place}: cannot be written: {error.strerror or error}; delete it, or the next run continues from it"
             ) from None
         for checkpoint in place.glob("chk-*"):
             shutil.rmtree(checkpoint, ignore_errors=True)

@@ -241,7 +241,7 @@ def _check_live(url: str) -> None:
     scheme = parse_url(url).scheme
     if scheme == "file":
         raise SettingsError(
-            f'to.live = "{url}": a file would be begun anew after a failure; use files = "FOLDER"'
+            f'to.live = "{url}": a file would begin again after a failure; use files = "FOLDER"'
         )
     known = [name for row in SCHEMES if row.sink is not None for name in row.names if name != "file"]
     if scheme not in known:

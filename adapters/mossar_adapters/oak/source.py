@@ -211,7 +211,9 @@ class OakSource:
         count = self.counters
         text = self._doing and f"{self._doing} (for {time.monotonic() - self._since:.0f} s)"
         if not text and not count.people:
-            text = f"{count.received} pictures came, nobody was in them; stand 2 to 4 m away, head to feet in view"
+            text = (
+                f"{count.received} pictures came without a person; stand 2 to 4 m away, head to feet in view"
+            )
         elif not text:
             text = (
                 f"{count.people} people in {count.received} pictures; of their joints {count.no_depth} were "

@@ -264,7 +264,7 @@ class Upkeep:
                     self._logged <= _MOST_LOGGED
                 ):  # more, in a flood of names, would fill a pipe that nobody reads
                     _log.warning(
-                        "%s: frames come, but nobody is in them: all joints are missing, or more than 100 km off%s",
+                        "%s: frames come without a tracked joint: all joints are missing, or more than 100 km away%s",
                         performer,
                         "; others are not logged" if self._logged == _MOST_LOGGED else "",
                     )

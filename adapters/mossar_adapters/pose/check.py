@@ -71,7 +71,7 @@ def _look(camera: Camera, model: str) -> str:
             joints = len(bodies[0].confidence)
             return f"{found}; a person with {visible} of {joints} joints in view, in {spent * 1e3:.0f} ms"
         taken = _picture(camera)
-    return f"{found}; nobody was found in it"
+    return f"{found}; no person was found in it"
 
 
 def _picture(camera: Camera) -> Taken:

@@ -175,7 +175,7 @@ class WebcamSource:
         count = self.counters
         text = self._doing
         if not text and not count.people:
-            text = f"{count.received} pictures came, nobody was found in them; step back until your hips are in view"
+            text = f"{count.received} pictures came without a person; step back until your hips are in view"
         elif not text:
             text = f"{count.people} people in {count.received} pictures; {count.late} pictures came too soon"
         return f"{self.name}: {text}" + (f"; last problem: {count.last_error}" if count.last_error else "")

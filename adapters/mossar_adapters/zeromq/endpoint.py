@@ -20,7 +20,7 @@ SCHEMES = ("zmq", "zmq+bind", "ipc", "zmq+ipc", "ipc+bind", "zmq+bind+ipc")
 CURVE_OPTIONS = {
     "key": "file with our own CURVE key pair (.key_secret)",
     "server_key": "file with the CURVE public key of the side that binds (.key)",
-    "clients": "folder with the CURVE public keys (.key) of those who may connect",
+    "clients": "folder with the CURVE public keys (.key) of allowed clients",
 }
 MAX_MESSAGE = 1 << 17  # bytes; 1024 joints with confidence as JSON take 90 thousand
 HANDSHAKE_MS = 3000  # a connection that says nothing holds a descriptor as long

@@ -69,7 +69,7 @@ def test_a_file_that_is_shorter_than_was_written_is_cut_behind_its_last_line_and
     lines = path.read_bytes().splitlines()
     assert len(lines) == 9
     assert all(json.loads(line)["event"] == "started" for line in lines)
-    assert f"{position - 8 * len(whole) // 10} bytes that the last run wrote are lost" in caplog.text
+    assert f"{position - 8 * len(whole) // 10} bytes of the last run are lost" in caplog.text
 
 
 def test_a_table_has_one_heading_however_short_it_became(tmp_path):

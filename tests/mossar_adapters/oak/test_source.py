@@ -176,7 +176,7 @@ def test_an_empty_picture_gives_no_frames_and_says_that_nobody_was_there(studio)
     source, items = studio.shown(studio.Stage(), [(i, studio.START + i, []) for i in range(3)])
     assert items == []
     assert source.counters.received == 3
-    assert "3 pictures came, nobody was in them" in source.explain()
+    assert "3 pictures came without a person" in source.explain()
 
 
 def test_gaps_in_the_sequence_numbers_are_counted(studio):

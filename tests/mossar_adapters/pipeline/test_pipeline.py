@@ -241,7 +241,7 @@ def test_frames_in_which_nobody_is_are_counted_and_told_of_once(stage, caplog, n
     Pipeline([stage.Script(items)], [sink], upkeep=Upkeep(stats=9.0)).run()
     stats = [event for event in sink.events if isinstance(event, StatsEvent)]
     assert stats[-1].unseen == stats[-1].frames == 150
-    assert caplog.text.count("p1: frames come, but nobody is in them") == 1
+    assert caplog.text.count("p1: frames come without a tracked joint") == 1
 
 
 @pytest.mark.parametrize(

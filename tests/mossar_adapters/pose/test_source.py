@@ -124,7 +124,7 @@ def test_an_empty_room_gives_no_frame(device, pan):
     source = open_source(f"webcam:{device.path}")
     items = read(source, lambda _: source.counters.received >= 10)
     assert items == []
-    assert "nobody was found in them" in source.explain()
+    assert "pictures came without a person" in source.explain()
 
 
 def test_only_the_newest_picture_is_estimated(device, pan):

@@ -76,7 +76,7 @@ def test_pictures_without_a_person_are_left_out(film, pan):
 
 @needs_weights
 def test_a_video_without_anybody_is_refused(film, pan):
-    with pytest.raises(FileError, match="nobody was found in its 20 pictures"):
+    with pytest.raises(FileError, match="no person was found in its 20 pictures"):
         open_recording(film([np.zeros_like(pan[0])] * 20))
 
 

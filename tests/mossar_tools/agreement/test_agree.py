@@ -91,7 +91,7 @@ def test_folders_are_compared_by_file_and_pooled_and_drawn(mossar, tmp_path):
     folders = [tmp_path / name for name in ("ann", "bo", "cy")]
     status, out, err = mossar("agree", *folders, "--csv", table, "--plot", picture)
     assert status == 0
-    assert "other.txt: passed over" in err
+    assert "other.txt: skipped" in err
     rows = list(csv.DictReader(table.read_text().splitlines()))
     assert [(row["a"], row["b"], row["recording"]) for row in rows[:3]] == [
         ("ann", "bo", "take1"),

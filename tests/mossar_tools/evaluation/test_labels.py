@@ -58,7 +58,7 @@ def test_foreign_json_is_told_of_in_a_line_and_ends_nothing(labelled, caplog, mo
     (labelled / "below" / "foreign.json").write_text(foreign)
     assert [path.name for path, _ in read_folder(labelled)] == ["walk.json"]
     (record,) = caplog.records
-    assert "foreign.json is passed over: " in record.getMessage()
+    assert "foreign.json is skipped: " in record.getMessage()
     assert said in record.getMessage()
     assert "\n" not in record.getMessage()
 

@@ -43,7 +43,7 @@ def recordings_of(sources: Sequence[str]) -> dict[str, list[Path]]:
     for path, own in zip(paths, found, strict=True):
         for name in sorted(own.keys() - set(common)):
             LOGGER.warning(
-                "%s: passed over, because another folder has no labels of %s", path / own[name].name, name
+                "%s: skipped, because another folder has no labels of %s", path / own[name].name, name
             )
     return {name: [own[name] for own in found] for name in common}
 

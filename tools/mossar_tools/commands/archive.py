@@ -54,7 +54,7 @@ def run(options: Options, console: Console) -> int:
     )
     seconds = time.monotonic() - began
     console.clear()
-    passed_over = f"; {found.passed_over} other files passed over" if found.passed_over else ""
+    passed_over = f"; {found.passed_over} other files skipped" if found.passed_over else ""
     LOGGER.info(
         "%s: %d of %d recordings segmented, %d broken (table errors)%s; %d frames in %.0f s",
         options.target,

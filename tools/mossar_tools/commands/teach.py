@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="table of many moves of a recording; .csv with columns start, end, name, or .eaf, .TextGrid, .txt, .vtt, .tsv, .json, .c3d",
     )
     group.add_argument("--tier", metavar="NAME", help="tier of --labels with the moves (default: moves)")
-    group = parser.add_argument_group("what is in a recording that nobody has labelled")
+    group = parser.add_argument_group("an unlabelled recording")
     group.add_argument("--discover", action="store_true", help="group its movements into kinds")
     group.add_argument(
         "--names",

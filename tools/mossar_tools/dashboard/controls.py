@@ -200,7 +200,7 @@ class Controls:
     def _add_buttons(self) -> None:
         show = self._show
         if isinstance(show, LiveShow):
-            self._freeze = self._gui.add_button("Pause", icon=Icon.PLAYER_PAUSE, hint="The stream goes on")
+            self._freeze = self._gui.add_button("Pause", icon=Icon.PLAYER_PAUSE, hint="The stream continues")
             self._on(self._freeze, lambda _: self._freeze_picture(show))
             self._record = self._gui.add_button(
                 "Record", icon=Icon.PLAYER_RECORD, hint="Frames, to a .msk file"

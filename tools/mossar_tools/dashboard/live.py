@@ -304,7 +304,7 @@ class LiveShow:
         with self._lock:
             track = self._tracks[min(self._tracks)] if self._tracks else None
         if track is None:
-            raise MossarError("there is nobody yet who could show a move")
+            raise MossarError("there is no performer yet to show a move")
         self.teaching.begin(name, Meta(track.performer, track.skeleton))
 
     def _recognise(self, moves: Moves) -> None:

@@ -34,7 +34,7 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
             rows.append(followed_rows(glimpse.pursued))
     notes = []
     if frozen:
-        notes.append("the picture stands still; the stream goes on")
+        notes.append("the picture is paused; the stream continues")
     if recording:
         notes.append(
             f'<span class="m-red"></span> {escape(recording)}: <b id="mossar-frames">{frames}</b> frames'

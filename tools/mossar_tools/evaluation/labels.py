@@ -110,7 +110,7 @@ def read_labels(path: Path) -> Labels | None:
     try:
         content = msgspec.json.decode(data)
     except (msgspec.DecodeError, RecursionError) as error:
-        LOGGER.warning("%s is passed over: no valid JSON: %s", path, error)
+        LOGGER.warning("%s is skipped: no valid JSON: %s", path, error)
         return None
     if not isinstance(content, dict) or "recording" not in content:
         return None
@@ -118,7 +118,7 @@ def read_labels(path: Path) -> Labels | None:
         return None
     if all(content.get(key) is None for key in ("cuts", "judges", "annotations")):
         LOGGER.warning(
-            "%s is passed over: it names a recording, but has neither cuts nor judges nor annotations", path
+            "%s is skipped: it names a recording, but has neither cuts nor judges nor annotations", path
         )
         return None
     try:

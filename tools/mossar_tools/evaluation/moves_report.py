@@ -160,7 +160,7 @@ def moves_lines(found: Found) -> Iterator[str]:
         yield NOTES
     if found.kinds is not None:
         yield ""
-        yield f"segmented examples of {found.people} people, told by other people's, drawn {DRAWS} times"
+        yield f"segmented examples of {found.people} people, recognised by other people's, drawn {DRAWS} times"
         for each, share in found.told.items():
             yield f"{f'{each} of each move':<24}{100 * share:>7.1f} %"
         kinds, moves, index = found.kinds

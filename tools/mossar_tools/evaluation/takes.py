@@ -72,7 +72,7 @@ def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> l
                 raise
             stray = error
             LOGGER.warning(
-                "%s and %s are passed over, they are no annotations and recording: %s",
+                "%s and %s are skipped, they are not annotations and recording: %s",
                 path,
                 labels.recording,
                 error,
