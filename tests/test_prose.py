@@ -9,7 +9,7 @@ AVOIDED = re.compile(
     r"\b(is|are|was|were|be) (told|said) (of|by|to|at)\b|\bwhoever\b|\bit is said\b|\btaken in\b|\bgoes before\b|\btold of\b",
     re.IGNORECASE,
 )
-MOST = 60
+MOST = 20
 
 
 def texts():

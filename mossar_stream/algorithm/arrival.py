@@ -1,6 +1,6 @@
 """Arrival: joints that are there for the first time in a take, or again.
 
-Whoever was not there must not count. A joint therefore counts from here on as if it had rest where it is now, relative
+Absent joints must not count. A joint therefore counts from here on as if it had rest where it is now, relative
 to the centre, since the take began: in the means of the pose, in the poses that are kept, and in the summaries of the
 segments. So neither its coming nor where it was before makes segments unlike.
 

@@ -12,8 +12,8 @@ CLOCK = np.dtype(
         ("next_frame", "i8"),  # number of the next one
         ("time", "f8"),  # s, of the last frame that came in time
         ("used_frame", "i8"),  # its number
-        ("seen_time", "f8"),  # s, of the last one that was taken in with a joint
-        ("taken_time", "f8"),  # s, of the last one that was taken in; see `comes_too_soon`
+        ("seen_time", "f8"),  # s, of the last processed frame with a joint
+        ("taken_time", "f8"),  # s, of the last processed frame; see `comes_too_soon`
     ],
 )
 COUNTERS = np.dtype(  # since the row was made
@@ -39,7 +39,7 @@ def place_in_time(clock, time, max_pause):
         max_pause: s.
 
     Returns:
-        IN_TIME for a frame that can be taken in; IN_VAIN for one without a time, or not later than the last one;
+        IN_TIME for a frame that can be processed; IN_VAIN for one without a time, or not later than the last one;
         BEYOND for one before which the take ends, since its time is so far from the last one's.
     """
     if not abs(time) < np.inf:
@@ -60,7 +60,7 @@ def is_left_alone(clock, time, max_pause):
 
 @inline_kernel
 def comes_too_soon(clock, time, spacing):
-    """Tell whether a frame follows the last one that was taken in by less than the spacing, s, and is passed over."""
+    """Tell whether a frame follows the last processed one by less than the spacing, s, and is skipped."""
     return clock.open == 1 and time - clock.taken_time < spacing
 
 

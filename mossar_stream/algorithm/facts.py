@@ -12,7 +12,7 @@ SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
 SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
-# s between key frames that are told of when Algorithm 2 accepts them, and between those of which the later one is slow
+# Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one is slow
 INTERVAL, SHORT_INTERVAL = 0.36, 0.25
 RISEN = 1.2  # times the speed at the key frame that the speed must have reached before
 QUICK = 3.0  # V; who is faster is in the midst of a move
@@ -22,14 +22,14 @@ NOT_PLACED = np.int64(-1)
 
 FACTS_OF_CANDIDATE = np.dtype(
     [
-        # Where it is told to be: `EARLIER` than Algorithm 2's frame; NOT_PLACED if nothing was seen there.
+        # Reported frame: `EARLIER` than Algorithm 2's frame; NOT_PLACED if nothing was seen there.
         ("frame", "i8"),
         ("time", "f8"),  # s
         ("speed", "f8"),  # m/s, lowest since the candidate
         ("home", "f8"),  # m, distance from the pose in which the performer dwells
-        ("peak", "f8"),  # m/s, largest since the last key frame that was told of
-        ("before", "i8"),  # where the key frame before is told to be
-        ("told_time", "f8"),  # s, of the last key frame that was told of
+        ("peak", "f8"),  # m/s, largest since the last reported key frame
+        ("before", "i8"),  # reported frame of the key frame before
+        ("told_time", "f8"),  # s, of the last reported key frame
         ("told_speed", "f8"),  # m/s, lowest speed at that one
     ],
 )
@@ -69,7 +69,7 @@ def note_place(facts, scales, history, body, time, joints):
         scales: SCALES.
         history: PoseHistory.
         body: See joint_pages.py; the features are those of the last frame.
-        time: s, where the key frame is told to be.
+        time: s, reported time of the key frame.
         joints: How many can move relative to the centre.
     """
     facts.speed = scales.speed
@@ -82,7 +82,7 @@ def note_place(facts, scales, history, body, time, joints):
 
 @inline_kernel
 def note_speed(facts, scales, time):
-    """Note the speed of a frame, unless a key frame was told of just now."""
+    """Note the speed of a frame, unless a key frame was reported just now."""
     if time > facts.told_time + MARGIN:
         facts.peak = max(facts.peak, scales.speed)
 
@@ -114,9 +114,9 @@ def write_facts(summary, begin, facts, scales, noise, joints):
 
 @inline_kernel
 def is_told(facts, scales, time, noise):
-    """Tell whether a key frame is told of at once: slow, apart from the last one, and not the sensor's noise.
+    """Tell whether a key frame is reported at once: slow, apart from the last one, and not the sensor's noise.
 
-    Of two that are close the later one is told of, too, if it is no faster: the first may have been a halt on the way.
+    Within the refractory period a slower minimum is still reported: the first may have been a brief pause.
     """
     slow = facts.speed <= QUICK * usual_speed(scales)
     rose = facts.peak >= max(ABOVE_NOISE * noise, RISEN * facts.speed)

@@ -82,7 +82,7 @@ def _nearest(w, count, time, kind):
 
 @kernel
 def _time_of(w, place, otherwise):
-    """Return when a key frame is told to be, s; some other time where there is none."""
+    """Return the reported time of a key frame, s; some other time where there is none."""
     if place >= 0:
         return w.keys[place].at_time
     return w.state.left_time if place == LEFT else otherwise

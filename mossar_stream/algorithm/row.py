@@ -93,7 +93,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("range_half_life", "f8"),
         ("range_floor", "f8"),  # m, for all joints together
         ("noise_margin", "f8"),  # 0 if it is off
-        ("spacing", "f8"),  # s, by which frames that are taken in are apart at least
+        ("spacing", "f8"),  # s, minimum interval of processed frames
         ("max_gap", "f8"),  # s
         ("max_speed", "f8"),  # m/s
         ("max_pause", "f8"),  # s

@@ -39,7 +39,7 @@ VERDICTS = np.dtype(
 NOTE = np.dtype(
     [
         ("time", "f8"),  # s, of Algorithm 2's frame
-        ("told", "f8"),  # s, where it is told to be
+        ("told", "f8"),  # s, reported time
         ("cost", "f8"),  # how unlike the end of a repetition it is
     ]
 )
@@ -75,7 +75,7 @@ def note_candidate(verdicts, time, told, home, speed):
     Args:
         verdicts: Verdicts.
         time: s, of the candidate.
-        told: s, where it is told to be.
+        told: s, reported time.
         home: Distance from the pose in which the performer dwells, in A.
         speed: In V.
     """

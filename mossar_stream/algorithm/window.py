@@ -77,12 +77,12 @@ KEY = np.dtype(
         ("strength", "f8"),  # NaN until first computed
         ("kind", "i8"),  # index into events.KEY_FRAME_KINDS
         ("kept", "i8"),  # whether it is kept at the current level
-        ("before", "i8"),  # ordinal of the kept key frame before, where a segment between them was told of
+        ("before", "i8"),  # ordinal of the kept key frame before, where a segment between them was reported
         ("place", "i8"),  # in the order in which key frames are removed
         ("rev", "i8"),  # messages sent
-        ("at_frame", "i8"),  # where it is told to be
+        ("at_frame", "i8"),  # reported frame
         ("at_time", "f8"),  # s
-        ("told", "i8"),  # whether it was told of as confirmed
+        ("told", "i8"),  # whether it was reported as confirmed
         ("verdict", "i8"),  # on whether it ends a repetition, see verdicts.py
     ],
 )
@@ -157,7 +157,7 @@ def add_key(w, slot, point, time, rev, told):
         point: Point of the key frame.
         time: s, of Algorithm 2's frame.
         rev: Messages about it, this one included.
-        told: Whether it is told of now; else only when it is decided, if it is final.
+        told: Whether it is reported now; else only when it is decided, if it is final.
     """
     state, counts = w.state, w.counts
     close(w.params, w.summaries[slot])
@@ -189,7 +189,7 @@ def add_key(w, slot, point, time, rev, told):
 
 @kernel
 def tell_kept(w, count):
-    """Tell of the first key frames that are about to be final as confirmed, if they were not told of."""
+    """Report the first key frames that are about to be final as confirmed, if they were not reported."""
     told = 0
     for i in range(count):
         key = w.keys[i]

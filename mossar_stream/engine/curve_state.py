@@ -17,8 +17,8 @@ class CurveState(msgspec.Struct, frozen=True):
     Args:
         frame: Number of the frame.
         time: s.
-        told: s; where a key frame at this frame is told to be. Where evidence decides that is a little earlier, since
-            the velocity is that of a moment ago.
+        told: s, reported time of a key frame at this frame. With evidence it is a little earlier, since
+            smoothing delays the velocity.
         value: Velocity.
         ceiling: Ceiling of Algorithm 1.
         floor: Floor of Algorithm 1.
@@ -75,7 +75,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
 
 
 def _told(row: NDArray[np.uint8], plan: Plan) -> float:
-    """Return where a key frame at the last frame that was taken in is told to be, s: at a pose that was kept; see `note_place`."""
+    """Return the reported time of a key frame at the last processed frame, s: that of a kept pose; see `note_place`."""
     state = records(row)
     taken = float(state["clock"]["taken_time"])
     wanted = taken - (EARLIER_IN_NOISE if state["noise"]["loud"] else EARLIER)

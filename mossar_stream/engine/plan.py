@@ -28,7 +28,7 @@ ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the 
 LONGEST_HISTORY = 30.0  # s
 KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
 MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
-# Share of 1 / rate_limit by which frames that are taken in are apart at least: they come with jitter.
+# Minimum interval of processed frames, as a share of 1 / rate_limit: frames come with jitter.
 EARLY = 0.8
 FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal rate
 
@@ -97,13 +97,13 @@ class Plan:
 
     @property
     def spacing(self) -> float:
-        """By how much frames that are taken in are apart at least, s; the others are passed over."""
+        """Minimum interval of processed frames, s; the others are skipped."""
         limit = self.settings.rate_limit
         return EARLY / limit - pose_history.MARGIN if limit > 0.0 else 0.0
 
     @property
     def most_rate(self) -> float:
-        """How often frames are taken in at most, Hz."""
+        """Highest rate of processed frames, Hz."""
         return 1.0 / self.spacing if self.spacing > 0.0 else math.inf
 
     @cached_property
@@ -122,7 +122,7 @@ class Plan:
         by_joint = limbs_by_joint(groups_of(self.skeleton, self.given.limbs))
         if not by_joint:
             return Source(performer, self.channel, names, pending)
-        # The same joints lead again and again, and a segment is told of several times.
+        # The same joints lead again and again, and a segment is reported several times.
         leading = lru_cache(KNOWN_LEADERS)(partial(leading_limb, by_joint=by_joint))
         return Source(performer, self.channel, names, pending, tuple(map(by_joint.get, names)), leading)
 

@@ -86,7 +86,7 @@ class Row:
         adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         is_looking: Whether the last look of a take is being reported.
-        telling: What is told of them; None if nobody asks for it.
+        telling: Their events; None without the setting.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         pending: Events that were caused and have not been handed to the caller, in order; of a limb its body's.
         ended: How many takes ended, as was reported; the clock counts them as they end.

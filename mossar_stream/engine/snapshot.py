@@ -37,7 +37,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         moves: As a file of moves has them; None if none are recognised, or they are kept elsewhere.
         digest: Of the moves.
         recognition: What is remembered of the performer to recognise them; None if none are.
-        repetitions: What was told of them, if they are told of.
+        repetitions: State of their events, with the setting.
         limbs: A snapshot of each limb, in their order.
         steps: What is known of the feet; None if steps are not reported.
         follow: Which moves are to be followed.

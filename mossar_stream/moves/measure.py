@@ -198,8 +198,8 @@ def strangeness(found, stance):
 def correction(found, box, shares, size):
     """Return what the directions' cost is multiplied by: shares, boxes and sizes that differ, and the body's own way.
 
-    Of the centre's way the boxes say little, because all other joints are relative to it; but whoever ducks or jumps
-    carries the whole body, and whoever kicks or swings the arms does not.
+    Of the centre's way the boxes say little, because all other joints are relative to it; but a duck or a jump
+    moves the whole body, and a kick or a swing of the arms does not.
     """
     shares = max(line_product(found.shares, shares), np.float32(1e-3))
     boxes = max(line_product(found.box, box), np.float32(1e-3))

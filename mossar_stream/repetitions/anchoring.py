@@ -3,7 +3,7 @@
 A rest says where: the extreme where the movement dwells, that is nearer to the pose in which the take began, and where
 limbs are straighter and upright (standing, hanging, arms down: what costs least effort), as people who label recordings
 see it, too. What speaks for either is summed over all cycles of a chain, whose neighbours follow without a seam, and
-decided for all of them: also for those that were told of before.
+decided for all of them: also for those that were reported before.
 """
 
 import math

@@ -61,7 +61,7 @@ LEAST_LEAD = 0.2  # of a cycle, that is shown before the first one,
 WHOLE = 0.75  # and with what is shown after the last one makes up one more
 LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
 GOES_ON = 0.54  # of a swing
-DOUBTFUL = 5  # windows, for which cycles are kept that nobody was told of
+DOUBTFUL = 5  # windows, for which unreported cycles are kept
 
 WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
 LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little

@@ -1,4 +1,4 @@
-"""Telling: what is said of the repetitions that are counted, and what becomes of it when a later look changes them."""
+"""Telling: the events of counted repetitions, and their revisions when a later analysis changes them."""
 
 import math
 from collections.abc import Iterable
@@ -33,7 +33,7 @@ class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Args:
         total: Repetitions of the take.
         revisions: Messages by number of the repetition, for those that may still change.
-        phase: Of which frame the phase was told at last, s, and whether it had one.
+        phase: Time of the last reported phase, s, and whether it had one.
     """
 
     total: int = 0
@@ -60,7 +60,7 @@ def number_of(event: RepetitionEvent) -> int:
 
 
 class Telling:
-    """What is told of the repetitions of one performer, or of a limb.
+    """The events of the repetitions of one performer, or of a limb.
 
     Args:
         skeleton: The joints.

@@ -1,6 +1,6 @@
 """Followers: what follows a performer's frames besides the segmentation of the body. All of it is off by default.
 
-Limbs have rows of their own; moves, moves that are followed, and steps are readers (readers.py); the phase is told of every frame.
+Limbs have rows of their own; moves, moves that are followed, and steps are readers (readers.py); the phase is reported for every frame.
 """
 
 from collections.abc import Mapping

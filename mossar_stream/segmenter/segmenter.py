@@ -148,7 +148,7 @@ class Segmenter:
 
     @property
     def stats(self) -> dict[str, int]:
-        """Frames taken in; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
+        """Processed frames; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
         return {name: int(self.row.state["counters"][name]) for name in COUNTERS}
 
     @property

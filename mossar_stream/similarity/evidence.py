@@ -1,4 +1,4 @@
-"""Evidence: how surely one move ends and the next one begins at a key frame, whoever moves and whatever sees them.
+"""Evidence: how likely one move ends and the next one begins at a key frame, for any performer and sensor.
 
 What people call a move ends where the movement changes, or where it stops; data sets differ in which. So both kinds of
 evidence are added up, each free of units, to log odds:
