@@ -56,14 +56,14 @@ class _Lasting(msgspec.Struct, frozen=True):
 
 
 class Performers:
-    """A pool of segmenters with the same settings, one for each performer that is announced.
+    """A pool of segmenters with the same settings, one for each announced performer; the method is that of `Segmenter`.
 
     Args:
         settings: Defaults to `Settings()`.
-        most: How many performers are followed at once; the one idle for longest makes room for a new one, and
-            goes on with the next take when it is announced again.
-        most_memory: Bytes that their states may take together; who would need more is refused.
-        moves: That are recognised of all performers; they share the examples.
+        most: Largest number of performers at a time. A new one replaces the one idle for longest, which
+            continues with its next take when it is announced again.
+        most_memory: Largest size of all their states, bytes; a performer that would need more is refused.
+        moves: Moves that are recognised for all performers; they share the examples.
         follow: Names of the moves that are followed, or True for all; see `Segmenter`.
 
     Example:

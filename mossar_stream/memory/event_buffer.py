@@ -50,7 +50,8 @@ EVENT = np.dtype(
 EVENT_BYTES = EVENT.itemsize
 _NONE = bytes(8)  # no records
 NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
-_COUNT, _RECORD = struct.Struct("=q"), struct.Struct(f"=11q6d{PATH_JOINTS}q")  # of EVENT
+_COUNT = struct.Struct("=q")
+_RECORD = struct.Struct("=" + "".join("d" if EVENT[name].kind == "f" else "q" for name in EVENT.names or ()))
 KEY_FRAME, SEGMENT, ACTIVITY, START = np.arange(4)
 # As numpy integers: a Python integer would make numba compile a version for each value.
 CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)

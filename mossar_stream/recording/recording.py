@@ -76,7 +76,20 @@ class KeyFrame(msgspec.Struct, frozen=True):
 
 
 class Segment(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A segment of a recording; the fields are those of `SegmentEvent`."""
+    """A segment of a recording.
+
+    Args:
+        start_frame: First frame.
+        end_frame: Frame of the key frame that ends it; the last frame of the recording for the last segment.
+        start_time: Time of `start_frame`, s.
+        end_time: Time of `end_frame`, s.
+        state: `resting` if nothing moved in it, else `moving`.
+        active_joints: At most 5 joints with the largest paths relative to the centre.
+        similarity: To the segment before, in 0..1; None for the first.
+        active_start: Time of the first movement in it, s; None if nothing moved.
+        active_end: Time of the last movement in it, s; None if nothing moved.
+        limb: The leading limb (setting `limbs`); None if it is not known.
+    """
 
     start_frame: int
     end_frame: int
@@ -91,7 +104,12 @@ class Segment(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Segmentation(msgspec.Struct, frozen=True):
-    """One level of the hierarchy: the key frames that are kept, where they are, and the segments between."""
+    """One level of the hierarchy (Algorithm 3).
+
+    Args:
+        key_frames: The kept key frames, in order of time.
+        segments: The segments between them, from the first frame of the recording to the last.
+    """
 
     key_frames: list[KeyFrame]
     segments: list[Segment]
@@ -240,7 +258,7 @@ def segment_recording(
     moves: Moves | None = None,
     follow: Iterable[str] | bool = (),
 ) -> Result:
-    """Segment a whole recording (Algorithms 1, 2 and 3).
+    """Segment a whole recording: equation 1, Algorithms 1, 2 and 3 of Paliyawan, Choensawat and Thawonmas (2018).
 
     Key frames are numbered by their row in `positions`. A recording is one take: gaps and steps back in time do
     not end it; frames out of order are dropped.

@@ -31,6 +31,9 @@ COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 class Segmenter:
     """Online Mossar for one performer.
 
+    The method is that of Paliyawan, Choensawat and Thawonmas, *Mossar: motion segmentation by using splitting and remerging
+    strategies* (2018): velocity (equation 1), splitting (Algorithms 1 and 2), remerging (Algorithm 3) within a bounded window.
+
     Kernels are compiled when the first segmenter with a similarity measure is built (seconds, once per installation;
     `precompile` does it on two cores), never while frames come in. All state has a fixed size.
 
@@ -39,7 +42,7 @@ class Segmenter:
         settings: Defaults to `Settings()`.
         performer: Name that events carry.
         fps: Nominal rate, Hz. Needed where `push` gets no times; otherwise only a hint.
-        moves: That are recognised, as they are now; events of type `MoveEvent` tell of them.
+        moves: Moves that are recognised, in their current state; events of type `MoveEvent` report them.
         follow: Names of the moves that are followed while they are made, or True for all; events of type `FollowEvent`
             report them.
 
