@@ -36,9 +36,10 @@ def find_components(header, samples, scratch):
     """
     n = window_size(header)
     oldest = ring_place(header, n, 0)
-    for j in range(samples.pose.size):
-        for i in range(n):
-            samples.by_coordinate[j, i] = samples.by_sample[(oldest + i) % SAMPLES, j]
+    for i in range(n):
+        row = samples.by_sample[(oldest + i) % SAMPLES]
+        for j in range(samples.pose.size):
+            samples.by_coordinate[j, i] = row[j]
     lost = _begin_axes(samples, n)
     for _ in range(4 if lost else 2):
         _project(samples, n)
