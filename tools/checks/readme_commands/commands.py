@@ -17,7 +17,7 @@ PAGES = (
     *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
 )
 TUTORIALS = tuple(sorted(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")))
-OTHERS = frozenset({"--group"})  # options of pip
+OTHERS = frozenset({"--group", "--as-shown"})  # options of pip, and of checks.false_moves
 COMMENT = re.compile(r"\s{2,}|\s+#\s")
 
 
