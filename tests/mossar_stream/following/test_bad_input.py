@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from mossar_stream import FollowEvent, FrameError, Moves, MovesError, Segmenter, Skeleton, SnapshotError
 
+from ..segmenter.test_steps import Striking  # noqa: TID252 - as the tests beside it
 from .test_following import (
     FPS,
     ORDER,
@@ -190,3 +191,27 @@ def test_memory_has_a_fixed_size(moves, take):
     segmenter.push(positions, times)
     assert segmenter.state_bytes == before
     assert before - Segmenter(PERSON, moves=moves).state_bytes < 200_000 * len(ORDER)
+
+
+def test_ctrl_c_anywhere_loses_no_performance_and_no_revision(moves, take):
+    positions, times, truth = take
+    whole = Segmenter(PERSON, moves=moves, follow=True)
+    told = [
+        k for k in range(150) if followed(whole.push(positions[k], float(times[k])), "done", "left", "begun")
+    ]
+    for k in told[:3]:
+        fresh = Segmenter(PERSON, moves=moves, follow=True)
+        begin, blob = fresh.push(positions[:k], times[:k]), fresh.snapshot()
+        for after in range(1, 1000, 3):
+            segmenter, events, strike = Segmenter.restore(blob), list(begin), Striking(after)
+            with strike:
+                events += segmenter.push(positions[k], float(times[k]))
+            if not strike.has_struck:
+                break
+            events += [*segmenter.push(positions[k + 1 :], times[k + 1 :]), *segmenter.end_take()]
+            revisions = {}
+            for event in followed(events):
+                assert event.rev == revisions.get(event.id, 0) + 1
+                revisions[event.id] = event.rev
+            assert [e.name for e in followed(events, "done")] == [name for name, _, _ in truth]
+        assert after > 10
