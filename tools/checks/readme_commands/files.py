@@ -85,7 +85,6 @@ def furnish(folder: Path) -> None:
     take = read(folder / "take.bvh", unit="cm")
     moves = Moves(take.skeleton)
     moves.add("punch", take.positions[40:95], 30.0)
-    moves.add("jab_left", take.positions[130:190], 30.0)
     moves.save(folder / "moves.json")
     played = performance(1)
     shown = Moves(played.skeleton)
