@@ -3,9 +3,11 @@
 import csv
 import io
 import json
+import xml.etree.ElementTree as ET
 
 import pytest
 
+from mossar_adapters.annotations.reading import read_annotations
 from mossar_adapters.pipeline.emission import Emission
 from mossar_stream import FollowEvent
 from mossar_tools.console import Console
@@ -114,3 +116,35 @@ def test_a_terminal_shows_each_performance_that_is_done_and_how_far_the_next_one
         == "p1 13.40 s squat 3, tempo 1.10, deviation 8 deg (left leg 12 deg)"
     )
     assert "squat, p1: 3 done in the last take" in view.summary()
+
+
+def test_a_picture_has_a_panel_for_each_limb_and_a_bar_for_each_performance(mossar, moves, tmp_path):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "followed.svg"
+    given = ("--moves", moves, "--follow", "all", "--plot", path)
+    assert mossar("segment", TAKE, *given)[0] == 0
+    texts = ["".join(e.itertext()) for e in ET.parse(path).getroot().iter("{http://www.w3.org/2000/svg}text")]
+    assert {"body", *(limb.replace("_", " ") for limb in LIMBS)} <= set(texts)
+    assert any(text.startswith("8 performances; coloured") for text in texts)
+    assert path.read_text().count("#94b8d3") + path.read_text().count("#d55e00") >= 8 * 6
+    assert (
+        mossar("segment", "demo:?moves=rest:3", *given, "--force")[0] == 0
+    )  # nothing was done: the usual picture
+    assert "strength" in path.read_text()
+
+
+def test_annotations_have_a_tier_for_each_followed_move(mossar, moves, tmp_path):
+    for path in (tmp_path / "a.vtt", tmp_path / "a.tsv"):
+        assert mossar("segment", TAKE, "--moves", moves, "--follow", "all", "--export", path)[0] == 0
+        assert "punch" not in path.read_text()
+        [tier] = [tier for tier in read_annotations(path) if tier.name == "followed squat"]
+        assert [mark.label for mark in tier.marks] == [str(n) for n in range(1, 9)]
+    table = tmp_path / "a.csv"
+    assert mossar("segment", TAKE, "--moves", moves, "--follow", "all", "--csv", table)[0] == 0
+    assert len(next(tier for tier in read_annotations(table) if tier.name == "followed squat").marks) == 8
+
+
+def test_clips_are_cut_of_each_performance(mossar, moves, tmp_path):
+    given = ("--moves", moves, "--follow", "squat", "--of", "followed", "--cut", tmp_path / "clips")
+    assert mossar("segment", TAKE, *given)[0] == 0
+    assert len([path for path in (tmp_path / "clips").iterdir() if "squat_" in path.name]) == 8

@@ -49,6 +49,7 @@ EXAMPLES = """  mossar segment walk.bvh
   mossar segment walk.c3d --steps --csv steps.csv      foot strikes and offs, cadence, stance and swing
   mossar segment take.c3d --export take.events.c3d     a copy with key frames as events
   mossar segment take.bvh --moves moves.json --limbs --plot take.png
+  mossar segment squats.bvh --moves moves.json --follow squat --plot squats.png    how far each limb strays, each time
   mossar segment walk.bvh --level cluster --cut clips/
   mossar segment squats.bvh --repetitions --cut trials/ --of repetitions
   mossar segment ann_1_walk.bvh bo_1_walk.bvh --pattern '{person}_{session}_{trial}' --csv study.csv
@@ -217,11 +218,15 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
         count = write_clips(outputs.clips, loaded, clips, rows, options.reading())
         console.say(f"written: {count} clips in {outputs.clips}")
     if outputs.picture is not None:
+        from mossar_tools.follow_plot import draw_followed
         from mossar_tools.plot import draw
 
         console.status("drawing ...", now=True)
         colours = palette(dark=options.dark)
-        draw(outputs.picture, loaded, result, chosen, colours, options.keep, width=options.width)
+        if result.followed:
+            draw_followed(outputs.picture, loaded.name, result.followed, colours, options.width)
+        else:
+            draw(outputs.picture, loaded, result, chosen, colours, options.keep, width=options.width)
         console.say(f"drawn: {outputs.picture}")
     return DONE
 
