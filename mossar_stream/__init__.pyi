@@ -14,6 +14,7 @@ from mossar_stream.events import FOLLOW_STATUSES as FOLLOW_STATUSES
 from mossar_stream.events import KEY_FRAME_KINDS as KEY_FRAME_KINDS
 from mossar_stream.events import KEY_FRAME_STATUSES as KEY_FRAME_STATUSES
 from mossar_stream.events import MOVE_STATUSES as MOVE_STATUSES
+from mossar_stream.events import POSE_STATUSES as POSE_STATUSES
 from mossar_stream.events import REPETITION_STATUSES as REPETITION_STATUSES
 from mossar_stream.events import SEGMENT_STATES as SEGMENT_STATES
 from mossar_stream.events import SEGMENT_STATUSES as SEGMENT_STATUSES
@@ -28,6 +29,8 @@ from mossar_stream.events import KeyFrameStatus as KeyFrameStatus
 from mossar_stream.events import MoveEvent as MoveEvent
 from mossar_stream.events import MoveStatus as MoveStatus
 from mossar_stream.events import PhaseEvent as PhaseEvent
+from mossar_stream.events import PoseEvent as PoseEvent
+from mossar_stream.events import PoseStatus as PoseStatus
 from mossar_stream.events import RepetitionEvent as RepetitionEvent
 from mossar_stream.events import RepetitionStatus as RepetitionStatus
 from mossar_stream.events import SegmentEvent as SegmentEvent

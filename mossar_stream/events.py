@@ -29,6 +29,7 @@ MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
 StepStatus = Literal["strike", "off"]
 FollowStatus = Literal["begun", "progress", "done", "left"]
+PoseStatus = Literal["entered", "held", "left"]
 Side = Literal["left", "right"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
@@ -43,6 +44,7 @@ KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
 KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
 STEP_STATUSES: tuple[StepStatus, ...] = ("strike", "off")
 FOLLOW_STATUSES: tuple[FollowStatus, ...] = ("begun", "progress", "done", "left")
+POSE_STATUSES: tuple[PoseStatus, ...] = ("entered", "held", "left")
 REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
 SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
 MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
@@ -396,6 +398,43 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
         return max(self.limbs, key=lambda name: self.limbs[name], default=BODY)
 
 
+class PoseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="pose", kw_only=True, gc=False):
+    """News about a pose that was shown and is held: recognised whenever the moves have poses.
+
+    Args:
+        id: `performer/pose/take/NUMBER`, which counts the poses of the take from 1.
+        rev: Counts the messages about this id from 1.
+        name: Of the pose, as it was shown.
+        status: `entered` when the performer comes to rest in the pose, `held` once, when it has been held for its `hold`
+            seconds, and `left`.
+        start: When the performer came near to the pose, s on the source's clock.
+        seconds: How long the pose has been held, s; of `left` how long it was.
+        deviation: Root mean square angle between the directions of bones and those of the pose, since `entered`, degrees.
+        limbs: The same for each limb.
+        joint: End of the bone that strayed most.
+        decided_time: Time of the frame that caused this message, s.
+    """
+
+    v: int = SCHEMA_VERSION
+    performer: str
+    id: str
+    rev: int
+    name: str
+    status: PoseStatus
+    take: int
+    start: float
+    seconds: float
+    deviation: float
+    limbs: dict[str, float]
+    joint: str
+    decided_time: float
+
+    @property
+    def limb(self) -> str:
+        """The limb that strays most; `body` where no bone belongs to a limb."""
+        return max(self.limbs, key=lambda name: self.limbs[name], default=BODY)
+
+
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):
     """Counters of one performer's stream since it began; made by the pipeline, not by the core.
 
@@ -436,6 +475,7 @@ Event = (
     | ActivityEvent
     | MoveEvent
     | FollowEvent
+    | PoseEvent
     | RepetitionEvent
     | PhaseEvent
     | StepEvent

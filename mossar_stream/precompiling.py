@@ -99,9 +99,10 @@ def _any_plan(similarity: SimilarityName) -> Plan:
 
 
 def _any_moves() -> Moves:
-    """Return moves of one example, for the sake of the kernels."""
+    """Return moves of one example and one pose, for the sake of the kernels."""
     there = np.zeros((10, 2, 3))
     there[:, 1, 0] = np.linspace(0.0, 1.0, 10)
     moves = Moves(_ANYBODY)
     moves.add("any", there, 30)
+    moves.add_pose("held", there[0] + [[0, 0, 0], [0, 1, 0]])
     return moves

@@ -26,7 +26,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 22  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+VERSION = 23  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEAD_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -42,6 +42,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         steps: What is known of the feet; None if steps are not reported.
         follow: Which moves are to be followed.
         followed: What is known of them; None if none are.
+        poses: What is known of held poses; None if none are recognised.
     """
 
     moves: bytes | None = None
@@ -52,6 +53,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     steps: bytes | None = None
     follow: bool | tuple[str, ...] = ()
     followed: bytes | None = None
+    poses: bytes | None = None
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

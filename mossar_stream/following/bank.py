@@ -150,22 +150,25 @@ def _phases_of(
     places = np.linspace(0, len(positions) - 1, count)
     below = np.minimum(places.astype(np.int64), len(positions) - 2)
     share = (places - below).reshape(-1, 1, 1)
-    points = _points(positions.astype(np.float64), bones.shown)
-    axis, sign = UPWARDS[up]
-    points = points[:, :, [(axis + 2) % 3, axis, (axis + 1) % 3]] * np.array([sign, sign, 1.0])
+    points = points_of(positions.astype(np.float64), bones.shown, up)
     cosine, sine = (1.0, 0.0)
     if facing == "any" and bones.girdles[0] >= 0:
         cosine, sine = mean_heading(points.astype(np.float32), np.array(bones.girdles))
-    return stride, _directions(points[below] * (1 - share) + points[below + 1] * share, bones, cosine, sine)
+    return stride, directions_of(points[below] * (1 - share) + points[below + 1] * share, bones, cosine, sine)
 
 
-def _points(positions: NDArray[np.float64], pairs: Sequence[Pair]) -> NDArray[np.float64]:
+def points_of(positions: NDArray[np.float64], pairs: Sequence[Pair], up: Up) -> NDArray[np.float64]:
+    """Return the points of (n, J, 3) positions, y upwards: (n, K, 3) m."""
     mean = positions.mean(axis=1)
     lines = [(positions[:, one] + positions[:, other]) / 2 if one >= 0 else mean for one, other in pairs]
-    return np.stack(lines, axis=1)
+    axis, sign = UPWARDS[up]
+    turned = np.stack(lines, axis=1)[:, :, [(axis + 2) % 3, axis, (axis + 1) % 3]]
+    return np.asarray(turned * np.array([sign, sign, 1.0]))
 
 
-def _directions(points: NDArray[np.float64], bones: Bones, cosine: float, sine: float) -> NDArray[np.float64]:
+def directions_of(
+    points: NDArray[np.float64], bones: Bones, cosine: float, sine: float
+) -> NDArray[np.float64]:
     """Return the directions of bones of a body with a heading, as if it faced +z.
 
     Args:

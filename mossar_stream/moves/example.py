@@ -23,7 +23,7 @@ UNIT = 1e-4  # m, to which positions are rounded
 MAX_NAME = 64
 NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
 
-_Integer = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
+Coordinate = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
 
 
 class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -40,9 +40,9 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_NAME)]
     fps: Annotated[float, msgspec.Meta(gt=0, le=10_000)]
-    positions: Annotated[tuple[_Integer, ...], msgspec.Meta(max_length=MAX_FRAMES * 3 * 1024)]
+    positions: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=MAX_FRAMES * 3 * 1024)]
     whole_fps: Annotated[float, msgspec.Meta(ge=0, le=10_000)] = 0.0
-    whole: Annotated[tuple[_Integer, ...], msgspec.Meta(max_length=MOST_SHOWN * 3 * 1024)] = ()
+    whole: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=MOST_SHOWN * 3 * 1024)] = ()
 
     def metres(self, joints: int) -> NDArray[np.float32]:
         """Return the positions as (n, J, 3) float32, metres."""
@@ -88,7 +88,7 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
         MovesError: If the name or the positions cannot be used, or nothing moves.
     """
     check_name(name)
-    shown = _checked(_numbers(positions), fps, joints)
+    shown = _checked(numbers_of(positions), fps, joints)
     first, last = _extent(shown, fps, root)
     cut = shown[first : last + 1]
     if len(cut) < LEAST_FRAMES:
@@ -98,19 +98,24 @@ def make_example(name: str, positions: ArrayLike, fps: float, joints: int, root:
         rate = fps * (MAX_FRAMES - 1) / (len(cut) - 1)
         cut = _resampled(cut, MAX_FRAMES)
     if len(cut) == len(shown) and fps <= SHOWN_RATE:
-        return Example(name, float(rate), _integers(cut))
+        return Example(name, float(rate), units_of(cut))
     whole_rate = min(fps, SHOWN_RATE, fps * (MOST_SHOWN - 1) / (len(shown) - 1))
     count = max(2, round((len(shown) - 1) * whole_rate / fps) + 1)
     whole_rate = fps * (count - 1) / (len(shown) - 1)
-    return Example(name, float(rate), _integers(cut), float(whole_rate), _integers(_resampled(shown, count)))
+    return Example(name, float(rate), units_of(cut), float(whole_rate), units_of(_resampled(shown, count)))
 
 
-def _integers(positions: NDArray[np.float64]) -> tuple[int, ...]:
+def units_of(positions: NDArray[np.float64]) -> tuple[int, ...]:
     """Return positions, m, as whole numbers of `UNIT`."""
     return tuple(np.rint(positions / UNIT).astype(np.int64).ravel().tolist())
 
 
-def _numbers(positions: ArrayLike) -> NDArray[np.float64]:
+def numbers_of(positions: ArrayLike) -> NDArray[np.float64]:
+    """Return positions as an array.
+
+    Raises:
+        MovesError: If they are no numbers.
+    """
     try:
         return plain_array(positions, np.float64)
     except (TypeError, ValueError) as error:

@@ -13,6 +13,7 @@ from mossar_stream.moves.explaining import Explanation
 from mossar_stream.moves.mirroring import mirrored, mirrored_joints, other_side
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
 from mossar_stream.moves.oddity import Oddity, oddity_of
+from mossar_stream.moves.pose import Pose, make_pose
 from mossar_stream.moves.rules import USUAL, Facing, MoveRule, changed_rule, check_facing
 from mossar_stream.skeleton import Skeleton
 
@@ -45,6 +46,7 @@ class Moves:
         self._facing: Facing = "any"
         self._examples: list[Example] = []
         self._rules: dict[str, MoveRule] = {}
+        self._poses: list[Pose] = []
         self._described: tuple[tuple[object, ...], NDArray[np.uint8]] | None = None  # for `costs`
 
     def __len__(self) -> int:
@@ -59,6 +61,11 @@ class Moves:
     def examples(self) -> tuple[Example, ...]:
         """All examples, in the order in which they were shown."""
         return tuple(self._examples)
+
+    @property
+    def poses(self) -> tuple[Pose, ...]:
+        """The held poses, in the order in which they were shown; each name has one or more."""
+        return tuple(self._poses)
 
     @property
     def facing(self) -> Facing:
@@ -126,8 +133,31 @@ class Moves:
         """
         if len(self._examples) >= MAX_EXAMPLES:
             raise MovesError(f"there are {MAX_EXAMPLES} examples already, which is the most")
+        if any(pose.name == name for pose in self._poses):
+            raise MovesError(f"{name!r} is a pose already; a name is a move or a pose")
         skeleton = self.skeleton
         self._examples.append(make_example(name, positions, fps, len(skeleton), skeleton.root))
+
+    def add_pose(self, name: str, positions: ArrayLike, fps: float = 30.0, hold: float = 1.0) -> None:
+        """Add a pose that is held; a `PoseEvent` reports when a performer enters, holds and leaves it.
+
+        Several poses of one name are several ways to hold it: the nearest one counts.
+
+        Args:
+            name: Of the pose; 1 to 64 printable characters, not that of a move.
+            positions: (J, 3), metres: the pose; or (n, J, 3): what was shown, of which the last part at rest is the pose.
+            fps: Frames per second of what was shown, Hz.
+            hold: s after which the pose counts as held; the last one of a name is in force.
+
+        Raises:
+            MovesError: If the name or the positions cannot be used, nothing is held, or there are too many poses.
+        """
+        check_name(name)
+        if len(self._poses) >= MAX_EXAMPLES:
+            raise MovesError(f"there are {MAX_EXAMPLES} poses already, which is the most")
+        if name in self.names:
+            raise MovesError(f"{name!r} is a move already; a name is a move or a pose")
+        self._poses.append(make_pose(name, positions, fps, hold, self.skeleton))
 
     @staticmethod
     def check_name(name: str) -> str:
@@ -139,11 +169,14 @@ class Moves:
         return check_name(name)
 
     def remove(self, name: str) -> None:
-        """Forget all examples of a move.
+        """Forget all examples of a move, or a pose.
 
         Raises:
             MovesError: If there is none of that name.
         """
+        if any(pose.name == name for pose in self._poses):
+            self._poses = [pose for pose in self._poses if pose.name != name]
+            return
         self._check_known(name)
         self._examples = [example for example in self._examples if example.name != name]
         self._rules.pop(name, None)
@@ -162,6 +195,7 @@ class Moves:
         same._facing = self._facing
         same._examples = list(self._examples)
         same._rules = dict(self._rules)
+        same._poses = list(self._poses)
         return same
 
     def remove_example(self, place: int) -> None:
@@ -258,7 +292,7 @@ class Moves:
 
     def to_json(self) -> bytes:
         """Return the moves as JSON text."""
-        return write_moves(self.skeleton, self._examples, self._facing, self._rules)
+        return write_moves(self.skeleton, self._examples, self._facing, self._rules, self._poses)
 
     @classmethod
     def from_json(cls, text: bytes) -> "Moves":
@@ -270,6 +304,7 @@ class Moves:
         content = read_moves(text)
         moves = cls(content.skeleton)
         moves._facing, moves._examples, moves._rules = content.facing, content.examples, content.rules
+        moves._poses = content.poses
         return moves
 
     def save(self, path: str | os.PathLike[str]) -> None:

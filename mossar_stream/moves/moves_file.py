@@ -8,6 +8,9 @@
 Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules say what differs
 from `MoveRule`'s defaults; moves without a rule need not be named. `whole` is everything that was shown, where `positions` are
 the movement alone; without it they are the same. Files of version 1 have none of these.
+
+Files with held poses have version 3, and besides: "poses": [{"name": "plank", "positions": [-123, 4567, …], "hold": 2.0}, …],
+with one frame each.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,10 +21,12 @@ import msgspec
 from mossar_stream.errors import FrameError, MovesError
 from mossar_stream.moves.example import LEAST_FRAMES, MAX_FRAMES, MOST_SHOWN, Example, check_name
 from mossar_stream.moves.mirroring import mirrored_joints
+from mossar_stream.moves.pose import Pose
 from mossar_stream.moves.rules import Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
-VERSION = 2
+VERSION = 3
+WITHOUT_POSES = 2  # version of files without held poses, which older programs read, too
 MAX_EXAMPLES = 500
 MAX_BYTES = 128 << 20
 
@@ -37,22 +42,30 @@ class Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What a file of moves holds."""
 
     format: Literal["mossar-moves"]
-    version: Literal[1, 2]
+    version: Literal[1, 2, 3]
     skeleton: Skeleton
     examples: Annotated[list[Example], msgspec.Meta(max_length=MAX_EXAMPLES)]
     facing: Facing = "any"
     rules: Annotated[dict[str, MoveRule], msgspec.Meta(max_length=MAX_EXAMPLES)] = {}
+    poses: Annotated[list[Pose], msgspec.Meta(max_length=MAX_EXAMPLES)] = []
 
 
 def write_moves(
-    skeleton: Skeleton, examples: Sequence[Example], facing: Facing, rules: Mapping[str, MoveRule]
+    skeleton: Skeleton,
+    examples: Sequence[Example],
+    facing: Facing,
+    rules: Mapping[str, MoveRule],
+    poses: Sequence[Pose],
 ) -> bytes:
-    """Return moves as text, one example a line."""
+    """Return moves as text, one example or pose a line."""
+    version = VERSION if poses else WITHOUT_POSES
     head, said = msgspec.json.encode(skeleton).decode(), msgspec.json.encode(rules).decode()
     lines = ",\n".join(msgspec.json.encode(example).decode() for example in examples)
+    held = ",\n".join(msgspec.json.encode(pose).decode() for pose in poses)
+    held = f',\n"poses":[\n{held}\n]' if poses else ""
     return (
-        f'{{"format":"mossar-moves","version":{VERSION},\n"skeleton":{head},\n"facing":"{facing}",\n"rules":{said},\n'
-        f'"examples":[\n{lines}\n]}}\n'
+        f'{{"format":"mossar-moves","version":{version},\n"skeleton":{head},\n"facing":"{facing}",\n"rules":{said},\n'
+        f'"examples":[\n{lines}\n]{held}}}\n'
     ).encode()
 
 
@@ -74,7 +87,21 @@ def read_moves(text: bytes) -> Content:
     for place, example in enumerate(content.examples):
         _check(place, example, len(content.skeleton))
     _check_rules(content)
+    _check_poses(content)
     return content
+
+
+def _check_poses(content: Content) -> None:
+    joints = len(content.skeleton)
+    moves = {example.name for example in content.examples}
+    for place, pose in enumerate(content.poses):
+        check_name(pose.name)
+        if len(pose.positions) != 3 * joints:
+            raise MovesError(
+                f"pose {place} has {len(pose.positions)} numbers, not 3 for each of {joints} joints"
+            )
+        if pose.name in moves:
+            raise MovesError(f"{pose.name!r} is a move and a pose; a name is one of them")
 
 
 def _check_rules(content: Content) -> None:

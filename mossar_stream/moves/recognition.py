@@ -223,7 +223,7 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
         and not np.isnan(state["due"])
         and all(-1 <= mark < max(poses, 1) for mark in marks)
         and 0 <= int(decision["from_pose"]) <= poses
-        and -1 <= int(decision["leader"]) < moves
+        and -1 <= int(decision["leader"]) < max(moves, 1)  # 0 where there are no moves, too
         and all(-1 <= int(one["move"]) < moves and -1 <= int(one["limb"]) < limbs for one in found)
         and all(0 <= int(one["first"]) <= poses and 0 <= int(one["number"]) < 1 << 60 for one in found)
         and all(0 <= int(one["take"]) < 1 << 60 for one in found)

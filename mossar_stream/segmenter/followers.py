@@ -1,6 +1,7 @@
 """Followers: what follows a performer's frames besides the segmentation of the body. All of it is off by default.
 
-Limbs have rows of their own; moves, moves that are followed, and steps are readers (readers.py); the phase is reported for every frame.
+Limbs have rows of their own; moves, moves that are followed, held poses, and steps are readers
+(readers.py); the phase is reported for every frame.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from mossar_stream.events import BODY
 from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.poses.holding import Holding, holding_of
 from mossar_stream.readers import Reader
 from mossar_stream.segmenter.limbs import Limbs, NewRow
 from mossar_stream.settings import LevelName, Settings
@@ -35,6 +37,7 @@ class Followers:
     Attributes:
         followed: Which moves are to be followed.
         alignment: What follows them, or None.
+        holding: What recognises held poses, or None.
         limbs: Key frames of limbs, or None.
         stepping: Steps, or None.
         desk: The performer with all of that, for the loop.
@@ -53,6 +56,7 @@ class Followers:
         self.followed, self.alignment = following
         self._new_row = new_row
         self._given = row.plan.given
+        self.holding = self._holding_of(recognition)
         self.stepping = _stepping_of(row)
         self.limbs = self._limbs_at(level)
         self._lay()
@@ -67,7 +71,8 @@ class Followers:
     @property
     def _readers(self) -> list[Reader]:
         """What reads the frames, in the order in which it reports."""
-        readers: tuple[Reader | None, ...] = self._recognition, self.alignment, self.stepping
+        recognition = self._recognition if self._recognition is not None and self._recognition.names else None
+        readers: tuple[Reader | None, ...] = recognition, self.alignment, self.holding, self.stepping
         return [reader for reader in readers if reader is not None]
 
     @property
@@ -82,8 +87,19 @@ class Followers:
 
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
-        self._recognition = recognition
+        holding, before = self._holding_of(recognition), self.holding
+        if before is not None:
+            if holding is not None:
+                holding.count_on_from(before.number)
+            before.end(int(self._row.clock["take"]), self._row.pending)
+        self._recognition, self.holding = recognition, holding
         self._lay()
+
+    def _holding_of(self, recognition: Recognition | None) -> Holding | None:
+        """Return what recognises the poses among the moves."""
+        if recognition is None:
+            return None
+        return holding_of(recognition.moves, self._row.plan.skeleton, self._given.up, self._row.name)
 
     def follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
         """Let something else follow moves; what is being made is decided."""
@@ -115,7 +131,9 @@ class Followers:
         if self.alignment is not None:
             row = self._row
             self.alignment = self.alignment.adopt(given, int(row.clock["take"]), row.pending)
-        self._given = given
+        up, self._given = self._given.up, given
+        if given.up != up:
+            self.recognition = self._recognition
         self.follow(level)
 
     def follow(self, level: LevelName | float) -> None:
@@ -181,6 +199,7 @@ class Followers:
             steps=None if self.stepping is None else self.stepping.to_bytes(),
             follow=self.followed,
             followed=None if self.alignment is None else self.alignment.to_bytes(),
+            poses=None if self.holding is None else self.holding.to_bytes(),
         )
 
     def restore(self, known: Following) -> None:
@@ -196,6 +215,9 @@ class Followers:
             self.limbs.restore(known.limbs)
         if self.stepping is not None:
             self.stepping.go_on_from(known.steps)
+        if self.holding is not None and known.poses is not None:
+            same = self._recognition is not None and self._recognition.digest == known.digest
+            self.holding.go_on_from(known.poses, same_poses=same)
         self._lay()
 
 

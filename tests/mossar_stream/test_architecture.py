@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 PAGE = (Path(__file__).parents[2] / "docs" / "architecture.md").read_text()
-ROOMS = "algorithm|engine|following|jit|memory|moves|readers|repetitions|segmenter|similarity|steps"
+ROOMS = "algorithm|engine|following|jit|memory|moves|poses|readers|repetitions|segmenter|similarity|steps"
 NAMES = sorted(set(re.findall(rf"`((?:{ROOMS})\.[a-zA-Z_.]+)`", PAGE[PAGE.index("## One push") :])))
 
 

@@ -104,6 +104,7 @@ def test_the_events_in_the_documentation_fit(valid):
         "activity",
         "move",
         "follow",
+        "pose",
         "repetition",
         "phase",
         "stream",

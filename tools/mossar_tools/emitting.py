@@ -27,6 +27,7 @@ def check_emission(options: Options, settings: Settings, emission: Emission, *, 
     controlled = bool(options.control)  # settings may change
     missing = {
         "move": "" if options.moves or teaches else "--moves FILE",
+        "pose": "" if options.moves or teaches else "--moves FILE with poses",
         "follow": "" if options.follow or controlled else "--follow NAMES",
         "repetition": "" if settings.repetitions or controlled else "--repetitions",
         "phase": "" if settings.phase or controlled else "--set repetitions=true --set phase=true",

@@ -14,6 +14,7 @@ from mossar_stream import (
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     Settings,
@@ -31,6 +32,7 @@ _EVENTS = (
     StepEvent,
     MoveEvent,
     FollowEvent,
+    PoseEvent,
     StreamEvent,
     StatsEvent,
 )

@@ -7,6 +7,8 @@ channel after the performer; `/mossar/move ,ssssiffffi` performer, status, name,
 `/mossar/follow ,sssssiiffffffffsi` performer, status, name, limb that strays most, joint, take, count, progress, tempo,
 certainty, deviation, score (-1 until done), start, time, decided time, id, rev, then `sff` for each limb: name,
 deviation, range (-1 until done, and of limbs that stand still);
+`/mossar/pose ,sssssiffffsi` performer, status, name, limb that strays most, joint, take, start, seconds, deviation, decided time,
+id, rev, then `sf` for each limb: name, deviation;
 `/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/activity ,sssifff` performer, channel, state, take, start, decided time, previous (-1 at first);
@@ -27,6 +29,7 @@ from mossar_stream import (
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     StepEvent,
@@ -35,7 +38,7 @@ from mossar_stream import (
 
 _MAX_PERFORMERS = 1024
 
-_Timed = KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | FollowEvent | StepEvent
+_Timed = KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | FollowEvent | PoseEvent | StepEvent
 
 
 class OscSink:
@@ -106,6 +109,8 @@ class OscSink:
                 return self._move(event)
             case FollowEvent():
                 return self._follow(event)
+            case PoseEvent():
+                return self._pose(event)
             case RepetitionEvent():
                 numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
                 who = (event.performer, event.status, event.channel)
@@ -166,6 +171,17 @@ class OscSink:
             *(part for limb in limbs for part in limb),
         )
 
+    def _pose(self, event: PoseEvent) -> bytes:
+        start = self._start(event)
+        return encode(
+            "/mossar/pose",
+            "sssssiffffsi" + "sf" * len(event.limbs),
+            *(event.performer, event.status, event.name, event.limb, event.joint, event.take),
+            *(event.start - start, event.seconds, event.deviation, event.decided_time - start),
+            *(event.id, event.rev),
+            *(part for limb in event.limbs.items() for part in limb),
+        )
+
     def _activity(self, event: ActivityEvent) -> bytes:
         start = self._start(event)
         previous = -1.0 if event.previous is None else event.previous
@@ -199,7 +215,7 @@ def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, lis
 
 def _reckoned(event: _Timed) -> float:
     """Return when frame 0 was, going back from two frames at their mean rate; a move or activity knows no frames."""
-    if isinstance(event, MoveEvent | FollowEvent | ActivityEvent):
+    if isinstance(event, MoveEvent | FollowEvent | PoseEvent | ActivityEvent):
         return event.start
     if isinstance(event, StepEvent):
         return event.time

@@ -6,6 +6,7 @@ from mossar_stream import (
     FOLLOW_STATUSES,
     KEY_FRAME_STATUSES,
     MOVE_STATUSES,
+    POSE_STATUSES,
     REPETITION_STATUSES,
     SEGMENT_STATUSES,
     STEP_STATUSES,
@@ -15,6 +16,7 @@ from mossar_stream import (
     KeyFrameEvent,
     MoveEvent,
     PhaseEvent,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     SettingsError,
@@ -33,6 +35,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "stats": ("",),
     "activity": ("",),
     "follow": FOLLOW_STATUSES,
+    "pose": POSE_STATUSES,
 }
 
 
@@ -89,6 +92,8 @@ def _pair(event: Event) -> tuple[str, str]:
         return "move", event.status
     if isinstance(event, FollowEvent):
         return "follow", event.status
+    if isinstance(event, PoseEvent):
+        return "pose", event.status
     if isinstance(event, RepetitionEvent):
         return "repetition", event.status
     if isinstance(event, ActivityEvent):

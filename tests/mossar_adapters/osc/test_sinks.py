@@ -21,6 +21,7 @@ from mossar_stream import (
     MossarError,
     MoveEvent,
     PhaseEvent,
+    PoseEvent,
     RepetitionEvent,
     Skeleton,
     StreamEvent,
@@ -120,6 +121,37 @@ def test_a_followed_move_says_how_far_it_is_and_how_much_each_limb_strays():
     assert going.params[17:] == ["trunk", 5.0, -1.0, "left_leg", 12.0, -1.0]
     assert (done.params[1], done.params[6], done.params[7], done.params[11]) == ("done", 3, 1.0, 0.25)
     assert done.params[17:] == ["trunk", 5.0, -1.0, "left_leg", 12.0, 0.5]
+
+
+def test_a_held_pose_says_how_long_and_where_the_body_strays():
+    event = PoseEvent(
+        performer="p1",
+        id="p1/pose/0/2",
+        rev=2,
+        name="plank",
+        status="held",
+        take=0,
+        start=12.0,
+        seconds=1.5,
+        deviation=8.0,
+        limbs={"trunk": 5.0, "left_leg": 12.0},
+        joint="LeftKnee",
+        decided_time=13.5,
+    )
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5)
+        sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
+        sink.begin_take("p1", 0, 10.0)
+        sink.send([event])
+        datagram = receiver.recv(1000)
+        sink.close()
+    assert b",sssssiffffsisfsf" in datagram
+    message = OscMessage(datagram)
+    assert message.address == "/mossar/pose"
+    assert message.params[:6] == ["p1", "held", "plank", "left_leg", "LeftKnee", 0]
+    assert message.params[6:12] == [2.0, 1.5, 8.0, 3.5, "p1/pose/0/2", 2]
+    assert message.params[12:] == ["trunk", 5.0, "left_leg", 12.0]
 
 
 def test_limbs_have_addresses_of_their_own_with_the_channel_after_the_performer_and_moves_theirs(told):

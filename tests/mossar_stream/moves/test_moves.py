@@ -112,7 +112,7 @@ def test_files_that_are_none_are_refused_in_one_line(moves):
         b"\xff\xfe",
         text[: len(text) // 2],
         changed(moves, format="other"),
-        changed(moves, version=3),
+        changed(moves, version=4),
         changed(moves, version=0),
         changed(moves, extra=1),
         changed(moves, skeleton={"names": [], "parents": []}),

@@ -1,0 +1,161 @@
+"""Holding: a performer's frames in, pose events out."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mossar_stream.errors import SnapshotError
+from mossar_stream.events import Event, PoseEvent, PoseStatus
+from mossar_stream.following.bones import shared_bones
+from mossar_stream.moves.moves import Moves
+from mossar_stream.poses.bank import make_bank
+from mossar_stream.poses.layout import HEAD, HEAD_BYTES, STATE, STATE_BYTES, memory_bytes
+from mossar_stream.poses.matching import ENTERED, HELD, LEFT, NOTHING, match_frame
+from mossar_stream.readers import address_of_reader
+from mossar_stream.settings import Up
+from mossar_stream.skeleton import Skeleton
+
+STATUSES: dict[int, PoseStatus] = {ENTERED: "entered", HELD: "held", LEFT: "left"}
+
+
+def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Holding | None":
+    """Return what recognises the poses among moves; None if there are none; see `Holding`."""
+    return Holding(moves, skeleton, up, performer) if moves.poses else None
+
+
+class Holding:
+    """What recognises the poses that one performer holds; all its memory has a fixed size.
+
+    Args:
+        moves: Whose poses there are.
+        skeleton: The performer's joints.
+        up: The axis that points upwards; `auto` is y.
+        performer: Name that events carry.
+
+    Raises:
+        FrameError: If the performer lacks joints that the poses need.
+        MovesError: If nothing can be compared.
+    """
+
+    def __init__(self, moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> None:
+        self._performer = performer
+        self._names = tuple(pose.name for pose in moves.poses)
+        self.store = make_bank(moves.skeleton, moves.poses, skeleton, moves.facing, up)
+        bones = shared_bones(moves.skeleton, skeleton)
+        self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
+        self._limbs = {
+            name: np.array([k for k, bone in enumerate(bones.bones) if bone.limb == i])
+            for i, name in enumerate(bones.limbs)
+        }
+        head = self.store[:HEAD_BYTES].view(HEAD)[0]
+        count = int(head["bones"])
+        self.state = np.zeros(memory_bytes(int(head["points"]), count, int(head["groups"])), np.uint8)
+        self._state = self.state[:STATE_BYTES].view(STATE)
+        at = STATE_BYTES + 8 * 6 * count
+        self._strays = self.state[at : at + 8 * count].view(np.float64)
+        self.told: None = None
+        self._begin()
+        # The kernel is compiled now, and never while frames come in.
+        self.address = address_of_reader(match_frame)
+
+    def _begin(self) -> None:
+        """Begin anew, as for a take."""
+        self.state[:] = 0
+        self._state["due"] = -np.inf
+        self._state["near"] = self._state["active"] = -1
+
+    @property
+    def number(self) -> int:
+        """Number of the latest pose of the take."""
+        return int(self._state["number"][0])
+
+    def count_on_from(self, number: int) -> None:
+        """Number poses on from those of another holding of the same take."""
+        self._state["number"] = number
+
+    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+        """Return the event of the last frame.
+
+        Args:
+            take: Number of the take that is open.
+        """
+        happened = int(self._state["happened"][0])
+        return ([self._event(STATUSES[happened], take)] if happened in STATUSES else []), None
+
+    def end(self, take: int, pending: list[Event]) -> None:
+        """Begin anew as a take ends; `pending` gets the event of a pose that is left by that."""
+        events: list[Event] = []
+        if self._state["active"][0] >= 0:
+            events.append(self._event("left", take, more=1))
+        self._begin()
+        pending += events
+
+    def _event(self, status: PoseStatus, take: int, more: int = 0) -> PoseEvent:
+        """Return an event of the pose that is held or was last; `more` is added to its `rev`."""
+        state = self._state[0]
+        strays = self._strays / max(int(state["matched"]), 1)
+        until = state["seen"] if status == "left" else state["time"]
+        return PoseEvent(
+            performer=self._performer,
+            id=f"{self._performer}/pose/{take}/{int(state['number'])}",
+            rev=int(state["rev"]) + more,
+            name=self._names[int(state["latest"])],
+            status=status,
+            take=take,
+            start=round(float(state["start"]), 6),
+            seconds=round(float(until - state["start"]), 6),
+            deviation=_degrees(strays),
+            limbs={name: _degrees(strays[own]) for name, own in self._limbs.items()},
+            joint=self._ends[int(np.argmax(strays))],
+            decided_time=float(state["time"]),
+        )
+
+    def to_bytes(self) -> bytes:
+        """Return what is known of the performer, for a snapshot."""
+        self._state["happened"] = NOTHING
+        return self.state.tobytes()
+
+    def go_on_from(self, content: bytes, *, same_poses: bool) -> None:
+        """Go on where another holding was.
+
+        Args:
+            content: Of its `to_bytes`.
+            same_poses: Whether it had the same poses; otherwise only the numbers go on.
+
+        Raises:
+            SnapshotError: If the bytes do not fit, or contradict themselves.
+        """
+        if len(content) < STATE_BYTES or (same_poses and len(content) != len(self.state)):
+            raise SnapshotError(f"the snapshot's held poses have {len(content)} bytes, not {len(self.state)}")
+        fresh = np.frombuffer(content, np.uint8).copy()
+        state = fresh[:STATE_BYTES].view(STATE)[0]
+        number = int(state["number"])
+        if not 0 <= number < 1 << 60 or (same_poses and not self._is_sound(state, fresh[STATE_BYTES:])):
+            raise SnapshotError("the snapshot's state of held poses contradicts itself")
+        if same_poses:
+            self.state[:] = fresh
+        else:
+            self.count_on_from(number)
+
+    def _is_sound(self, state: np.void, rest: NDArray[np.uint8]) -> bool:
+        """Tell whether a performer's memory is one that holding could have left."""
+        poses = len(self._names)
+        doubles = 8 * (len(rest) // 8)
+        numbers = rest[:doubles].view(np.float64)[: 8 * len(self._ends)]
+        times = [float(state[name]) for name in ("time", "since", "start", "seen")]
+        return (
+            all(-1 <= int(state[name]) < poses for name in ("near", "active"))
+            and 0 <= int(state["latest"]) < poses
+            and all(0 <= int(state[name]) < 1 << 60 for name in ("frames", "matched", "rev"))
+            and int(state["is_held"]) in (0, 1)
+            and int(state["happened"]) == NOTHING
+            and not math.isnan(state["due"])
+            and all(math.isfinite(time) for time in times)
+            and bool(np.isfinite(state["facing"]).all() and np.isfinite(numbers).all())
+        )
+
+
+def _degrees(chords: NDArray[np.float64]) -> float:
+    """Return the angle between directions, from squares of chords: degrees, root mean square."""
+    return round(math.degrees(2.0 * math.asin(min(1.0, math.sqrt(float(chords.mean())) / 2.0))), 2)
