@@ -5,8 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from mossar_adapters.demo import performance
+from mossar_adapters.demo import DemoSource, performance
+from mossar_adapters.pipeline import Pipeline
 from mossar_stream import Frames, Moves, Segmenter, Settings, Skeleton
+from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.rings import rings
 from mossar_tools.dashboard.scene import straying
 from mossar_tools.dashboard.shadow import Shadow
@@ -125,3 +127,13 @@ def test_joints_of_other_sets_are_matched_and_those_that_are_missing_do_no_harm(
         over = shadow.pose(moves.examples[0], 0.5, body, stance)
         assert np.isfinite(over).all()
         assert shadow.strays(over, body).shape == (7,)
+
+
+@pytest.mark.parametrize(("wanted", "found"), [(("squat",), ("squat",)), (("lunge",), ()), (("all",), True)])
+def test_a_move_is_followed_once_it_is_taught(moves, wanted, found):
+    show = LiveShow(Settings(), follow=wanted)
+    pipeline = Pipeline([DemoSource.from_url("demo:?seconds=1", speed="max")], [], Settings())
+    assert pipeline.pool.follow == ()
+    show._recognise(moves)
+    show.tick(pipeline)
+    assert pipeline.pool.follow == found

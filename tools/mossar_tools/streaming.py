@@ -47,6 +47,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     check_emission(options, settings, emission, teaches=page_only)
     tell_what_tables_leave_out(options, settings)
     moves, follow = moves_to_follow(options.moves, options.follow, teaches=page_only)
+    if options.follow and not follow:
+        LOGGER.info("%s has nothing to follow yet; Teach on the dashboard takes an example", options.moves)
     if moves is not None and options.explain:
         moves.explained = lambda explanation: LOGGER.info("%s", line_of(explanation))
     with contextlib.ExitStack() as opened:
