@@ -16,6 +16,7 @@ from mossar_stream import (
     FollowEvent,
     KeyFrameEvent,
     MoveEvent,
+    PoseEvent,
     RepetitionEvent,
     Segment,
     SegmentEvent,
@@ -149,6 +150,12 @@ def move_cells(event: MoveEvent) -> dict[str, object]:
     return {"limb": event.limb, "name": event.name, "score": _number(event.score)}
 
 
+def pose_cells(event: PoseEvent) -> dict[str, object]:
+    """Return the cells in which held poses differ from other stretches."""
+    strays = {f"deviation_{limb}": _number(event.limbs.get(limb)) for limb in LIMBS}
+    return {"limb": event.limb, "name": event.name, "deviation": _number(event.deviation), **strays}
+
+
 def follow_cells(event: FollowEvent) -> dict[str, object]:
     """Return the cells in which performances of a followed move differ from other stretches."""
     strays = {f"deviation_{limb}": _number(event.limbs.get(limb)) for limb in LIMBS}
@@ -220,6 +227,13 @@ class SegmentCsvSink:
                     recording, ends = self._recordings.get(event.performer, ""), (event.start, event.end)
                     row = stretch_row(recording, event.performer, event.take, ends, "move")
                     rows.append(row | move_cells(event))
+                case PoseEvent(status="left"):
+                    recording = self._recordings.get(event.performer, "")
+                    ends = (event.start, event.start + event.seconds)
+                    row = stretch_row(
+                        recording, event.performer, event.take, ends, "pose", joints=(event.joint,)
+                    )
+                    rows.append(row | pose_cells(event))
                 case FollowEvent(status="done"):
                     recording, ends = self._recordings.get(event.performer, ""), (event.start, event.time)
                     joints = (event.joint,)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import MovesError
 from mossar_stream.following.bank import UPWARDS, directions_of, points_of
-from mossar_stream.following.bones import NOWHERE, shared_bones
+from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
 from mossar_stream.following.layout import BONE, BONE_BYTES, POINT, POINT_BYTES
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.facing import mean_heading
@@ -16,6 +16,13 @@ from mossar_stream.moves.rules import Facing
 from mossar_stream.poses.layout import HEAD, HEAD_BYTES, SHOWN, SHOWN_BYTES, bank_bytes
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
+
+
+def bones_of(shown: Skeleton, streamed: Skeleton) -> Bones:
+    """Return the bones that two skeletons share, without those between a joint and itself, which have no direction."""
+    bones = shared_bones(shown, streamed)
+    places = bones.streamed
+    return bones._replace(bones=[bone for bone in bones.bones if places[bone.begin] != places[bone.end]])
 
 
 def make_bank(
@@ -37,7 +44,7 @@ def make_bank(
         FrameError: If the stream lacks joints that the poses need.
         MovesError: If nothing can be compared.
     """
-    bones = shared_bones(shown, streamed)
+    bones = bones_of(shown, streamed)
     if not bones.bones:
         raise MovesError("no pose can be held: the poses have no bone that the stream has, too")
     open_cache()

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, PoseEvent, PoseStatus
-from mossar_stream.following.bones import shared_bones
 from mossar_stream.moves.moves import Moves
-from mossar_stream.poses.bank import make_bank
+from mossar_stream.poses.bank import bones_of, make_bank
 from mossar_stream.poses.layout import HEAD, HEAD_BYTES, STATE, STATE_BYTES, memory_bytes
 from mossar_stream.poses.matching import ENTERED, HELD, LEFT, NOTHING, match_frame
 from mossar_stream.readers import address_of_reader
@@ -42,11 +41,12 @@ class Holding:
         self._performer = performer
         self._names = tuple(pose.name for pose in moves.poses)
         self.store = make_bank(moves.skeleton, moves.poses, skeleton, moves.facing, up)
-        bones = shared_bones(moves.skeleton, skeleton)
+        bones = bones_of(moves.skeleton, skeleton)
         self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
         self._limbs = {
             name: np.array([k for k, bone in enumerate(bones.bones) if bone.limb == i])
             for i, name in enumerate(bones.limbs)
+            if any(bone.limb == i for bone in bones.bones)
         }
         head = self.store[:HEAD_BYTES].view(HEAD)[0]
         count = int(head["bones"])

@@ -163,6 +163,8 @@ def _compare(known, bank, pose):
         length = max(np.sqrt(x * x + y * y + z * z), 1e-6)
         row = bank.rows[pose, b]
         chords[b] = max(0.0, 2.0 - 2.0 * (x * row[0] + y * row[1] + z * row[2]) / length)
+        if row[0] == row[1] == row[2] == 0.0:  # two joints of the pose are in one place
+            chords[b] = 0.0
     total = 0.0
     for b in range(chords.size):
         total += chords[b]

@@ -17,6 +17,7 @@ from mossar_stream import (
     Frames,
     KeyFrameEvent,
     MoveEvent,
+    PoseEvent,
     RepetitionEvent,
     StreamEvent,
 )
@@ -122,6 +123,9 @@ class LiveView:
         elif isinstance(event, FollowEvent):
             if event.status == "done":
                 self._console.line(self._done_line(event))
+        elif isinstance(event, PoseEvent):
+            if event.status != "entered":
+                self._console.line(self._pose_line(event))
         elif isinstance(event, ActivityEvent):
             if event.channel == BODY:
                 self._console.line(self._activity_line(event))
@@ -252,6 +256,14 @@ class LiveView:
         """Return the count of a followed move, and how the performance went."""
         text = f"{event.performer:<12}{event.time:>8.2f} s  {event.name} {event.count}, {judged(event)}"
         return self._console.colour(self._cut(text), "1;32")
+
+    def _pose_line(self, event: PoseEvent) -> str:
+        """Return how long a pose has been held, and where the body strays."""
+        text = (
+            f"{event.performer:<12}{event.decided_time:>8.2f} s  {event.name} {event.status}, {event.seconds:.1f} s,"
+            f" {event.deviation:.0f}° ({event.joint})"
+        )
+        return self._console.colour(self._cut(text), "1;32" if event.status == "held" else "2")
 
     def _activity_line(self, event: ActivityEvent) -> str:
         lasted = "" if event.previous is None else f", after {event.previous:.1f} s"

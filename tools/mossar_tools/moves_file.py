@@ -124,6 +124,15 @@ def take_example(
     return moves
 
 
+def take_pose(
+    path: str | Path, skeleton: Skeleton, name: str, positions: NDArray[np.float32], fps: float, hold: float
+) -> Moves:
+    """Add a pose to a file; as `take_example`."""
+    with changing(path, skeleton) as moves:
+        moves.add_pose(name, positions, fps, hold)
+    return moves
+
+
 def oddities_of(moves: Moves, places: Iterable[int]) -> list[str]:
     """Return lines about those of some examples that are unlike the others of their name.
 

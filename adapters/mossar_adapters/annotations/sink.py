@@ -12,6 +12,7 @@ from mossar_adapters.annotations.tiers import (
     key_frame_tier,
     move_tier,
     of_limb,
+    pose_tier,
     repetition_tier,
     segment_tier,
     step_tier,
@@ -26,6 +27,7 @@ from mossar_stream import (
     FollowEvent,
     KeyFrameEvent,
     MoveEvent,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     StepEvent,
@@ -82,6 +84,8 @@ class AnnotationSink:
             match event:
                 case SegmentEvent(status="final") | MoveEvent(status="final") | FollowEvent(status="done"):
                     self._keep(event.performer, event.id, event)
+                case PoseEvent(status="left"):
+                    self._keep(event.performer, event.id, event)
                 case KeyFrameEvent(status="final"):
                     self._keep(event.performer, event.id, event)
                     self._latest = max(self._latest, event.decided_time)
@@ -137,6 +141,8 @@ class AnnotationSink:
         )
         tiers = [segment_tier(parts, self._level, origin), key_frame_tier(keys, origin)]
         tiers += [move_tier(moves, origin)] if moves else []
+        poses = [event for event in events if isinstance(event, PoseEvent)]
+        tiers += [pose_tier(poses, origin)] if poses else []
         tiers += follow_tiers([event for event in events if isinstance(event, FollowEvent)], origin)
         steps = [event for event in events if isinstance(event, StepEvent)]
         tiers += [step_tier(steps, origin)] if steps else []

@@ -11,6 +11,7 @@ from mossar_stream import (
     KeyFrameEvent,
     MossarError,
     MoveEvent,
+    PoseEvent,
     RepetitionEvent,
     Segment,
     SegmentEvent,
@@ -18,7 +19,7 @@ from mossar_stream import (
 )
 
 SEGMENTS, KEY_FRAMES, REPETITIONS, MOVES = "segments", "key frames", "repetitions", "moves"
-STEPS, EVENTS, FOLLOWED = "steps", "events", "followed"
+STEPS, EVENTS, FOLLOWED, POSES = "steps", "events", "followed", "poses"
 
 
 class AnnotationError(MossarError):
@@ -94,6 +95,12 @@ def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
         MOVES,
         without_overlaps([Mark(event.start - origin, event.end - origin, event.name) for event in events]),
     )
+
+
+def pose_tier(events: Iterable[PoseEvent], origin: float) -> Tier:
+    """Return the tier of held poses; as `segment_tier`."""
+    marks = [Mark(event.start - origin, event.start + event.seconds - origin, event.name) for event in events]
+    return Tier(POSES, without_overlaps(marks))
 
 
 def follow_tiers(events: Iterable[FollowEvent], origin: float) -> list[Tier]:

@@ -266,3 +266,19 @@ def test_a_damaged_state_is_refused(moves):
 def test_a_skeleton_of_one_joint_has_no_pose():
     with pytest.raises(MovesError):
         Moves(Skeleton(("a",))).add_pose("t", np.zeros((1, 3)))
+
+
+def test_flat_skeletons_without_a_root_and_joints_in_one_place_have_poses():
+    flat = Skeleton(("spine", "left_wrist", "right_wrist", "head", "mark"), (-1, 0, 0, 0, 0), root=-1)
+    low = np.array([[0, 1.1, 0], [0.2, 0.8, 0], [-0.2, 0.8, 0], [0, 1.6, 0], [0, 1.1, 0]], float)
+    high = low.copy()
+    high[1] = [0.3, 1.9, 0]
+    shown = Moves(flat)
+    shown.add_pose("hand_up", high)
+    share = (0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 24)))[:, None, None]
+    still = np.repeat(low[None], 45, axis=0)
+    way = low + share * (high - low)
+    frames = np.concatenate([still, way, np.repeat(high[None], 75, axis=0), way[::-1], still])
+    frames = (frames + np.random.default_rng(0).normal(0, 0.005, frames.shape)).astype(np.float32)
+    events = events_of(Segmenter(flat, moves=shown), frames, np.arange(len(frames)) / FPS)
+    assert story(events) == once("hand_up")

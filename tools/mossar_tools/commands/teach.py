@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mossar_stream import FACINGS, MoveRule
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, UsageError
-from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves, take_example
+from mossar_tools.moves_file import changing, moves_for, oddities_of, read_moves, take_example, take_pose
 from mossar_tools.options import (
     Options,
     add_body,
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from mossar_stream import Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
-taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names."""
+taken, and then it is in the file. From a recording: the movements in it, a part of it, or what a table names.
+A pose that is held (--pose): rest, take the pose, hold it."""
 EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times 2
   mossar teach moves.json take.bvh --name kick --from 3.2 --until 4.6
   mossar teach moves.json take.bvh --labels labels.csv        columns start, end (s), name
@@ -42,6 +43,7 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json --name punch --strict 0.8 --again 0.5    fewer false punches, none twice
   mossar teach moves.json --name jab_left --mirrored               jab_right, too
   mossar teach moves.json --facing as_shown                        from the side it was shown only
+  mossar teach moves.json osc://0.0.0.0:39539 --pose plank --hold 2     held for 2 s; what was held at the end is taken
   mossar teach moves.json --list
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
@@ -56,6 +58,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group = parser.add_argument_group("what to show")
     group.add_argument("--name", metavar="NAME", help="name of the move")
+    group.add_argument(
+        "--pose", metavar="NAME", help="name of a pose: what is held at the end is taken, once"
+    )
+    group.add_argument(
+        "--hold",
+        metavar="SECONDS",
+        type=seconds,
+        help="of --pose: how long until it counts as held (default: 1)",
+    )
     group.add_argument("--times", metavar="N", type=whole_number, help="number of examples (default: 2)")
     add_part(group)
     group.add_argument(
@@ -98,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group = parser.add_argument_group("what there is")
     group.add_argument("--list", action="store_true", help="list the moves and their numbers of examples")
-    group.add_argument("--remove", metavar="NAME", help="remove a move")
+    group.add_argument("--remove", metavar="NAME", help="remove a move or a pose")
     add_speed(parser, "max for recordings, 1 for demo:")
     add_settings(parser, body_only=True)
     add_body(parser)
@@ -110,6 +121,7 @@ def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.list or options.remove is not None:
         return _look_after(options, console)
+    _check_pose(options)
     if _has_rules(options) and options.name is None:
         raise UsageError("--strict, --again and --mirrored are of one move: --name says of which")
     if not options.sources and (_has_rules(options) or options.facing is not None):
@@ -122,14 +134,40 @@ def run(options: Options, console: Console) -> int:
         raise UsageError("--names and --plot belong to --discover")
     if options.labels is not None:
         return _teach_labels(options, console)
-    if options.name is None:
-        raise UsageError("--name says what the move is called")
+    name = options.name or options.pose
+    if name is None:
+        raise UsageError("--name says what the move is called, --pose what the pose is")
     from mossar_stream import Moves
 
-    Moves.check_name(options.name)
+    Moves.check_name(name)
     if options.begin is not None or options.until is not None:
-        return _teach_parts(options, console, [(-np.inf, np.inf, options.name)])
+        return _teach_parts(options, console, [(-np.inf, np.inf, name)])
     return _teach_live(options, console)
+
+
+def _check_pose(options: Options) -> None:
+    """Refuse what does not go with a pose.
+
+    Raises:
+        UsageError: If there is any.
+    """
+    if options.pose is None:
+        if options.hold is not None:
+            raise UsageError("--hold is of a pose: --pose says of which")
+        return
+    others = {
+        "--name": options.name is not None,
+        "--labels": options.labels is not None,
+        "--discover": options.discover,
+        "--strict, --again and --mirrored": _has_rules(options),
+    }
+    for other, is_given in others.items():
+        if is_given:
+            raise UsageError(f"{other} cannot be given with --pose")
+
+
+def _hold(options: Options) -> float:
+    return 1.0 if options.hold is None else options.hold
 
 
 def _has_rules(options: Options) -> bool:
@@ -186,6 +224,8 @@ def _look_after(options: Options, console: Console) -> int:
             console.line(
                 f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}{f'; {rule}' if rule else ''}"
             )
+        for name, hold in {pose.name: pose.hold for pose in moves.poses}.items():
+            console.line(f"{name:<24} pose, held after {hold:g} s")
         if moves.facing != FACINGS[0]:
             console.line(f"facing {moves.facing}")
         _warn(moves, range(len(moves)))
@@ -224,7 +264,10 @@ def _teach_parts(
         before = len(moves)
         for begin, until, name in parts:
             positions, fps = _part(whole, origin + begin, origin + until)
-            moves.add(name, positions, fps)
+            if options.pose is None:
+                moves.add(name, positions, fps)
+            else:
+                moves.add_pose(name, positions, fps, _hold(options))
         _apply_rules(options, moves)
     _warn(moves, range(before, len(moves)))
     console.say(f"{options.file}: {len(parts)} taken; {_what_is_in(moves)}")
@@ -291,7 +334,9 @@ def _discover(options: Options, console: Console) -> int:
 
 def _what_is_in(moves: "Moves") -> str:
     examples, names = len(moves), len(moves.names)
-    return f"{examples} example{'s' * (examples != 1)} of {names} move{'s' * (names != 1)}"
+    poses = len({pose.name for pose in moves.poses})
+    held = f", {poses} pose{'s' * (poses != 1)}" if poses else ""
+    return f"{examples} example{'s' * (examples != 1)} of {names} move{'s' * (names != 1)}{held}"
 
 
 def _part(whole: "LoadedRecording", begin: float, until: float) -> tuple[NDArray[np.float32], float]:
@@ -316,22 +361,27 @@ def _teach_live(options: Options, console: Console) -> int:
     if Path(options.file).exists():
         read_moves(options.file)  # what is wrong with the file is said before anybody moves
     settings = options.settings()
-    taken = 0
+    taken, wanted = 0, options.times if options.pose is None else 1
     with contextlib.closing(source_of(options.sources[0], options)) as source:
 
         def take(positions: NDArray[np.float32], fps: float) -> None:
             nonlocal taken
-            if taken >= options.times:
+            if taken >= wanted:
                 return
             skeleton = pipeline.pool[pipeline.pool.names[0]].skeleton
             # Written to the file before it is reported: whatever happens afterwards, nothing is lost.
-            moves = take_example(options.file, skeleton, options.name or "", positions, fps)
-            taken += 1
-            console.say(
-                f"{options.name}: example {taken} of {options.times} taken ({len(positions) / fps:.1f} s)"
-            )
-            _warn(moves, [len(moves) - 1])
-            if taken >= options.times:
+            if options.pose is not None:
+                take_pose(options.file, skeleton, options.pose, positions, fps, _hold(options))
+                taken += 1
+                console.say(f"{options.pose}: pose taken")
+            else:
+                moves = take_example(options.file, skeleton, options.name or "", positions, fps)
+                taken += 1
+                console.say(
+                    f"{options.name}: example {taken} of {wanted} taken ({len(positions) / fps:.1f} s)"
+                )
+                _warn(moves, [len(moves) - 1])
+            if taken >= wanted:
                 if _has_rules(options) or options.facing is not None:
                     _set_rules(options, console)
                 pipeline.stop()
@@ -339,12 +389,15 @@ def _teach_live(options: Options, console: Console) -> int:
         taker = MovementTaker(take, console.say)
         pipeline = Pipeline([source], [], settings, views=[taker])
         warm_up(settings)
-        console.say(f"rest, do {options.name!r}, rest; {options.times} times")
+        if options.pose is not None:
+            console.say(f"rest, then take the pose {options.pose!r} and hold it")
+        else:
+            console.say(f"rest, do {options.name!r}, rest; {options.times} times")
         with stopping(pipeline.stop) as stop:
             outcome = pipeline.run()
     if stop.status:
         return stop.status
-    if taken < options.times:
-        console.say(f"{taken} of {options.times} examples taken: the stream ended")
+    if taken < wanted:
+        console.say(f"{taken} of {wanted} examples taken: the stream ended")
         return FAILED
     return FAILED if outcome.errors else DONE

@@ -1,13 +1,14 @@
-"""Limb strips: what limbs do, and moves that were recognised, of one live performer, bounded in everything."""
+"""Limb strips: what limbs do, and moves and poses that were recognised, of one live performer, bounded in everything."""
 
+import math
 from collections import OrderedDict
 from typing import TypeVar
 
-from mossar_stream import MoveEvent, SegmentEvent
+from mossar_stream import MoveEvent, PoseEvent, SegmentEvent
 from mossar_tools.dashboard.glimpse import NamedMove, Stretch
 
 _KEPT = 400  # segments of limbs, and moves
-_Kept = TypeVar("_Kept", SegmentEvent, MoveEvent)
+_Kept = TypeVar("_Kept", SegmentEvent, MoveEvent, PoseEvent)
 
 
 class LimbStrips:
@@ -16,6 +17,7 @@ class LimbStrips:
     def __init__(self) -> None:
         self._segments: OrderedDict[str, SegmentEvent] = OrderedDict()
         self._moves: OrderedDict[str, MoveEvent] = OrderedDict()
+        self._poses: OrderedDict[str, PoseEvent] = OrderedDict()
 
     def take_segment(self, event: SegmentEvent) -> None:
         """Take news about a segment of a limb in."""
@@ -24,6 +26,10 @@ class LimbStrips:
     def take_move(self, event: MoveEvent) -> None:
         """Take news about a move in."""
         _keep(self._moves, event)
+
+    def take_pose(self, event: PoseEvent) -> None:
+        """Take news about a held pose in."""
+        _keep(self._poses, event)
 
     def stretches(self, start: float) -> dict[str, list[Stretch]]:
         """Return the segments of each limb since a time, s; limbs in the order of their names."""
@@ -36,8 +42,13 @@ class LimbStrips:
         return found
 
     def moves(self, start: float) -> list[NamedMove]:
-        """Return the moves since a time, s."""
-        return [NamedMove(e.start, e.end, e.name) for e in self._moves.values() if e.end > start]
+        """Return the moves and the poses since a time, s; a pose that is not left yet goes on."""
+        moves = [NamedMove(e.start, e.end, e.name) for e in self._moves.values() if e.end > start]
+        for event in self._poses.values():
+            end = event.start + event.seconds if event.status == "left" else math.inf
+            if end > start:
+                moves.append(NamedMove(event.start, end, event.name))
+        return moves
 
 
 def _keep(kept: OrderedDict[str, _Kept], event: _Kept) -> None:

@@ -15,6 +15,7 @@ from mossar_stream import (
     KeyFrameEvent,
     MoveEvent,
     Moves,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     Skeleton,
@@ -94,6 +95,8 @@ class Track:
         """Take news in: of the body's key frames, of limbs' segments, of moves, of those that are followed, of repetitions."""
         if isinstance(event, MoveEvent):
             self._limb_strips.take_move(event)
+        elif isinstance(event, PoseEvent):
+            self._limb_strips.take_pose(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
             self._limb_strips.take_segment(event)
         elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
