@@ -34,6 +34,7 @@ from mossar_stream.events import (
     KeyFrameEvent,
     KeyFrameKind,
     MoveEvent,
+    PoseEvent,
     RepetitionEvent,
     SegmentEvent,
     SegmentState,
@@ -44,6 +45,7 @@ from mossar_stream.frames import constant_times, plain_array
 from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, positions_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
+from mossar_stream.poses.holding import holding_of
 from mossar_stream.readers import Reader
 from mossar_stream.recording import notebook
 from mossar_stream.repetitions.telling import as_said_last
@@ -141,6 +143,7 @@ class Result:
         curves: The velocity curve, frame by frame, if it was asked for.
         moves: The moves that were recognised, if there were any to recognise; a list with `to_dataframe`.
         followed: Performances of the moves that are followed that were done; a list with `to_dataframe`.
+        poses: The poses that were held or entered, once each, when they were left; a list with `to_dataframe`.
         repetitions: Repetitions of movements, with the setting `repetitions`; a list with `to_dataframe`.
         limbs: What was found in each limb, with the setting `limbs`.
         steps: When feet left the ground and came down, with the setting `steps`.
@@ -155,6 +158,7 @@ class Result:
         self.repetitions = notebook.Table[RepetitionEvent]([], RepetitionEvent)
         self.steps = notebook.Table[StepEvent]([], StepEvent)
         self.followed = notebook.Table[FollowEvent]([], FollowEvent)
+        self.poses = notebook.Table[PoseEvent]([], PoseEvent)
         self.limbs = limbs
         self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
         self._row = row
@@ -334,6 +338,8 @@ def _segmented(
     done = [event for event in told if isinstance(event, FollowEvent) and event.status == "done"]
     result = Result(row, states, found, limbs)
     result.followed = notebook.Table(done, FollowEvent)
+    left = [event for event in told if isinstance(event, PoseEvent) and event.status == "left"]
+    result.poses = notebook.Table(left, PoseEvent)
     result.repetitions = notebook.Table(as_said_last(told), RepetitionEvent)
     result.steps = notebook.Table((e for e in told if isinstance(e, StepEvent)), StepEvent)
     return result
@@ -374,8 +380,9 @@ def _readers_of(
 ) -> list[Reader]:
     """Return what reads the frames of a recording."""
     readers: list[Reader | None] = [
-        None if moves is None else Recognition(moves, skeleton, "p1"),
+        Recognition(moves, skeleton, "p1") if moves is not None and moves.names else None,
         alignment_of(followed, moves, skeleton, settings, "p1"),
+        None if moves is None else holding_of(moves, skeleton, settings.up, "p1"),
         Stepping(skeleton, settings, "p1") if settings.steps else None,
     ]
     return [reader for reader in readers if reader is not None]

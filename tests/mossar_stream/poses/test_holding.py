@@ -17,6 +17,7 @@ from mossar_stream import (
     Settings,
     Skeleton,
     SnapshotError,
+    segment_recording,
     to_json,
 )
 
@@ -282,3 +283,14 @@ def test_flat_skeletons_without_a_root_and_joints_in_one_place_have_poses():
     frames = (frames + np.random.default_rng(0).normal(0, 0.005, frames.shape)).astype(np.float32)
     events = events_of(Segmenter(flat, moves=shown), frames, np.arange(len(frames)) / FPS)
     assert story(events) == once("hand_up")
+
+
+def test_a_recording_has_the_poses_that_were_held(moves):
+    frames, times = session(T_POSE, PLANK)
+    result = segment_recording(frames, skeleton=PERSON, times=times, moves=moves)
+    assert [pose.name for pose in result.poses] == ["t", "plank"]
+    assert [pose.seconds for pose in result.poses] == [
+        e.seconds
+        for e in told(events_of(Segmenter(PERSON, moves=moves), frames, times))
+        if e.status == "left"
+    ]
