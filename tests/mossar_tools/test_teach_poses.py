@@ -59,6 +59,16 @@ def test_tables_and_annotations_of_a_stream_have_the_pose(run, shown, tmp_path):
     assert "at_ease" in notes.read_text()
 
 
+def test_the_table_and_the_report_of_a_recording_have_the_pose(run, shown, tmp_path):
+    table, report = tmp_path / "take.csv", tmp_path / "take.json"
+    ran = run("segment", REACH, "--moves", shown, "--csv", str(table), "--json", str(report))
+    assert ran.status == 0, ran.err
+    with table.open() as file:
+        rows = [row for row in csv.DictReader(file) if row["state"] == "pose"]
+    assert {row["name"] for row in rows} == {"at_ease"}
+    assert [pose["name"] for pose in json.loads(report.read_text())["poses"]] == ["at_ease"] * len(rows)
+
+
 def test_what_is_held_at_the_end_of_a_movement_is_the_pose(run, tmp_path):
     path = str(tmp_path / "live.json")
     ran = run("teach", path, "demo:?moves=rest:1,kick_left,rest:2", "--speed", "max", "--pose", "upright")

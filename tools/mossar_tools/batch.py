@@ -35,6 +35,7 @@ from mossar_stream import (
     FollowEvent,
     MossarError,
     MoveEvent,
+    PoseEvent,
     RangeOfMotion,
     RepetitionEvent,
     Result,
@@ -147,6 +148,7 @@ def report_of(
     }
     if options.moves is not None:
         report["moves"] = result.moves
+        report["poses"] = result.poses
     if options.follow:
         report["followed"] = result.followed
     if result.settings.repetitions:
@@ -176,6 +178,7 @@ def rows_of(
     counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
     rows += [_row_of_repetition(loaded, event) for event in counted]
     rows += [_row_of_move(loaded, event) for event in result.moves]
+    rows += [_row_of_pose(loaded, event) for event in result.poses]
     rows += [_row_of_followed(loaded, event) for event in result.followed]
     rows += [_row_of_angle(loaded, own) for own in (motion_of(loaded, result) if options.angles else ())]
     rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
@@ -209,6 +212,12 @@ def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[
 
 def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
     return _row_of(loaded, event.take, (event.start, event.end), "move", BODY) | move_cells(event)
+
+
+def _row_of_pose(loaded: LoadedRecording, event: PoseEvent) -> dict[str, Any]:
+    ends = (event.start, event.start + event.seconds)
+    row = _row_of(loaded, event.take, ends, "pose", BODY, (event.joint,))
+    return row | {"limb": event.limb, "name": event.name}
 
 
 def _row_of_followed(loaded: LoadedRecording, event: FollowEvent) -> dict[str, Any]:
