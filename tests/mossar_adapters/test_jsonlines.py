@@ -129,11 +129,17 @@ def test_final_segments_become_rows(tmp_path):
     sink.announce(Meta("p1", Skeleton(("hip", "head")), recording="walk.bvh"))
     sink.send([STARTED, segment, final])
     sink.close()
-    times, rest = (
-        "start,end,duration,start_frame,end_frame",
-        "similarity,active_joints,channel,limb,count,total,period,tempo,amplitude,name,score",
+    times = "start,end,duration,start_frame,end_frame"
+    counted = "count,total,period,tempo,amplitude"
+    followed = "relative_tempo,deviation," + ",".join(
+        f"{field}_{limb}"
+        for field in ("deviation", "range")
+        for limb in ("trunk", "left_arm", "right_arm", "left_leg", "right_leg")
     )
-    assert path.read_text().splitlines() == [
-        f"recording,performer,take,{times},state,kind,strength,{rest}",
-        "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body,,,,,,,,",
-    ]
+    own = "similarity,active_joints,channel,limb"
+    header, row = path.read_text().splitlines()
+    assert (
+        header
+        == f"recording,performer,take,{times},state,kind,strength,{own},{counted},name,score,{followed}"
+    )
+    assert row == "walk.bvh,p1,0,0.5000,1.5000,1.0000,0,60,moving,,,,head,body" + "," * 20

@@ -160,7 +160,7 @@ def test_examples_are_drawn_well_formed_and_names_are_quoted(stage):
 
 
 def test_nobody_can_show_a_move_before_somebody_is_there(tmp_path):
-    with pytest.raises(MossarError, match="nobody yet"):
+    with pytest.raises(MossarError, match="no performer yet"):
         LiveShow(Settings(), folder=tmp_path).teach("punch")
 
 
