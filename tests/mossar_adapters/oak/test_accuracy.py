@@ -115,12 +115,12 @@ def test_noisy_depth_moves_confirmed_key_frames_by_some_frames(studio):
 @pytest.mark.parametrize("sensor", [{}, NOISY, ROUGH], ids=["clean", "noisy", "rough"])
 def test_final_key_frames_hit_the_ends_of_moves_and_the_defaults_do_no_harm(studio, sensor):
     plain, helped = [], []
-    for seed in (3, 5):
+    for seed in range(1, 7):
         _, _, times, found, cuts = play(studio, seed, **sensor)
         moments = times[[min(cut.frame, len(times) - 1) for cut in cuts]]
         plain.append(agreement(moments, key_frames(found, times, {}, "final"), 0.3))
         helped.append(agreement(moments, key_frames(found, times, dict(DEFAULTS), "final"), 0.3))
-    assert np.mean(helped) >= np.mean(plain)  # 0.92 against 0.88 with rough depth, else the same
+    assert np.mean(helped) >= np.mean(plain)  # 0.92 against 0.86 with rough depth
     assert np.mean(helped) > 0.9
 
 
