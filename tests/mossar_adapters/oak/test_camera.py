@@ -202,13 +202,15 @@ def test_the_summary_comes_in_time_or_says_that_it_does_not():
 
 def test_measuring_that_takes_longer_than_anybody_waits_is_neither_lost_nor_taken_for_the_next(studio):
     stage, body = studio.Stage(), studio.standing()
-    asked = 0
-    for number in range(20):
+    number = asked = 0
+    # Until a measurement was not there at once, which on an idle machine may take more than 20 pictures.
+    while number < 20 or (asked == number and number < 500):
         stage.send(number, studio.START + number / studio.FPS, [body])
         picture = None
         while picture is None:
             picture = stage.camera.get(0.0)
             asked += 1
         assert picture.number == number
+        number += 1
     stage.camera.close()
-    assert asked > 20  # so it was not always there at once
+    assert asked > number
