@@ -130,7 +130,9 @@ def _process(head: Any, seat: Any, buffers: Any, params: Any, frames: Any) -> An
                 head.stage += 1
             elif not is_alone:
                 head.stage = 1
-                if channel.is_taken == 0:
+                if at_address(channel.row, ROW, (1,))[0].clock.open == 0:  # a take begins with somebody
+                    head.stage += station.limbs + station.readers
+                elif channel.is_taken == 0:
                     head.stage += station.limbs
                 elif station.limbs > 0:
                     _gather(seat, station, channels, positions[here])
