@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.facts import SMOOTHING
+from mossar_stream.algorithm.candidate_features import SMOOTHING
 from mossar_stream.algorithm.pose_history import SPEED_WINDOW
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import ACTIVITY, next_event
@@ -119,7 +119,7 @@ def noises_of_speed(noise, joints, is_filtered):
     Args:
         noise: NOISE.
         joints: How many can move relative to the centre.
-        is_filtered: Whether the speed is that of poses in the low-pass filter, see facts.noise_of_speed.
+        is_filtered: Whether the speed is that of poses in the low-pass filter, see candidate_features.noise_of_speed.
     """
     if noise.step <= 0.0:
         return 0.0, 0.0

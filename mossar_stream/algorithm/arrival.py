@@ -77,7 +77,7 @@ def resume(joints, history, filtered):
         k = place(j)
         if body[k + WORK] > 0.0 and plan.filtered_joints > 0:
             begin_filter(body, filtered, j)
-        if plan.evidence == 1 and body[k + LIVE] > 0.0 and (all_moved or body[k + WORK] > 0.0):
+        if plan.is_filtered == 1 and body[k + LIVE] > 0.0 and (all_moved or body[k + WORK] > 0.0):
             for axis in range(3):
                 body[k + POSE_X + axis * PAGE] = body[k + X + axis * PAGE] - center[axis]
             keep_all_along(history, j)

@@ -1,10 +1,12 @@
-"""Decision: the oldest undecided key frame leaves the window for good."""
+"""Decision: when the oldest undecided key frame is due, and how it leaves the window for good."""
 
 import numpy as np
 
 from mossar_stream.algorithm.location import CANDIDATES, FREE, NONE, best_candidate, best_pose, move_poses
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
+from mossar_stream.algorithm.verdicts import FREE as NO_VERDICT
+from mossar_stream.algorithm.verdicts import JUDGED_AFTER, due_verdict, judge
 from mossar_stream.algorithm.window import note_span, point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, WITHDRAWN, put_key_frame
@@ -12,6 +14,42 @@ from mossar_stream.memory.slots import free
 from mossar_stream.similarity.protocol import close, merge_into
 
 OLDEST, ONE = np.arange(2)
+
+
+@inline_kernel
+def set_due_time(w):
+    """Set when the oldest undecided key frame must be decided, or a verdict on a candidate is due."""
+    due = np.inf
+    if w.state.undecided > 0 and w.plan.offline == 0:
+        due = w.keys[0].time + w.plan.hold
+    w.state.due_time = min(due, due_verdict(w.verdicts, verdict_delay(w.plan)))
+
+
+@inline_kernel
+def verdict_delay(plan):
+    """Return how old a candidate is when it is judged, s: decided it is not earlier."""
+    return min(plan.hold, JUDGED_AFTER)
+
+
+@kernel
+def judge_candidates(w, until):
+    """Judge the candidates that are due until some time, s, and let their key frames know."""
+    first = w.state.ordinal - w.state.undecided
+    while due_verdict(w.verdicts, verdict_delay(w.plan)) <= until:
+        ordinal = w.verdicts.state.judged
+        verdict = judge(w.verdicts)
+        if ordinal >= first and verdict != NO_VERDICT:
+            w.keys[ordinal - first].verdict = verdict
+            w.state.ranked = 0
+
+
+@inline_kernel
+def is_due(w):
+    """Tell whether the oldest key frame must be decided now."""
+    state = w.state
+    if state.undecided == 0:
+        return False
+    return state.undecided > w.plan.capacity or w.clock.time >= w.keys[0].time + w.plan.hold
 
 
 @kernel
@@ -29,7 +67,7 @@ def decide_oldest(w, settled, open_slot, end_frame):
     """
     key, state = w.keys[0], w.state
     if key.kept == 0:
-        if key.told == 1:
+        if key.reported == 1:
             _put_decided(w, OLDEST, MERGED, key.at_frame, key.at_time)
         elif key.rev > 0:
             _put_decided(w, OLDEST, WITHDRAWN, key.frame, key.time)

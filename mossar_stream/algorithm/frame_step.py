@@ -23,6 +23,16 @@ from mossar_stream.algorithm.activity import (
     start_activity,
 )
 from mossar_stream.algorithm.arrival import resume, welcome
+from mossar_stream.algorithm.candidate_features import (
+    EARLIER,
+    EARLIER_IN_NOISE,
+    NOT_PLACED,
+    noise_of_speed,
+    note_place,
+    note_speed,
+    smoothing_weights,
+    start_candidate,
+)
 from mossar_stream.algorithm.clock import (
     BEYOND,
     IN_TIME,
@@ -32,16 +42,6 @@ from mossar_stream.algorithm.clock import (
     is_left_alone,
     note_time,
     place_in_time,
-)
-from mossar_stream.algorithm.facts import (
-    EARLIER,
-    EARLIER_IN_NOISE,
-    NOT_PLACED,
-    noise_of_speed,
-    note_place,
-    note_speed,
-    smoothing_weights,
-    start_facts,
 )
 from mossar_stream.algorithm.joints import (
     Joints,
@@ -58,7 +58,7 @@ from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
 from mossar_stream.algorithm.pose_history import (
     MARK,
-    SPEED_OFFSET,
+    REST_SPEED,
     PoseHistory,
     follow_speeds,
     keep_pose,
@@ -66,7 +66,13 @@ from mossar_stream.algorithm.pose_history import (
 )
 from mossar_stream.algorithm.remerging import MEMO, start_memo
 from mossar_stream.algorithm.row import ROW
-from mossar_stream.algorithm.scales import follow_poses, follow_scales, start_scales, usual_speed
+from mossar_stream.algorithm.scales import (
+    SPEED_OFFSET,
+    follow_poses,
+    follow_scales,
+    start_scales,
+    usual_speed,
+)
 from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
 from mossar_stream.algorithm.tempo import follow_pose, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
@@ -86,7 +92,6 @@ from mossar_stream.memory.joint_pages import (
 from mossar_stream.memory.slots import start_slots
 from mossar_stream.repetitions.sampling import take_frame
 from mossar_stream.repetitions.state import HEADER, begin, forget_counted, kept_views
-from mossar_stream.similarity.evidence import SPEED_OFFSET as SPEED_OFFSET_SHARE
 from mossar_stream.similarity.protocol import add_pose
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop codes
@@ -247,8 +252,8 @@ def _take_in(state, a, frame, time):
         if state.joints.complete == 0:
             value = _seen_velocity(state, a, value, time)
         split(a.segment, state.curve, clock, value, scale, state.joints.unseen_time < time)
-        if plan.evidence == 1:
-            _note_facts(state, a)
+        if plan.has_features == 1:
+            _note_features(state, a)
     _describe(state, a, dt, first)
     if first and plan.pre_roll > 0.0:
         segment = a.segment
@@ -270,7 +275,7 @@ def _open_take(state, a, time):
     start_open_segment(segment)
     start_window(state.window, clock.next_frame, time)
     start_memo(a.memo)
-    start_facts(state.facts, clock.next_frame, time)
+    start_candidate(state.candidate, clock.next_frame, time)
     start_verdicts(state.verdicts)
     start_activity(state.activity, time)
     if plan.repetitions == 1:
@@ -293,7 +298,7 @@ def _velocity(state, a, frame, time, dt, first):
             resume(a.joints, a.history, a.filtered)
     if plan.smoothing == FILTERED:
         displacement = filter_joints(plan, body, a.filtered, dt)
-    if plan.evidence == 1:
+    if plan.is_rms == 1:
         displacement = _rms_displacement(plan, body, displacement)
     if plan.noise_margin > 0.0:
         displacement = calm_noise(state.noise, plan, state.range.largest, body, displacement, dt)
@@ -356,33 +361,33 @@ def _velocity_in_noise(state, a, time, dt):
 
 
 @kernel
-def _note_facts(state, a):
-    """Note what evidence needs to know of what the splitter found, while the features are those of the last frame."""
-    found, facts = state.curve.found, state.facts
+def _note_features(state, a):
+    """Note the features of what the splitter found, while those of the joints are the last frame's."""
+    found, candidate = state.curve.found, state.candidate
     if found.happened & (PROMOTED | CROSSED):
         time = state.clock.time if found.happened & CROSSED else found.time
         earlier = EARLIER_IN_NOISE if state.noise.loud == 1 else EARLIER
-        note_place(facts, state.scales, a.history, a.joints.body, time - earlier, state.joints.moving)
-        if facts.time <= state.joints.unseen_time:
-            facts.frame = NOT_PLACED
+        note_place(candidate, state.scales, a.history, a.joints.body, time - earlier, state.joints.moving)
+        if candidate.time <= state.joints.unseen_time:
+            candidate.frame = NOT_PLACED
     else:
-        facts.speed = min(facts.speed, state.scales.speed)
+        candidate.speed = min(candidate.speed, state.scales.speed)
 
 
 @inline_kernel
 def _describe(state, a, dt, first):
     """Set the features of the frame, and let what is kept of the pose follow."""
     plan, clock, body = state.plan, state.clock, a.joints.body
-    evidence = plan.evidence == 1 and not first
-    offset = SPEED_OFFSET
-    if evidence:
-        offset = np.float32(SPEED_OFFSET_SHARE * usual_speed(state.scales))
+    filtered = plan.is_filtered == 1 and not first
+    offset = REST_SPEED
+    if filtered:
+        offset = np.float32(SPEED_OFFSET * usual_speed(state.scales))
     if state.joints.arrived == 1:
         welcome(a.joints, a.segment, a.history, a.filtered, np.log(offset))
-    kept, moved = smoothing_weights(dt) if evidence else UNFILTERED
+    kept, moved = smoothing_weights(dt) if filtered else UNFILTERED
     localise(a.joints, kept, moved)
     squares = follow_speeds(a.history, body, clock.time, offset)
-    if plan.evidence == 1:
+    if plan.is_filtered == 1:
         _follow_scales(state, a, squares, dt, first)
     if not first:
         _follow_activity(state, a, squares)
@@ -395,7 +400,7 @@ def _describe(state, a, dt, first):
     stood_for = keep_pose(a.history, body, clock.used_frame, clock.time, dt)
     if plan.tempo == 1 and stood_for > 0.0:
         follow_pose(state.tempo, body, stood_for)
-    if plan.evidence == 1 and stood_for > 0.0:
+    if plan.is_filtered == 1 and stood_for > 0.0:
         follow_poses(state.scales, body, state.joints.moving, stood_for)
 
 
@@ -403,7 +408,7 @@ def _describe(state, a, dt, first):
 def _follow_activity(state, a, squares):
     """Let the activity follow; `squares` is the sum of the squared speeds, (m/s)²."""
     plan = state.plan
-    noises = noises_of_speed(state.noise, plan.moving_joints, plan.evidence == 1)
+    noises = noises_of_speed(state.noise, plan.moving_joints, plan.is_filtered == 1)
     speed = np.sqrt(squares / state.joints.moving)
     follow_activity(a.activity, a.joints.body, speed, noises, state.clock.time, plan.rest_seconds)
 
@@ -415,4 +420,4 @@ def _follow_scales(state, a, squares, dt, first):
         start_scales(state.scales, a.joints.body, state.plan.joints)
     else:
         follow_scales(state.scales, squares / state.joints.moving, dt)
-    note_speed(state.facts, state.scales, state.clock.time)
+    note_speed(state.candidate, state.scales, state.clock.time)

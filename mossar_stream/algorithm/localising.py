@@ -1,4 +1,4 @@
-"""Localising: where the joints are relative to the centre (paper 3.1.1), low-pass filtered where evidence decides.
+"""Localising: where the joints are relative to the centre (paper 3.1.1), low-pass filtered where the measure asks for it.
 
 Where the sensor is noisy, the velocity is that of the filtered poses. It is needed before the frame's features are
 set: the splitter tells on which side of a candidate the features of the frame before lie.
@@ -61,7 +61,7 @@ def speed_to_come(joints, history, weights, time):
     plan, body = joints.plan, joints.body
     center = center_of(plan, joints.state, body)
     for first in range(0, plan.padded_joints, PAGE):
-        # The lines of smoothed displacements: there are none where evidence decides.
+        # The lines of smoothed displacements: there are none where poses are filtered.
         _filter(page_of(body, first), center, weights, SMOOTH_X)
     return measure_speeds(history, body, time, SMOOTH_X, WORK)
 

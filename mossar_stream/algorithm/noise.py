@@ -9,8 +9,8 @@ the velocity is known from then on. Where that is too much for the threshold lin
     displacements are smoothed (first-order low-pass, time constant at most `SLOWEST`), and
     the range does not fall below where θ · range is `noise_margin` times the noise that is left.
 
-Where evidence decides, small movements must not be silenced: there the velocity is that of filtered poses while noise is
-loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that jumps turns back, too, while others
+Where poses are low-pass filtered (level `motion`), small movements must not be silenced: there the velocity is that of the
+filtered poses while noise is loud, and the range rises to at most `MOST_RAISED` times what it is. A joint that jumps turns back, too, while others
 move, so there the noise is at most what the path was at its quietest of late (the minimum statistics of Martin 2001).
 
 So that a stream need not begin with a false onset, its first moment counts as noise, too.
@@ -49,7 +49,7 @@ BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be 
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST = 0.1  # s, time constant of the smoothing
 DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
-# Where evidence decides, θ · range is raised so many standard deviations above what the noise adds to the velocity, but
+# Where poses are filtered, θ · range is raised so many standard deviations above what the noise adds to the velocity, but
 # not beyond so many times what it would be without noise.
 DEVIATIONS, MOST_RAISED = 4.0, 3.0
 MARGIN = 1e-6  # s, for the rounding of timestamps
@@ -105,7 +105,7 @@ def forget_noise(noise: Any) -> None:
 def calm_noise(noise, plan, largest, body, displacement, dt):
     """Take a frame in, set `noise.floor`, and return the frame's path with the noise smoothed out of it.
 
-    Where evidence decides it sets `noise.loud` instead, and returns the path as it is.
+    Where poses are filtered it sets `noise.loud` instead, and returns the path as it is.
 
     Args:
         noise: NOISE.
@@ -119,12 +119,12 @@ def calm_noise(noise, plan, largest, body, displacement, dt):
         Path of all joints, m.
     """
     hear_noise(noise, body, plan.padded_joints, displacement, dt)
-    level = noise_level(noise) if plan.evidence == 1 else noise.estimate
+    level = noise_level(noise) if plan.is_filtered == 1 else noise.estimate
     loudness = level * plan.window * plan.noise_margin
     line = plan.theta * max(largest, plan.range_floor)
     noise.floor = 0.0
-    noise.loud = 1 if plan.evidence == 1 and dt > 0.0 and loudness > line else 0
-    if dt <= 0.0 or plan.evidence == 1 or not loudness > line:  # it does not come too near to the line
+    noise.loud = 1 if plan.is_filtered == 1 and dt > 0.0 and loudness > line else 0
+    if dt <= 0.0 or plan.is_filtered == 1 or not loudness > line:  # it does not come too near to the line
         noise.smooth = 0
         return displacement
     share = _share(loudness, line, dt)
@@ -156,13 +156,13 @@ def hear_aside(noise, body, padded_joints, displacement, dt):
 
 @inline_kernel
 def noise_level(noise):
-    """Return the path of the noise of all joints where evidence decides, m/s."""
+    """Return the path of the noise of all joints where poses are filtered, m/s."""
     return min(noise.estimate, noise.quietest) if noise.quietest > 0.0 else noise.estimate
 
 
 @inline_kernel
 def noise_floor(left, plan, largest):
-    """Return below what the range does not fall while noise is loud and evidence decides, m.
+    """Return below what the range does not fall while noise is loud and poses are filtered, m.
 
     The rms of 3 J normal numbers has a standard deviation of 1/√(6 J) of itself.
 

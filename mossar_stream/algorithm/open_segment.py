@@ -22,7 +22,6 @@ from mossar_stream.algorithm.splitter import (
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, SUM_PATH, SUM_X
 from mossar_stream.memory.slots import allocate, empty
-from mossar_stream.similarity.evidence import note_peak
 from mossar_stream.similarity.protocol import add_frame, flush_sums, merge_into
 from mossar_stream.similarity.summary import SummaryFrame
 
@@ -150,11 +149,15 @@ def add_last_frame(segment, slot):
     """Add the last frame to a summary, or to the sums in the body that wait for it."""
     state, joints = segment.state, segment.plan.joints
     frame = SummaryFrame(
-        segment.body, segment.pose, joints, state.last_time, state.last_weight, state.last_moving
+        segment.body,
+        segment.pose,
+        joints,
+        state.last_time,
+        state.last_weight,
+        state.last_moving,
+        state.last_speed,
     )
     add_frame(segment.params, segment.summaries[slot], frame)
-    if segment.plan.evidence == 1:
-        note_peak(segment.summaries[slot], segment.plan.facts, state.last_speed)
 
 
 @inline_kernel

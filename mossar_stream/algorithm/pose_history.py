@@ -29,7 +29,7 @@ QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
 FIRST_JOINT = np.int64(0)
 NEWEST = np.int64(0)  # no kept pose is later than this one
 MOST = np.float32(32767.0)
-SPEED_OFFSET = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
+REST_SPEED = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
 MARGIN = 1e-4  # s, for the rounding of timestamps
 LOG_2 = np.float32(0.6931471805599453)
 EXPONENT_SHIFT, ROOT_HALF = np.int32(23), np.int32(0x3F3504F3)  # of a float32; the bits of √½
@@ -262,7 +262,7 @@ def load_pose(history, pose, back):
     past = _past_place(history, time, back + 1)
     rate = _rate(history.marks, past, time)
     _speeds((pose[0], pose[1], pose[2]), history.poses[past], FIRST_JOINT, rate, pose[3])
-    _log_speeds(pose[3], SPEED_OFFSET)
+    _log_speeds(pose[3], REST_SPEED)
     mark_absent(history.body, pose)
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.activity import BOUT
 from mossar_stream.algorithm.activity import STATE as ACTIVITY
+from mossar_stream.algorithm.candidate_features import CANDIDATE
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
-from mossar_stream.algorithm.facts import FACTS_OF_CANDIDATE
 from mossar_stream.algorithm.joints import JOINTS
 from mossar_stream.algorithm.noise import NOISE
 from mossar_stream.algorithm.normalisation import RANGE
@@ -108,13 +108,14 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("pre_roll", "f8"),  # s
         ("post_roll", "f8"),  # s
         ("tempo", "i8"),
-        ("evidence", "i8"),  # whether evidence decides, see evidence.py
+        ("is_filtered", "i8"),  # see `Traits` in similarity/summary.py
+        ("is_rms", "i8"),
+        ("has_features", "i8"),
+        ("is_mean", "i8"),
         ("repetitions", "i8"),  # whether they are counted here
         ("ends_alone", "i8"),  # whether its takes end where nobody is seen; a limb's end with the body's
         ("details", "u8"),  # a bit for each of the first 64 joints that is not reported as active
         ("adopts", "i8"),  # whether what is counted of the body is copied here
-        ("facts", "i8"),  # where its facts begin in a summary
-        ("shared", "i8"),  # whether merge costs are means over all joints, those that do not count included
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
     ],
 )
@@ -135,7 +136,7 @@ ROW = np.dtype(
         ("tempo", TEMPO),
         ("scales", SCALES),
         ("verdicts", VERDICTS),
-        ("facts", FACTS_OF_CANDIDATE),
+        ("candidate", CANDIDATE),
         ("activity", ACTIVITY),
         ("window", WINDOW),
         ("at", [(name, "i8") for name, _ in REGIONS]),
@@ -158,7 +159,7 @@ class Shape(msgspec.Struct, frozen=True):
         history: Poses kept.
         bouts: Bouts of movement kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
-        evidence: Whether evidence decides.
+        features: Whether key frames come with features.
         repetitions: Whether they are counted here.
         adopts: Whether what is counted of the body is copied here.
     """
@@ -172,7 +173,7 @@ class Shape(msgspec.Struct, frozen=True):
     history: int
     bouts: int
     counted: bool
-    evidence: bool
+    features: bool
     repetitions: bool
     adopts: bool
 
@@ -189,7 +190,7 @@ class Shape(msgspec.Struct, frozen=True):
     @property
     def memo(self) -> int:
         """Places for remembered costs, a power of two."""
-        places = (8 if self.evidence else 4) * (self.window + 1)  # with evidence costs change more often
+        places = (8 if self.features else 4) * (self.window + 1)  # with features costs change more often
         return int(2 ** math.ceil(math.log2(places)))
 
     def region_sizes(self) -> dict[str, int]:
@@ -212,7 +213,7 @@ class Shape(msgspec.Struct, frozen=True):
             "marks": self.history,
             "poses": self.history * 3 * joints,
             "bouts": self.bouts,
-            "notes": CANDIDATES * self.evidence,
+            "notes": CANDIDATES * self.features,
             "counted": int(self.repetitions),
             "samples": samples_size(self.joints) * self.repetitions,
             "adopted": int(self.adopts),

@@ -21,6 +21,7 @@ PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
 SLOW = 0.3  # share of V below which a performer dwells
 LEAST_SPEED, LEAST_EXTENT = 1e-4, 1e-5  # m/s and m, of those who never move
 ORDINARY = 0.25  # s, A / V of ordinary movements
+SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 QUICKEST, SLOWEST = 0.5, 2.0  # limits of the tempo relative to it
 
 SCALES = np.dtype(

@@ -18,7 +18,7 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART, Kept
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
-from mossar_stream.similarity.evidence import AWAY, LEAST, REST, STOP
+from mossar_stream.similarity.evidence import LEAST, WEIGHTS
 
 CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
@@ -39,7 +39,7 @@ VERDICTS = np.dtype(
 NOTE = np.dtype(
     [
         ("time", "f8"),  # s, of Algorithm 2's frame
-        ("told", "f8"),  # s, reported time
+        ("reported", "f8"),  # s, reported time
         ("cost", "f8"),  # how unlike the end of a repetition it is
     ]
 )
@@ -69,20 +69,20 @@ def start_verdicts(state):
 
 
 @inline_kernel
-def note_candidate(verdicts, time, told, home, speed):
+def note_candidate(verdicts, time, reported, home, speed):
     """Remember a candidate that Algorithm 2 accepted.
 
     Args:
         verdicts: Verdicts.
         time: s, of the candidate.
-        told: s, reported time.
+        reported: s, reported time.
         home: Distance from the pose in which the performer dwells, in A.
         speed: In V.
     """
     note = verdicts.notes[verdicts.state.candidates % CANDIDATES]
     note.time = time
-    note.told = told
-    note.cost = AWAY * home + (STOP - REST) * np.log(speed + LEAST)
+    note.reported = reported
+    note.cost = WEIGHTS.away * home + (WEIGHTS.stop - WEIGHTS.rest) * np.log(speed + LEAST)
     verdicts.state.candidates += 1
 
 
@@ -104,21 +104,21 @@ def judge(verdicts):
     if state.candidates - number > CANDIDATES:
         return FREE
     note = verdicts.notes[number % CANDIDATES]
-    period = _period_at(verdicts.counted[0], note.told)
+    period = _period_at(verdicts.counted[0], note.reported)
     if not 0.0 < period <= LONGEST:
         return FREE
     best, least = number, np.inf
     for other in range(max(0, state.candidates - CANDIDATES), state.candidates):
         candidate = verdicts.notes[other % CANDIDATES]
-        if abs(candidate.told - note.told) > 0.5 * period:
+        if abs(candidate.reported - note.reported) > 0.5 * period:
             continue
-        off = _off_bound(verdicts.counted[0], candidate.told) / period
+        off = _off_bound(verdicts.counted[0], candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost
-    if best != number or note.told - state.last_time < NEAREST * period:
+    if best != number or note.reported - state.last_time < NEAREST * period:
         return WITHIN
-    state.last_time = note.told
+    state.last_time = note.reported
     return ENDS
 
 

@@ -82,7 +82,7 @@ KEY = np.dtype(
         ("rev", "i8"),  # messages sent
         ("at_frame", "i8"),  # reported frame
         ("at_time", "f8"),  # s
-        ("told", "i8"),  # whether it was reported as confirmed
+        ("reported", "i8"),  # whether it was reported as confirmed
         ("verdict", "i8"),  # on whether it ends a repetition, see verdicts.py
     ],
 )
@@ -148,7 +148,7 @@ def start_window(state, frame, time):
 
 
 @kernel
-def add_key(w, slot, point, time, rev, told):
+def add_key(w, slot, point, time, rev, reported):
     """Add a confirmed key frame and the segment that it ends.
 
     Args:
@@ -157,7 +157,7 @@ def add_key(w, slot, point, time, rev, told):
         point: Point of the key frame.
         time: s, of Algorithm 2's frame.
         rev: Messages about it, this one included.
-        told: Whether it is reported now; else only when it is decided, if it is final.
+        reported: Whether it is reported now; else only when it is decided, if it is final.
     """
     state, counts = w.state, w.counts
     close(w.params, w.summaries[slot])
@@ -168,14 +168,14 @@ def add_key(w, slot, point, time, rev, told):
     key.time = time
     key.at_frame = point.frame
     key.at_time = point.time
-    key.told = told
+    key.reported = reported
     key.verdict = FREE
     key.velocity = point.velocity
     key.strength = np.nan
     key.kind = point.kind
-    key.kept = told
+    key.kept = reported
     key.before = NOT_KEPT
-    key.rev = rev + told - 1
+    key.rev = rev + reported - 1
     here = state.ordinal % (w.plan.capacity + 2)
     for i in range(counts.shape[1]):
         counts[i, here] = 0
@@ -183,23 +183,23 @@ def add_key(w, slot, point, time, rev, told):
         counts[counts.shape[1], here] = 0
     state.undecided += 1
     state.ordinal += 1
-    if told == 1:
+    if reported == 1:
         put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
 
 
 @kernel
-def tell_kept(w, count):
+def report_kept(w, count):
     """Report the first key frames that are about to be final as confirmed, if they were not reported."""
-    told = 0
+    any_reported = 0
     for i in range(count):
         key = w.keys[i]
-        if key.told == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
+        if key.reported == 1 or not is_kept(key, w.state.undecided, w.plan.alpha, w.plan.beta):
             continue
-        key.told = key.kept = told = 1
+        key.reported = key.kept = any_reported = 1
         key.rev += 1
         point = point_of(key, key.at_frame, key.at_time, key.strength)
         put_key_frame(w.clock, w.events, point, CONFIRMED, key.rev, UNDECIDED)
-    if told == 1 and w.plan.offline == 0:
+    if any_reported == 1 and w.plan.offline == 0:
         _update_segments(w, SEGMENT_WITHDRAWN)
         _update_segments(w, SEGMENT_CLOSED)
 
@@ -218,7 +218,7 @@ def rank(w, open_slot):
     if count <= 0:
         return
     state.pace = pace(w.tempo) if w.plan.tempo == 1 else 1.0
-    if w.plan.shared == 1:
+    if w.plan.is_mean == 1:
         state.pace *= w.joints.moving / w.plan.moving_joints
     scratch.bounds[0] = state.left_ordinal
     for i in range(count + 1):
@@ -241,7 +241,7 @@ def relabel(w):
     for i in range(w.state.undecided):
         key = w.keys[i]
         kept = 1 if is_kept(key, w.state.undecided, plan.alpha, plan.beta) else 0
-        if kept != key.kept and key.told == 1:
+        if kept != key.kept and key.reported == 1:
             key.kept = kept
             key.rev += 1
             status = RESTORED if kept == 1 else MERGED
@@ -331,7 +331,7 @@ def put_segment(w, start, end, status):
         before = 0 if earlier in (NOT_KEPT, state.left_ordinal) else earlier - first + 1
         left = state.left_ordinal if before == 0 else earlier
     has_previous = not from_left or state.has_before == 1
-    # Where the cost is remembered, what people are told needs no more than the heads of the summaries.
+    # Where the cost is remembered, what is reported needs no more than the heads of the summaries.
     size = PATH + plan.padded_joints if is_known(w.memo, left, start, right) else plan.slot
     _join(w, begin, end, NO_SLOT, summaries[OWN, :size])
     if not from_left:

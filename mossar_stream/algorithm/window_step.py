@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.activity import BOUT, Activity, put_activity, rests_at_end
+from mossar_stream.algorithm.candidate_features import features_of, is_reported, noise_of_speed
 from mossar_stream.algorithm.clock import end_take
-from mossar_stream.algorithm.decision import ONE, decide_oldest
-from mossar_stream.algorithm.due import is_due, judge_candidates, set_due_time
-from mossar_stream.algorithm.facts import is_told, noise_of_speed, write_facts
+from mossar_stream.algorithm.decision import ONE, decide_oldest, is_due, judge_candidates, set_due_time
 from mossar_stream.algorithm.open_segment import (
     NO_SLOT,
     OpenSegment,
@@ -20,7 +19,7 @@ from mossar_stream.algorithm.open_segment import (
     place_last_frame,
     settle,
 )
-from mossar_stream.algorithm.pose_history import MARK, SPEED_OFFSET, PoseHistory
+from mossar_stream.algorithm.pose_history import MARK, REST_SPEED, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
@@ -48,7 +47,7 @@ from mossar_stream.algorithm.window import (
     put_segment,
     rank,
     relabel,
-    tell_kept,
+    report_kept,
 )
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
@@ -75,13 +74,13 @@ from mossar_stream.memory.event_buffer import (
 from mossar_stream.memory.joint_pages import flatten
 from mossar_stream.memory.slots import allocate, free
 from mossar_stream.repetitions.state import HEADER
-from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into
+from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into, write_features
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
-TOLD, UNTOLD = np.int64(1), np.int64(0)
+REPORTED, UNREPORTED = np.int64(1), np.int64(0)
 LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all verdicts are due
 CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
-REST = float(np.log(SPEED_OFFSET))  # log speed of a joint at rest
+LOG_REST_SPEED = float(np.log(REST_SPEED))  # log speed of a joint at rest
 
 
 @entry_point(makes_arrays=False)
@@ -115,9 +114,8 @@ def update_window(
         if state.activity.changed == 1:
             put_activity(w.clock, w.events, state.activity)
         _say_what_was_found(w, segment, state)
-        if w.plan.evidence == 1:
-            judge_candidates(w, w.clock.time)
-            set_due_time(w)
+        judge_candidates(w, w.clock.time)
+        set_due_time(w)
         if w.plan.offline == 0 and is_due(w):
             _decide_what_is_due(w, segment, state.curve, begin)
     else:
@@ -152,8 +150,8 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Verdicts(
             state.verdicts,
-            part(row, at.notes, NOTE, (plan.evidence * CANDIDATES,)),
-            part(row, repetitions, HEADER, (plan.evidence,)),
+            part(row, at.notes, NOTE, (plan.has_features * CANDIDATES,)),
+            part(row, repetitions, HEADER, (plan.has_features,)),
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
         state.noise,
@@ -238,25 +236,26 @@ def _say_what_was_found(w, segment, state):
 
 @kernel
 def _add_key(w, slot, state, point, rev):
-    """Add a key frame to the window, with what evidence knows of it."""
-    if w.plan.evidence == 0:
-        add_key(w, slot, point, point.time, rev, TOLD)
+    """Add a key frame to the window, with its features if the measure asks for them."""
+    if w.plan.has_features == 0:
+        add_key(w, slot, point, point.time, rev, REPORTED)
         return
-    facts, scales = state.facts, state.scales
+    candidate, scales = state.candidate, state.scales
     noise = noise_of_speed(state.noise, w.plan.moving_joints)
-    write_facts(w.summaries[slot], w.plan.facts, facts, scales, noise, state.joints.moving)
-    told = UNTOLD
-    if is_told(facts, scales, point.time, noise):
-        told = TOLD
-        facts.told_time, facts.told_speed, facts.peak = point.time, facts.speed, 0.0
+    write_features(w.params, w.summaries[slot], features_of(candidate, scales, noise, state.joints.moving))
+    reported = UNREPORTED
+    if is_reported(candidate, scales, point.time, noise):
+        reported = REPORTED
+        candidate.reported_time, candidate.reported_speed = point.time, candidate.speed
+        candidate.peak = 0.0
     frame, time = point.frame, point.time
-    if facts.before < facts.frame:
-        frame, time = facts.frame, facts.time
-    facts.before = frame
-    home, speed = facts.home / extent(scales), facts.speed / usual_speed(scales)
+    if candidate.before < candidate.frame:
+        frame, time = candidate.frame, candidate.time
+    candidate.before = frame
+    home, speed = candidate.home / extent(scales), candidate.speed / usual_speed(scales)
     note_candidate(w.verdicts, point.time, time, home, speed)
     placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
-    add_key(w, slot, placed, point.time, rev, told)
+    add_key(w, slot, placed, point.time, rev, reported)
 
 
 @kernel
@@ -286,7 +285,7 @@ def _decide_what_is_due(w, segment, curve, begin):
         if not clear:
             rank(w, open_slot)
             relabel(w)
-        tell_kept(w, ONE)
+        report_kept(w, ONE)
         segment.state.settled = decide_oldest(w, segment.state.settled, open_slot, end_frame)
         w.state.ranked = 0
     if open_slot != NO_SLOT:
@@ -297,7 +296,7 @@ def _decide_what_is_due(w, segment, curve, begin):
 @inline_kernel
 def _is_clear(w):
     """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
-    if w.plan.evidence == 1 or w.plan.rests == 1:  # which changes with what follows
+    if w.plan.has_features == 1 or w.plan.rests == 1:  # which changes with what follows
         return False
     strength, beta = w.keys[0].strength, w.plan.beta
     return w.state.ranked == 1 and (strength >= CLEAR * beta or CLEAR * strength <= beta)
@@ -332,10 +331,9 @@ def _close_take(w, segment, curve):
     if w.plan.post_roll > 0.0:
         flatten(segment.body, segment.pose)
         for j in range(w.plan.padded_joints):
-            segment.pose[3, j] = REST
+            segment.pose[3, j] = LOG_REST_SPEED
         add_pose(w.params, settled, segment.pose, w.plan.joints, w.clock.time, w.plan.post_roll)
-    if w.plan.evidence == 1:
-        judge_candidates(w, LAST_OF_ALL)
+    judge_candidates(w, LAST_OF_ALL)
     close(w.params, settled)
     rank(w, segment.state.settled)
 
@@ -355,7 +353,7 @@ def _withdraw_newest(w, segment):
     segment.state.settled = slot
     w.state.undecided -= 1
     w.state.ordinal -= 1
-    if w.plan.evidence == 1:
+    if w.plan.has_features == 1:
         forget_newest(w.verdicts)
 
 
@@ -363,7 +361,7 @@ def _withdraw_newest(w, segment):
 def _decide_all(w, segment):
     """Decide all undecided key frames by their strengths, and end the take."""
     relabel(w)
-    tell_kept(w, w.state.undecided)
+    report_kept(w, w.state.undecided)
     while w.state.undecided > 0:
         settled = segment.state.settled
         segment.state.settled = decide_oldest(w, settled, settled, w.clock.used_frame + 1)

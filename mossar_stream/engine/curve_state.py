@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.facts import EARLIER, EARLIER_IN_NOISE
+from mossar_stream.algorithm.candidate_features import EARLIER, EARLIER_IN_NOISE
 from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.algorithm.row import records, region
 from mossar_stream.engine.plan import Plan
@@ -62,7 +62,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     return CurveState(
         frame=int(state["clock"]["used_frame"]),
         time=time,
-        told=_told(row, plan) if plan.settings.similarity == "evidence" else time,
+        told=_told(row, plan) if plan.traits.has_features else time,
         value=float(curve["value"]) * per,
         ceiling=float(curve["ceiling"]) * per,
         floor=float(curve["floor"]) * per,

@@ -75,6 +75,8 @@ class Plan:
         joints = len(skeleton)
         padded = pad(joints)
         self.params = similarity.make_params(resolved, joints, padded, self.center)
+        self.traits = similarity.traits(resolved)
+        has_features = self.traits.has_features
         kept = (
             resolved.refine + min(resolved.remerge_seconds, LONGEST_HISTORY)
             if resolved.location == "free"
@@ -90,9 +92,9 @@ class Plan:
             history=history or pose_history.history_size(kept),
             bouts=bouts,
             counted=not offline,
-            evidence=resolved.similarity == "evidence",
-            repetitions=resolved.repetitions or (resolved.similarity == "evidence" and channel == BODY),
-            adopts=resolved.similarity == "evidence" and channel != BODY,
+            features=has_features,
+            repetitions=resolved.repetitions or (has_features and channel == BODY),
+            adopts=has_features and channel != BODY,
         )
 
     @property
@@ -193,13 +195,11 @@ class Plan:
             "pre_roll": chosen.pre_roll,
             "post_roll": chosen.post_roll,
             "tempo": chosen.tempo,
-            "evidence": shape.evidence,
+            **self.traits._asdict(),
             "repetitions": shape.repetitions,
             "details": details(self.skeleton),
             "ends_alone": self.channel == BODY and not self.offline,
             "adopts": shape.adopts,
-            "facts": similarity.facts_at(chosen, self.params),
-            "shared": chosen.similarity == "likelihood",
             "offline": self.offline,
         }
 

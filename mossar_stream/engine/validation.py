@@ -32,7 +32,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         return True  # a new take sets everything
     undecided = int(state["window"]["undecided"])
     # Every key frame of the take was a candidate, and waits for its verdict for a second or two.
-    candidates = int(state["window"]["ordinal"]) if plan.settings.similarity == "evidence" else 0
+    candidates = int(state["window"]["ordinal"]) if plan.traits.has_features else 0
     limits = {
         ("clock", "open"): (1, 1),
         ("joints", "moving"): (1, shape.joints),  # costs are divided by it
@@ -110,5 +110,5 @@ def _keys_follow_each_other(row: NDArray[np.uint8], plan: Plan) -> bool:
         and (earlier | (before == left) | (before == NOT_KEPT)).all()
         and ((keys["kind"] >= 0) & (keys["kind"] <= 2)).all()
         and ((keys["kept"] == 0) | (keys["kept"] == 1)).all()
-        and ((keys["told"] == 0) | (keys["told"] == 1)).all()
+        and ((keys["reported"] == 0) | (keys["reported"] == 1)).all()
     )

@@ -15,30 +15,65 @@ their place (verdicts.py). The strength is log2(1 + e^odds): above 0, rising wit
 What is known of the key frame itself stands in the summary of the segment that it ends.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.jit.simd import spread_product
-from mossar_stream.similarity.summary import DURATION, SHORTEST
+from mossar_stream.memory.joint_pages import PADDING
+from mossar_stream.settings import ResolvedSettings
+from mossar_stream.similarity import sums
+from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST, TERM, Traits
+from mossar_stream.similarity.sums import add_all, add_features, add_pose_sums, add_resting_joint
 
-FACTS = 8  # numbers in a summary's own part, from `params.facts` on:
-PEAK = 0  # m/s, largest speed u of the segment (scales.py); then, of the key frame that ends it,
-SPEED = 1  # m/s, lowest u from the candidate to its confirmation
-HOME = 2  # A, distance from the pose in which the performer dwells
-EXTENT = 3  # m, A
-USUAL_SPEED = 4  # m/s, V
-TEMPO = 5  # relative to ordinary
-NOISE = 6  # m/s, what the sensor's noise adds to u
-JOINTS = 7  # that count and can move relative to the centre
+# A summary's own part begins with the segment's peak speed u, m/s, and `Features` of the key frame that ends it.
+PEAK, SPEED, HOME, EXTENT, USUAL_SPEED, TEMPO, NOISE, JOINTS = range(8)
+FEATURES = -(-(JOINTS + 1) // PADDING) * PADDING  # numbers
 
-# Chosen on punches, pick and place, gestures and exercises: about what `python -m checks.leave_out SET ...` finds on all
-# of them, in the scale of the numbers before.
-CHANGE_OF_POSE, CHANGE_OF_SPEED, STOP, REST, AWAY = 3.8, 10.4, 3.4, 0.56, 1.93
-EVEN = 3.66  # what evidence must outweigh
+
+class Features(NamedTuple):
+    """What is known of a key frame when it is confirmed, for measures that ask for it.
+
+    Args:
+        speed: m/s, lowest u from the candidate to its confirmation (u, A and V: see scales.py).
+        home: A, distance from the pose in which the performer dwells.
+        extent: m, A.
+        usual_speed: m/s, V.
+        tempo: Relative to ordinary.
+        noise: m/s, what the sensor's noise adds to u.
+        joints: How many count and can move relative to the centre.
+    """
+
+    speed: float
+    home: float
+    extent: float
+    usual_speed: float
+    tempo: float
+    noise: float
+    joints: int
+
+
+class Weights(NamedTuple):
+    """What the terms weigh, log odds for each of their units, and what they must outweigh together."""
+
+    change_of_pose: float
+    change_of_speed: float
+    stop: float
+    rest: float
+    away: float
+    bias: float
+
+
+# Fitted to punches, pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and
+# ui_prmd): about what `python -m checks.leave_out SET SET SET SET` chooses on all of them (its row "none"), in the scale
+# of the numbers before. It draws from 0 to LARGEST. docs/accuracy.md has what they reach on sets that were left out.
+WEIGHTS = Weights(change_of_pose=3.8, change_of_speed=10.4, stop=3.4, rest=0.56, away=1.93, bias=3.66)
+LARGEST = Weights(change_of_pose=6.0, change_of_speed=14.0, stop=6.0, rest=2.0, away=4.0, bias=6.0)
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
-SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 LEAST = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
 AXES, ONE = np.int64(3), np.int64(1)  # lines of the positions, and of the log speeds, in a summary
@@ -47,51 +82,130 @@ LOG_2 = np.log(2.0)
 ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
+TRAITS = Traits(is_filtered=True, is_rms=True, has_features=True)
+EVIDENCE = np.dtype(
+    [
+        ("features", "i8"),  # where peak and features begin in a summary
+        ("start", "i8"),  # where the sums begin
+        ("dimensions", "i8"),  # padded
+        ("positions", "i8"),  # of them
+        ("speeds", "i8"),
+    ],
+)
+slot_size, flush_sums = sums.slot_size, sums.flush_sums
 
-@kernel
-def note_peak(slot, facts, speed):
-    """Let a summary know a frame's speed u, m/s."""
-    slot[facts] = max(slot[facts], speed)
 
-
-@kernel
-def merge_facts(facts, target, other):
-    """Give a summary what is known of the later of two segments, and the peak of both.
+def make_params(
+    _settings: ResolvedSettings, _joints: int, padded_joints: int, _center: int
+) -> NDArray[np.void]:
+    """Return the parameters as one record, for compiled code.
 
     Args:
-        facts: Where they begin.
-        target: Summary of the earlier segment.
-        other: Of the later one.
+        padded_joints: J, padded to a multiple of `PADDING`.
     """
-    target[facts] = max(target[facts], other[facts])
-    for i in range(facts + SPEED, facts + FACTS):
-        target[i] = other[i]
+    p = np.zeros(1, EVIDENCE)
+    p["features"] = PATH + padded_joints
+    p["start"] = PATH + padded_joints + FEATURES
+    p["positions"], p["speeds"], p["dimensions"] = 3 * padded_joints, padded_joints, 4 * padded_joints
+    return p
+
+
+def takes_pose(_params: NDArray[np.void]) -> bool:
+    """Tell whether `add_frame` looks at the pose as one array: it does not."""
+    return False
+
+
+def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
+    """Tell whether summaries from outside can be worked on; nothing in these is used as an index."""
+    return True
 
 
 @kernel
-def odds_strength(params, left, right, both):
+def add_frame(params, summary, frame):
+    """Add one frame, a `SummaryFrame`, to a summary, and to the sums in the body that wait."""
+    add_features(summary, frame)
+    summary[params.features + PEAK] = max(summary[params.features + PEAK], frame.speed)
+
+
+@kernel
+def add_pose(params, summary, pose, joints, time, weight):
+    """Add a pose alone, or take it out; the peak stays what it was."""
+    add_pose_sums(params, summary, pose, weight)
+
+
+@kernel
+def add_joint(params, summary, pose, joints, j):
+    """Let a joint have rest where it is for as long as a summary lasts."""
+    add_resting_joint(params, summary, pose, j)
+
+
+@kernel
+def write_features(params, summary, features):
+    """Write `Features` of the key frame that ends a segment into its summary."""
+    summary[params.features + SPEED] = features.speed
+    summary[params.features + HOME] = features.home
+    summary[params.features + EXTENT] = features.extent
+    summary[params.features + USUAL_SPEED] = features.usual_speed
+    summary[params.features + TEMPO] = features.tempo
+    summary[params.features + NOISE] = features.noise
+    summary[params.features + JOINTS] = features.joints
+
+
+@kernel
+def merge_into(params, target, other):
+    """Make `target` the summary of both segments: with the higher peak, and the features of the later one's key frame."""
+    at = params.features
+    target[at + PEAK] = max(target[at + PEAK], other[at + PEAK])
+    for i in range(at + SPEED, at + FEATURES):
+        target[i] = other[i]
+    add_all(target[:at], other)
+    add_all(target[params.start :], other[params.start :])
+
+
+@kernel
+def close(params, summary):
+    """Keep nothing of a closed segment as a whole: what poses are compared with depends on the key frame."""
+    summary[TERM] = 0.0
+
+
+@kernel
+def strength(params, left, right, both):
+    """Return the strength of the key frame between two closed segments; `both` is set to their sums."""
+    for d in range(len(both)):
+        both[d] = left[d] + right[d]
+    return merge_cost(params, left, right, both)
+
+
+@kernel
+def merge_cost(params, left, right, both):
     """Return the strength of the key frame between two segments.
 
     Args:
-        params: Of the likelihood.
+        params: Record of `make_params`.
         left: Summary of the earlier segment; the key frame ends it.
         right: Of the later one.
         both: Sums of both.
     """
     if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
         return 0.0
-    facts = left[params.facts : params.facts + FACTS]
-    peak = min(facts[PEAK], right[params.facts])
-    if peak < ABOVE_NOISE * facts[NOISE]:
+    known = left[params.features : params.features + FEATURES]
+    peak = min(known[PEAK], right[params.features + PEAK])
+    if peak < ABOVE_NOISE * known[NOISE]:
         return 0.0
-    pose, speed = _change(params, left, right, both, (POSE_FLOOR * facts[EXTENT]) ** 2)
-    usual = facts[USUAL_SPEED]
-    odds = CHANGE_OF_POSE * pose + CHANGE_OF_SPEED * speed - EVEN
+    pose, speed = _change(params, left, right, both, (POSE_FLOOR * known[EXTENT]) ** 2)
+    usual = known[USUAL_SPEED]
+    odds = WEIGHTS.change_of_pose * pose + WEIGHTS.change_of_speed * speed - WEIGHTS.bias
     least = LEAST * usual
-    odds += STOP * min(MOST_PROMINENT, np.log((peak + least) / (facts[SPEED] + least)))
-    odds += REST * np.log((facts[SPEED] + least) / (2.0 * usual))
-    odds -= AWAY * facts[HOME]
+    odds += WEIGHTS.stop * min(MOST_PROMINENT, np.log((peak + least) / (known[SPEED] + least)))
+    odds += WEIGHTS.rest * np.log((known[SPEED] + least) / (2.0 * usual))
+    odds -= WEIGHTS.away * known[HOME]
     return np.logaddexp(0.0, odds) / LOG_2
+
+
+@kernel
+def similarity(params, cost, left, right):
+    """Return 1/(1 + cost), in 0..1."""
+    return 1.0 / (1.0 + cost)
 
 
 @kernel
@@ -100,8 +214,8 @@ def _change(params, left, right, both, floor):
     pose, speed = _terms(params, both, floor)
     pose_left, speed_left = _terms(params, left, floor)
     pose_right, speed_right = _terms(params, right, floor)
-    share = 1.0 / (left[params.facts + JOINTS] * left[params.facts + TEMPO])
-    most = MOST_CHANGE / left[params.facts + TEMPO]
+    share = 1.0 / (left[params.features + JOINTS] * left[params.features + TEMPO])
+    most = MOST_CHANGE / left[params.features + TEMPO]
     return min(most, (pose - pose_left - pose_right) * share), min(
         most, (speed - speed_left - speed_right) * share
     )

@@ -16,29 +16,19 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.jit.simd import FACTORS, variance_product
-from mossar_stream.memory.joint_pages import (
-    LOG_SPEED,
-    PADDING,
-    PAGE,
-    POSE_X,
-    POSE_Y,
-    POSE_Z,
-    SQUARE_SPEED,
-    SQUARE_X,
-    SQUARE_Y,
-    SQUARE_Z,
-    STEP_BEFORE,
-    SUM_PATH,
-    SUM_SPEED,
-    SUM_X,
-    SUM_Y,
-    SUM_Z,
-    page_of,
-)
 from mossar_stream.settings import ResolvedSettings
-from mossar_stream.similarity.evidence import FACTS, merge_facts, odds_strength
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
+from mossar_stream.similarity import sums
+from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST, TERM, Traits
+from mossar_stream.similarity.sums import (
+    add_all,
+    add_features,
+    add_pose_sums,
+    add_resting_joint,
+    set_constant,
+)
 
+TRAITS = Traits(is_mean=True)
+slot_size, flush_sums = sums.slot_size, sums.flush_sums
 LOG_2 = np.log(2.0)
 
 # m and m²; joints in one place lie as far apart at least, so that only pairs that do not count have sums of 0.
@@ -61,10 +51,6 @@ LIKELIHOOD = np.dtype(
         ("speed_floor", "f8"),
         ("distance_floor", "f8"),
         ("short", "f8"),  # s, setting short_segment
-        (
-            "facts",
-            "i8",
-        ),  # where those of evidence.py begin in a slot; 0 if it is the likelihood alone that counts
         ("moving_joints", "i8"),
         ("joints", "i8"),
     ],
@@ -86,16 +72,12 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     stride = max(1, round(joints * half / MOST_DISTANCES))
     offsets = math.ceil(half / stride) if weights.distances and joints > 1 else 0
     p = np.zeros(1, LIKELIHOOD)
-    both = settings.similarity == "evidence"
-    p["positions"] = 3 * padded_joints if weights.positions or both else 0
-    p["speeds"] = padded_joints if weights.log_speed or both else 0
+    p["positions"] = 3 * padded_joints if weights.positions else 0
+    p["speeds"] = padded_joints if weights.log_speed else 0
     p["offsets"], p["stride"] = offsets, stride
     p["dimensions"] = p["positions"] + p["speeds"] + offsets * padded_joints
     p["start"] = PATH + padded_joints
     p["moving_joints"], p["joints"] = moving, joints
-    if settings.similarity == "evidence":
-        p["facts"] = PATH + padded_joints
-        p["start"] += FACTS
     p["position_weight"] = weights.positions / (3 * moving)
     p["speed_weight"] = weights.log_speed / moving
     p["distance_weight"] = weights.distances / max(1, offsets * joints)
@@ -103,11 +85,6 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     p["distance_floor"] = floors.distances
     p["short"] = settings.short_segment
     return p
-
-
-def slot_size(params: NDArray[np.void]) -> int:
-    """Return the length of a summary, float64 numbers."""
-    return -(-int(params["start"][0] + 2 * params["dimensions"][0]) // PADDING) * PADDING
 
 
 def takes_pose(params: NDArray[np.void]) -> bool:
@@ -121,6 +98,11 @@ def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
 
 
 @kernel
+def write_features(params, summary, features):
+    """Leave out what is known of a key frame: the likelihood asks for segments only."""
+
+
+@kernel
 def add_frame(params, summary, frame):
     """Add one frame to a summary; positions, speeds and paths wait in the body for `flush_sums`.
 
@@ -129,55 +111,9 @@ def add_frame(params, summary, frame):
         summary: Of the segment so far.
         frame: `SummaryFrame`; its pose is looked at for distances only.
     """
-    summary[FRAMES] += 1.0
-    summary[MOVING] += frame.moving
-    summary[DURATION] += frame.weight
-    for first in range(0, frame.pose.shape[1], PAGE):
-        _gather(page_of(frame.body, first), np.float32(frame.weight))
+    add_features(summary, frame)
     if params.offsets > 0:
         _add_pairs(params, summary, frame.pose, frame.joints, frame.weight)
-
-
-@kernel
-def _gather(page, weight):
-    """Add the features of a page's joints to the sums that wait."""
-    for j in range(PAGE):
-        x, y, z, speed = page[j + POSE_X], page[j + POSE_Y], page[j + POSE_Z], page[j + LOG_SPEED]
-        page[j + SUM_X] += weight * x
-        page[j + SUM_Y] += weight * y
-        page[j + SUM_Z] += weight * z
-        page[j + SUM_SPEED] += weight * speed
-        page[j + SQUARE_X] += weight * x * x
-        page[j + SQUARE_Y] += weight * y * y
-        page[j + SQUARE_Z] += weight * z * z
-        page[j + SQUARE_SPEED] += weight * speed * speed
-        page[j + SUM_PATH] += page[j + STEP_BEFORE]
-
-
-@kernel
-def flush_sums(params, summary, body, padded_joints):
-    """Add the sums that wait to a summary, and empty them."""
-    for first in range(0, padded_joints, PAGE):
-        page, count = page_of(body, first), min(PAGE, padded_joints - first)
-        _flush(summary[PATH + first : PATH + first + count], page[SUM_PATH : SUM_PATH + PAGE])
-        at = params.start + first
-        for axis in range(4):
-            if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-                begin = SUM_X + axis * PAGE
-                _flush(summary[at : at + count], page[begin : begin + PAGE])
-                begin = SQUARE_X + axis * PAGE
-                squares = at + params.dimensions
-                _flush(summary[squares : squares + count], page[begin : begin + PAGE])
-                at += padded_joints
-        sums = page[SUM_X : SUM_PATH + PAGE]
-        for i in range(len(sums)):
-            sums[i] = 0.0
-
-
-@kernel
-def _flush(sums, waiting):
-    for j in range(len(sums)):
-        sums[j] += waiting[j]
 
 
 @kernel
@@ -192,17 +128,7 @@ def add_pose(params, summary, pose, joints, time, weight):
         time: s, of the pose; what matters here is only how long it lasts.
         weight: s that the pose stands for; negative to take it out.
     """
-    summary[DURATION] += weight
-    padded_joints = pose.shape[1]
-    # Loops over slices: an index with an offset would be tested for its sign and not vectorise.
-    sums = summary[params.start : params.start + params.dimensions]
-    squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
-    at = 0
-    for axis in range(4):
-        if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-            own, square = sums[at : at + padded_joints], squares[at : at + padded_joints]
-            _add_values(own, square, pose[axis], pose[0], weight)
-            at += padded_joints
+    add_pose_sums(params, summary, pose, weight)
     if params.offsets > 0:
         _add_pairs(params, summary, pose, joints, weight)
 
@@ -218,11 +144,8 @@ def add_joint(params, summary, pose, joints, j):
         joints: J.
         j: Which joint.
     """
-    at = params.start
-    for axis in range(4):
-        if (axis < 3 and params.positions > 0) or (axis == 3 and params.speeds > 0):
-            _set_constant(params, summary, at + j, pose[axis, j])
-            at += pose.shape[1]
+    add_resting_joint(params, summary, pose, j)
+    at = params.start + params.positions + params.speeds
     for row in range(params.offsets):
         k = 1 + row * params.stride
         for i in (j, (j - k) % joints):
@@ -230,16 +153,8 @@ def add_joint(params, summary, pose, joints, j):
             x, y, z = pose[0, i] - pose[0, other], pose[1, i] - pose[1, other], pose[2, i] - pose[2, other]
             distance = np.sqrt(x * x + y * y + z * z)
             distance = max(distance, np.float32(LEAST_DISTANCE)) if distance >= 0.0 else np.float32(0.0)
-            _set_constant(params, summary, at + i, distance)
+            set_constant(params, summary, at + i, distance)
         at += pose.shape[1]
-
-
-@kernel
-def _set_constant(params, summary, d, value):
-    """Let a dimension have had one value all along."""
-    weighted = summary[DURATION] * value
-    summary[d] = weighted
-    summary[d + params.dimensions] = weighted * value
 
 
 @kernel
@@ -259,15 +174,6 @@ def _add_pairs(params, summary, pose, joints, weight):
 
 
 @kernel
-def _add_values(sums, squares, values, counted, weight):
-    for j in range(len(values)):
-        value = values[j] if abs(counted[j]) < np.inf else np.float32(0.0)
-        weighted = weight * value
-        sums[j] += weighted
-        squares[j] += weighted * value
-
-
-@kernel
 def _add_distances(sums, squares, one, other, weight):
     for i in range(len(sums)):
         x = one[0, i] - other[0, i]
@@ -283,12 +189,7 @@ def _add_distances(sums, squares, one, other, weight):
 @kernel
 def merge_into(params, target, other):
     """Make `target` the summary of both segments, `other` being the later one; sums know no order."""
-    if params.facts > 0:
-        merge_facts(params.facts, target, other)
-        _flush(target[: params.facts], other)
-        _flush(target[params.start :], other[params.start :])
-        return
-    _flush(target, other)
+    add_all(target, other)
 
 
 @kernel
@@ -296,7 +197,7 @@ def close(params, summary):
     """Set a summary's TERM: T Σ_d w_d log(σ²_d + r)."""
     summary[TERM] = 0.0
     duration = summary[DURATION]
-    if duration <= SHORTEST or params.facts > 0:
+    if duration <= SHORTEST:
         return
     sums = summary[params.start : params.start + params.dimensions]
     squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
@@ -369,8 +270,6 @@ def strength(params, left, right, both):
     """
     for d in range(len(both)):
         both[d] = left[d] + right[d]
-    if params.facts > 0:
-        return odds_strength(params, left, right, both)
     close(params, both)
     return merge_cost(params, left, right, both)
 

@@ -14,12 +14,13 @@ A measure is a module with
     merge_cost(params, left, right, both)         the same where `both` is the summary of both already
     similarity(params, cost, left, right)         in 0..1, for people to read; cost is strength, and the summaries
                                                   need not be closed
+    write_features(params, summary, features)     `Features` of the key frame that ends a segment, if it asks for them
 
 all kernels, on summaries as described in `summary.py`; in plain Python `slot_size(params)`,
 `takes_pose(params)`, whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks
-through summaries that come from outside; and a numpy record type for its parameters. The type of
-the record that is passed selects the module when a kernel is compiled, so that using one measure does not
-compile the others. A new measure is one such module and one row in `MEASURES`.
+through summaries that come from outside; `TRAITS`, what frames and key frames must be like for it; and a numpy record
+type for its parameters. The type of the record that is passed selects the module when a kernel is compiled, so that using
+one measure does not compile the others. A new measure is one such module and one row in `MEASURES`.
 """
 
 from collections.abc import Callable
@@ -31,12 +32,12 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.settings import ResolvedSettings, SimilarityName
-from mossar_stream.similarity import likelihood
+from mossar_stream.similarity import evidence, likelihood
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
-from mossar_stream.similarity.summary import DURATION, SHORTEST
+from mossar_stream.similarity.summary import DURATION, SHORTEST, Traits
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
-    "evidence": (likelihood, likelihood.LIKELIHOOD),
+    "evidence": (evidence, evidence.EVIDENCE),
     "likelihood": (likelihood, likelihood.LIKELIHOOD),
     "path_kernel": (path_kernel, path_kernel.PATH_KERNEL),
 }
@@ -52,9 +53,9 @@ def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
     return MEASURES[settings.similarity][0].slot_size(params)  # type: ignore[no-any-return]
 
 
-def facts_at(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
-    """Return where the facts of evidence begin in a summary, 0 if there are none."""
-    return int(params["facts"][0]) if settings.similarity == "evidence" else 0
+def traits(settings: ResolvedSettings) -> Traits:
+    """Return what frames and key frames must be like for the measure that the settings name."""
+    return MEASURES[settings.similarity][0].TRAITS  # type: ignore[no-any-return]
 
 
 def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
@@ -138,4 +139,10 @@ def merge_cost(params, left, right, both):
 @kernel(chosen_by=_of_measure)
 def similarity(params, cost, left, right):
     """Return the similarity of two segments, given the strength of the key frame between them."""
+    raise NotImplementedError
+
+
+@kernel(chosen_by=_of_measure)
+def write_features(params, summary, features):
+    """Write what is known of a key frame into the summary of the segment that it ends."""
     raise NotImplementedError

@@ -28,3 +28,21 @@ class SummaryFrame(NamedTuple):
     time: float  # s
     weight: float  # s that the frame stands for
     moving: int  # whether it is in a moving period
+    speed: float  # m/s, rms over the joints, see scales.py; 0 where the measure does not ask for features
+
+
+class Traits(NamedTuple):
+    """What frames and key frames must be like for a measure.
+
+    Args:
+        is_filtered: Poses are low-pass filtered, and log speeds are relative to the usual speed.
+        is_rms: The velocity is that of the joints' rms path, instead of the sum of their paths.
+        has_features: Key frames come with `Features`, which need filtered poses: they are reported after a refractory
+            period, where poses show them, and judged by what is repeated.
+        is_mean: Costs are means over all joints, those that do not count included.
+    """
+
+    is_filtered: bool = False
+    is_rms: bool = False
+    has_features: bool = False
+    is_mean: bool = False

@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from checks.leave_out import ALL, RANGES, Set, around, divided, draw, leave_out, prepare
-from checks.reference.motion import IN_FORCE
+from checks.leave_out import ALL, Set, around, divided, draw, leave_out, prepare
+from mossar_stream.similarity.evidence import LARGEST, WEIGHTS
 from mossar_tools.evaluation.performer import demo_takes
 
 
@@ -31,8 +31,8 @@ def test_what_is_left_out_has_no_part_in_the_choice(sets):
 def test_weights_in_force_are_scored_beside(sets):
     found = leave_out(sets, drawn=1, refined=0)
     for name, one in sets.items():
-        assert found[name].in_force == one.f1(IN_FORCE)
-    assert found[ALL].in_force == pytest.approx(np.mean([one.f1(IN_FORCE) for one in sets.values()]))
+        assert found[name].in_force == one.f1(WEIGHTS)
+    assert found[ALL].in_force == pytest.approx(np.mean([one.f1(WEIGHTS) for one in sets.values()]))
 
 
 def test_sets_are_divided_by_performer():
@@ -54,6 +54,6 @@ def test_what_is_drawn_lies_in_its_ranges():
     rng = np.random.default_rng(1)
     drawn = np.array([draw(rng) for _ in range(500)])
     assert (drawn >= 0.0).all()
-    assert (drawn <= RANGES).all()
-    assert (drawn.max(axis=0) > 0.9 * np.array(RANGES)).all()
-    assert (np.array(around(IN_FORCE, rng)) >= 0.0).all()
+    assert (drawn <= LARGEST).all()
+    assert (drawn.max(axis=0) > 0.9 * np.array(LARGEST)).all()
+    assert (np.array(around(WEIGHTS, rng)) >= 0.0).all()

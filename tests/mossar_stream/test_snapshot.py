@@ -24,6 +24,7 @@ from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.moves.recogniser import STATE as MOVES
 from mossar_stream.repetitions.state import HEADER
 from mossar_stream.similarity import summary
+from mossar_stream.similarity.evidence import EVIDENCE
 from mossar_stream.similarity.likelihood import LIKELIHOOD
 from mossar_stream.similarity.path_kernel.kernel import PATH_KERNEL
 
@@ -101,13 +102,13 @@ def test_a_snapshot_of_an_earlier_version_is_refused_by_its_version(segmenter):
 
 def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
     # Does this fail? Then raise VERSION, and take the new digest down beside it.
-    kinds = [ROW.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, PATH_KERNEL.descr,
+    kinds = [ROW.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, EVIDENCE.descr, PATH_KERNEL.descr,
              MOVES.descr, HEADER.descr]  # fmt: skip
     lines = [sorted((n, v) for n, v in vars(module).items() if n.isupper() and isinstance(v, int))
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (VERSION, digest) == (23, "e9dbd2c6260a32ad")
+    assert (VERSION, digest) == (24, "00873256b1499712")
 
 
 @pytest.mark.parametrize(

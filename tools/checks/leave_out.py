@@ -3,10 +3,10 @@ r"""What level `motion` reaches on data that its weights never saw.
     python -m checks.leave_out SET1 SET2 SET3 ...
     python -m checks.leave_out SET --people 's\d+'
 
-Each SET is a labelled folder as for `mossar evaluate`. The six numbers of the evidence are chosen anew on all sets but
+Each SET is a labelled folder as for `mossar evaluate`. The numbers of `similarity/evidence.py` (`WEIGHTS`) are chosen anew on all sets but
 one, and that one is scored; so for each set. The last row is what all sets reach with numbers chosen on all of them. With
 --people each set is divided by performer, as the first match of the pattern in a take's name has it. The search knows nothing of the numbers in force: it draws weights from
-wide ranges, and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
+wide ranges (`LARGEST`), and goes on around those that are best. All else of the rule stays as it is. The rule is the plain one of
 `reference/motion.py`, which gives nearly the key frames that a stream gives; a quarter of an hour for 180 recordings.
 """
 
@@ -20,12 +20,12 @@ import msgspec
 import numpy as np
 
 from checks.reference.counted import counted_by
-from checks.reference.motion import IN_FORCE, Motion, Weights, without_gaps
+from checks.reference.motion import Motion, without_gaps
+from mossar_stream.similarity.evidence import LARGEST, WEIGHTS, Weights
 from mossar_tools.console import Console
 from mossar_tools.evaluation.matching import Cut, match
 from mossar_tools.evaluation.takes import Take, load_folder
 
-RANGES = Weights(6.0, 14.0, 6.0, 2.0, 4.0, 6.0)  # largest values; from 0 on
 DRAWN, REFINED = 100, 30  # vectors of weights that are tried on all sets, and on all but one
 STEP = 0.15  # standard deviation of a refinement, of what it changes
 ALL = "none"  # name of what leaves no set out
@@ -89,13 +89,13 @@ def divided(name: str, takes: Sequence[Take], people: re.Pattern[str] | None) ->
 
 def draw(rng: np.random.Generator) -> Weights:
     """Return weights from the whole of their ranges."""
-    return Weights(*(rng.random(len(RANGES)) * RANGES).tolist())
+    return Weights(*(rng.random(len(LARGEST)) * LARGEST).tolist())
 
 
 def around(weights: Weights, rng: np.random.Generator) -> Weights:
     """Return weights near to others."""
-    steps = rng.normal(0.0, STEP, len(RANGES)) * (rng.random(len(RANGES)) < 0.5)
-    return Weights(*np.clip(np.array(weights) + steps * RANGES, 0.0, None).tolist())
+    steps = rng.normal(0.0, STEP, len(LARGEST)) * (rng.random(len(LARGEST)) < 0.5)
+    return Weights(*np.clip(np.array(weights) + steps * LARGEST, 0.0, None).tolist())
 
 
 def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) -> dict[str, LeftOut]:
@@ -123,7 +123,7 @@ def leave_out(sets: Mapping[str, Set], drawn: int, refined: int, seed: int = 0) 
         best = sorted(tried, reverse=True)[:AVERAGED]
         chosen = Weights(*np.mean([weights for _, weights in best], axis=0).tolist())
         scored = list(sets.values()) if name == ALL else [sets[name]]
-        before, after = (float(np.mean([one.f1(by) for one in scored])) for by in (IN_FORCE, chosen))
+        before, after = (float(np.mean([one.f1(by) for one in scored])) for by in (WEIGHTS, chosen))
         found[name] = LeftOut(before, after, chosen)
     return found
 

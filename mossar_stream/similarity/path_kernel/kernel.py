@@ -49,7 +49,7 @@ from mossar_stream.similarity.path_kernel.pyramid import (
     rest_in_moments,
     set_covariances,
 )
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM
+from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM, Traits
 
 DAMPED, NORMALISED, SUM = range(3)
 FORMS: tuple[KernelForm, ...] = ("damped", "normalised", "sum")
@@ -79,6 +79,7 @@ PATH_KERNEL = np.dtype(
         ("size", "i8"),  # of a summary
     ],
 )
+TRAITS = Traits()
 _PARAMS = numba.from_dtype(PATH_KERNEL)
 _SUMMARY = float64[::1]
 
@@ -90,7 +91,7 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
         settings: Of the segmenter.
         joints: J.
         padded_joints: J, padded to a multiple of `PADDING`.
-        center: Index of the root, -1 for the centroid; all measures are told.
+        center: Index of the root, -1 for the centroid; all measures get it.
 
     Raises:
         SettingsError: If the location step would take poses out of summaries, which hold minima and maxima.
@@ -166,6 +167,11 @@ def are_sound(params: NDArray[np.void], slots: NDArray[np.float64]) -> bool:
         np.isin(own[: int(count)], legal).all() and (np.diff(own[: int(count)]) > 0).all()
         for own, count in zip(edges, counts, strict=True)
     )
+
+
+@kernel
+def write_features(params, summary, features):
+    """Leave out what is known of a key frame: the path kernel asks for segments only."""
 
 
 @kernel

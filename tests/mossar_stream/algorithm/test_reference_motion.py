@@ -8,8 +8,9 @@ import pytest
 
 from checks.reference.algorithms import generate_key_frames
 from checks.reference.counted import counted_by
-from checks.reference.motion import IN_FORCE, Motion, algorithm_2
+from checks.reference.motion import Motion, algorithm_2
 from mossar_stream import Segmenter, Skeleton
+from mossar_stream.similarity.evidence import WEIGHTS
 
 LABELLED = Path(__file__).parents[4] / "shared" / "data" / "labelled"
 SAME = 0.1  # s
@@ -23,7 +24,7 @@ def compare(core, positions, fps, skeleton, status="final"):
     streamed = np.array(sorted({event.time for event in core.key_frames(events, status)}))
     motion = Motion(positions, fps, skeleton, counted_by(positions, fps, skeleton))
     # What is final without having been told of before is confirmed then.
-    frames = {*motion.final(), *(motion.told() if status == "confirmed" else ())}
+    frames = {*motion.final(), *(motion.reported() if status == "confirmed" else ())}
     plain = np.array(sorted(frames)) / fps
     near = [
         sum(np.abs(two - time).min() <= SAME for time in one) if len(two) else 0
@@ -70,7 +71,7 @@ def test_more_must_be_outweighed_for_fewer_key_frames():
     shown = demo.performance(2, fps=30.0, seconds=15)
     counted = counted_by(shown.frames.positions, 30.0, shown.skeleton)
     motion = Motion(shown.frames.positions, 30.0, shown.skeleton, counted)
-    many, usual, none = (len(motion.final(IN_FORCE._replace(even=even))) for even in (-20.0, 3.0, 500.0))
+    many, usual, none = (len(motion.final(WEIGHTS._replace(bias=bias))) for bias in (-20.0, 3.0, 500.0))
     assert many > usual > none
 
 

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
-from mossar_stream.algorithm import facts, pose_history, scales, verdicts
+from mossar_stream.algorithm import candidate_features, pose_history, scales, verdicts
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity import evidence
+from mossar_stream.similarity.evidence import WEIGHTS, Weights
 from mossar_stream.skeleton import Skeleton
 
 HOLD = 1.4  # s until a key frame is decided
@@ -31,26 +32,12 @@ MAX_SPEED, MAX_GAP = 15.0, 0.25  # m/s, s; settings
 Array = NDArray[np.float64]
 
 
-class Weights(NamedTuple):
-    """What the kinds of evidence weigh, and what they must outweigh; see `evidence.py`."""
-
-    change_of_pose: float = evidence.CHANGE_OF_POSE
-    change_of_speed: float = evidence.CHANGE_OF_SPEED
-    stop: float = evidence.STOP
-    rest: float = evidence.REST
-    away: float = evidence.AWAY
-    even: float = evidence.EVEN
-
-
-IN_FORCE = Weights()
-
-
 class Candidate(NamedTuple):
     """A key frame of Algorithm 2, and what is known of it when it is confirmed."""
 
     frame: int  # where the segment after it begins
     confirmed: int  # frame
-    told: int  # reported frame
+    reported: int  # reported frame
     speed: float  # m/s, lowest since the candidate
     home: float  # A
     extent: float  # m, A
@@ -96,9 +83,9 @@ class Motion:
         before = 0
         for frame, found, confirmed, time in algorithm_2(self.curve, SIG_THRESHOLD * self.range, self.times):
             marks = np.arange(found)[::-1]
-            earlier = facts.EARLIER_IN_NOISE if self.loud[found] else facts.EARLIER
-            told = int(marks[np.argmin(np.abs(self.times[marks] - (time - earlier)))])
-            before = told if before < told else frame
+            earlier = candidate_features.EARLIER_IN_NOISE if self.loud[found] else candidate_features.EARLIER
+            reported = int(marks[np.argmin(np.abs(self.times[marks] - (time - earlier)))])
+            before = reported if before < reported else frame
             extent, usual = self.extent[confirmed], self.usual[confirmed]
             tempo = np.clip(extent / usual / scales.ORDINARY, scales.QUICKEST, scales.SLOWEST)
             home = self.away[found - 1] / extent
@@ -140,7 +127,7 @@ class Motion:
         terms = np.log(variance + floor).sum(), np.log(of_speed + evidence.SPEED_FLOOR).sum()
         return time * np.array(terms)  # type: ignore[no-any-return]
 
-    def final(self, weights: Weights = IN_FORCE) -> list[int]:
+    def final(self, weights: Weights = WEIGHTS) -> list[int]:
         """Return the reported frames of the final key frames, frames of the recording."""
         finals: list[int] = []
         left, undecided, noted = 0, list[int](), 0
@@ -151,32 +138,36 @@ class Motion:
             while undecided and (len(undecided) > CAPACITY or time >= self._time(undecided[0]) + HOLD):
                 number = undecided[0]
                 if number in self._kept(undecided, left, t + 1, weights):
-                    finals.append(self.candidates[number].told)
+                    finals.append(self.candidates[number].reported)
                     left = self.candidates[number].frame
                 undecided.pop(0)
         kept = self._kept(undecided, left, len(self.times), weights)
-        finals += [self.candidates[number].told for number in undecided if number in kept]
+        finals += [self.candidates[number].reported for number in undecided if number in kept]
         return self.taken[np.array(finals, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
-    def told(self) -> list[int]:
+    def reported(self) -> list[int]:
         """Return the reported frames of the key frames that are reported when Algorithm 2 accepts them."""
-        told, first, before, speed = [], 0, self.times[0] + facts.SETTLING, 0.0
+        reported, first, before, speed = [], 0, self.times[0] + candidate_features.SETTLING, 0.0
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
             peak = self.speed[since[self.times[since] > before + pose_history.MARGIN]].max(initial=0.0)
-            rose = peak >= max(facts.ABOVE_NOISE * c.noise, facts.RISEN * c.speed)
-            interval = facts.SHORT_INTERVAL if c.speed <= facts.RISEN * speed else facts.INTERVAL
+            rose = peak >= max(candidate_features.ABOVE_NOISE * c.noise, candidate_features.RISEN * c.speed)
+            interval = (
+                candidate_features.SHORT_INTERVAL
+                if c.speed <= candidate_features.RISEN * speed
+                else candidate_features.INTERVAL
+            )
             apart = self.times[c.frame] - before >= interval - pose_history.MARGIN
-            if apart and rose and c.speed <= facts.QUICK * c.usual:
-                told.append(c.told)
+            if apart and rose and c.speed <= candidate_features.QUICK * c.usual:
+                reported.append(c.reported)
                 first, before, speed = c.confirmed + 1, self.times[c.frame], c.speed
-        return self.taken[np.array(told, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
+        return self.taken[np.array(reported, dtype=np.int64)].tolist()  # type: ignore[no-any-return]
 
     def _time(self, number: int) -> float:
         return float(self.times[self.candidates[number].frame])
 
-    def _told(self, number: int) -> float:
-        return float(self.times[self.candidates[number].told])
+    def _reported(self, number: int) -> float:
+        return float(self.times[self.candidates[number].reported])
 
     def _kept(self, numbers: list[int], left: int, end: int, weights: Weights) -> set[int]:
         """Return which of the undecided key frames stand at the level (Algorithm 3)."""
@@ -199,7 +190,7 @@ class Motion:
         if verdict == verdicts.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
-        odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.even
+        odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.bias
         return max(odds, CERTAIN) if verdict == verdicts.ENDS else odds
 
     @cached_property
@@ -218,18 +209,18 @@ class Motion:
 
     def _judge(self, number: int, noted: int, counted: Array, last: float) -> tuple[int, float]:
         """Return the verdict on a candidate, and when the last repetition ended."""
-        time = self._told(number)
+        time = self._reported(number)
         period = _period_at(counted, time)
         if not 0.0 < period <= verdicts.LONGEST:
             return int(verdicts.FREE), last
 
         def cost(other: int) -> float:
             c = self.candidates[other]
-            slowness = evidence.STOP - evidence.REST
-            unlike = evidence.AWAY * c.home + slowness * np.log(c.speed / c.usual + evidence.LEAST)
-            return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._told(other)) / period)
+            slowness = WEIGHTS.stop - WEIGHTS.rest
+            unlike = WEIGHTS.away * c.home + slowness * np.log(c.speed / c.usual + evidence.LEAST)
+            return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._reported(other)) / period)
 
-        near = [i for i in range(noted) if abs(self._told(i) - time) <= 0.5 * period]
+        near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period]
         if min(near, key=cost) != number or time - last < verdicts.NEAREST * period:
             return int(verdicts.WITHIN), last
         return int(verdicts.ENDS), time
@@ -319,7 +310,10 @@ def filtered(poses: Array, dt: Array) -> Array:
     """Return the poses behind a first-order low-pass filter, exact for straight lines between them."""
     result = poses.copy()
     for t in range(1, len(poses)):
-        late, kept = facts.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t], np.exp(-dt[t] / facts.SMOOTHING)
+        late, kept = (
+            candidate_features.SMOOTHING * (poses[t] - poses[t - 1]) / dt[t],
+            np.exp(-dt[t] / candidate_features.SMOOTHING),
+        )
         # A line is followed at a distance, `late`; what differed from it fades.
         result[t] = poses[t] - late + kept * (result[t - 1] - (poses[t - 1] - late))
     return result
@@ -379,7 +373,7 @@ def surroundings(motion: Motion) -> tuple[Array, Array]:
 
 def _sums(motion: Motion) -> list[Array]:
     """Return sums over the frames before each one: durations, poses, squares, log speeds, squares."""
-    usual = np.concatenate([[evidence.SPEED_OFFSET], evidence.SPEED_OFFSET * motion.usual[:-1]])
+    usual = np.concatenate([[scales.SPEED_OFFSET], scales.SPEED_OFFSET * motion.usual[:-1]])
     log_speeds = np.log(motion.speeds + usual[:, None])
     values = [np.ones(len(motion.dt)), motion.poses, motion.poses**2, log_speeds, log_speeds**2]
     weighted = [value * motion.dt.reshape(-1, *[1] * (value.ndim - 1)) for value in values]

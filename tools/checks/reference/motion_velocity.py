@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm import facts, noise, pose_history
+from mossar_stream.algorithm import candidate_features, noise, pose_history
 
 WINDOW, SIG_THRESHOLD, RANGE_FLOOR, MARGIN = 0.1, 0.05, 0.01, 1.5  # s; share; m; setting noise_margin
 Array = NDArray[np.float64]
@@ -91,5 +91,5 @@ class _Ear:
     @property
     def of_speed(self) -> float:
         """What the noise adds to the speed of the filtered poses, m/s."""
-        share = self.step / (self.step + facts.SMOOTHING)
+        share = self.step / (self.step + candidate_features.SMOOTHING)
         return float(self.level * self.step * np.sqrt(share / (2.0 - share)) / pose_history.SPEED_WINDOW)

@@ -1,4 +1,8 @@
-"""Facts: what is known of a candidate for evidence, from where it is found until its key frame is confirmed."""
+"""Candidate features: what is known of a candidate for evidence, from where it is found until its key frame is confirmed.
+
+Features of single frames are noted in `note_speed`, those of the candidate's frame in `note_place`; `features_of` puts them
+together, in the units of the performer's own scales.
+"""
 
 import numpy as np
 
@@ -6,7 +10,7 @@ from mossar_stream.algorithm.noise import noise_level
 from mossar_stream.algorithm.pose_history import MARGIN, SPEED_WINDOW, mark_at
 from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.similarity import evidence
+from mossar_stream.similarity.evidence import Features
 
 SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
@@ -15,12 +19,12 @@ SETTLING = 0.1  # s at the start of a take, in which the filter settles and nois
 # Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one is slow
 INTERVAL, SHORT_INTERVAL = 0.36, 0.25
 RISEN = 1.2  # times the speed at the key frame that the speed must have reached before
-QUICK = 3.0  # V; who is faster is in the midst of a move
+QUICK = 3.0  # V; a faster performer is in the midst of a move
 ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
 NOT_PLACED = np.int64(-1)
 
-FACTS_OF_CANDIDATE = np.dtype(
+CANDIDATE = np.dtype(
     [
         # Reported frame: `EARLIER` than Algorithm 2's frame; NOT_PLACED if nothing was seen there.
         ("frame", "i8"),
@@ -29,23 +33,23 @@ FACTS_OF_CANDIDATE = np.dtype(
         ("home", "f8"),  # m, distance from the pose in which the performer dwells
         ("peak", "f8"),  # m/s, largest since the last reported key frame
         ("before", "i8"),  # reported frame of the key frame before
-        ("told_time", "f8"),  # s, of the last reported key frame
-        ("told_speed", "f8"),  # m/s, lowest speed at that one
+        ("reported_time", "f8"),  # s, of the last reported key frame
+        ("reported_speed", "f8"),  # m/s, lowest speed at that one
     ],
 )
 
 
 @kernel
-def start_facts(facts, frame, time):
+def start_candidate(candidate, frame, time):
     """Begin a take."""
-    facts.frame = frame
-    facts.time = time
-    facts.speed = 0.0
-    facts.home = 0.0
-    facts.peak = 0.0
-    facts.before = frame
-    facts.told_time = time + SETTLING
-    facts.told_speed = 0.0
+    candidate.frame = frame
+    candidate.time = time
+    candidate.speed = 0.0
+    candidate.home = 0.0
+    candidate.peak = 0.0
+    candidate.before = frame
+    candidate.reported_time = time + SETTLING
+    candidate.reported_speed = 0.0
 
 
 @inline_kernel
@@ -61,30 +65,30 @@ def smoothing_weights(dt):
 
 
 @kernel
-def note_place(facts, scales, history, body, time, joints):
+def note_place(candidate, scales, history, body, time, joints):
     """Note what is known of a candidate, or of a crossing, at the last frame.
 
     Args:
-        facts: FACTS_OF_CANDIDATE.
+        candidate: CANDIDATE.
         scales: SCALES.
         history: PoseHistory.
         body: See joint_pages.py; the features are those of the last frame.
         time: s, reported time of the key frame.
         joints: How many can move relative to the centre.
     """
-    facts.speed = scales.speed
-    facts.home = distance_from_home(body, joints)
+    candidate.speed = scales.speed
+    candidate.home = distance_from_home(body, joints)
     place = mark_at(history, time)
     if place >= 0:
-        facts.frame = history.marks[place].frame
-        facts.time = history.marks[place].time
+        candidate.frame = history.marks[place].frame
+        candidate.time = history.marks[place].time
 
 
 @inline_kernel
-def note_speed(facts, scales, time):
+def note_speed(candidate, scales, time):
     """Note the speed of a frame, unless a key frame was reported just now."""
-    if time > facts.told_time + MARGIN:
-        facts.peak = max(facts.peak, scales.speed)
+    if time > candidate.reported_time + MARGIN:
+        candidate.peak = max(candidate.peak, scales.speed)
 
 
 @inline_kernel
@@ -101,24 +105,27 @@ def noise_of_speed(noise, joints):
 
 
 @kernel
-def write_facts(summary, begin, facts, scales, noise, joints):
-    """Write what is known of a key frame into the summary of the segment that it ends; `joints` is how many move."""
-    summary[begin + evidence.SPEED] = facts.speed
-    summary[begin + evidence.HOME] = facts.home / extent(scales)
-    summary[begin + evidence.EXTENT] = extent(scales)
-    summary[begin + evidence.USUAL_SPEED] = usual_speed(scales)
-    summary[begin + evidence.TEMPO] = tempo_of(scales)
-    summary[begin + evidence.NOISE] = noise
-    summary[begin + evidence.JOINTS] = joints
+def features_of(candidate, scales, noise, joints):
+    """Return `Features` of a key frame that is confirmed; `noise` in m/s, `joints` is how many can move."""
+    size = extent(scales)
+    return Features(
+        candidate.speed,
+        candidate.home / size,
+        size,
+        usual_speed(scales),
+        tempo_of(scales),
+        noise,
+        joints,
+    )
 
 
 @inline_kernel
-def is_told(facts, scales, time, noise):
+def is_reported(candidate, scales, time, noise):
     """Tell whether a key frame is reported at once: slow, apart from the last one, and not the sensor's noise.
 
     Within the refractory period a slower minimum is still reported: the first may have been a brief pause.
     """
-    slow = facts.speed <= QUICK * usual_speed(scales)
-    rose = facts.peak >= max(ABOVE_NOISE * noise, RISEN * facts.speed)
-    interval = SHORT_INTERVAL if facts.speed <= RISEN * facts.told_speed else INTERVAL
-    return slow and rose and time - facts.told_time >= interval - MARGIN
+    slow = candidate.speed <= QUICK * usual_speed(scales)
+    rose = candidate.peak >= max(ABOVE_NOISE * noise, RISEN * candidate.speed)
+    interval = SHORT_INTERVAL if candidate.speed <= RISEN * candidate.reported_speed else INTERVAL
+    return slow and rose and time - candidate.reported_time >= interval - MARGIN
