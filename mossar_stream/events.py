@@ -14,7 +14,7 @@ Onsets and offsets start at `confirmed`. `rev` counts the messages about one id 
 it is sent once.
 """
 
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 
@@ -24,7 +24,7 @@ BODY = "body"  # the channel of the whole body; others are limbs
 KeyFrameStatus = Literal["candidate", "withdrawn", "confirmed", "merged", "restored", "final"]
 KeyFrameKind = Literal["onset", "offset", "minimum"]
 SegmentStatus = Literal["closed", "withdrawn", "final"]
-SegmentState = Literal["moving", "resting"]
+SegmentState = Literal["resting", "moving"]
 MoveStatus = Literal["confirmed", "withdrawn", "final"]
 RepetitionStatus = Literal["counted", "withdrawn"]
 StepStatus = Literal["strike", "off"]
@@ -33,41 +33,20 @@ PoseStatus = Literal["entered", "held", "left"]
 Side = Literal["left", "right"]
 StreamChange = Literal["started", "stalled", "resumed", "reset", "ended"]
 
-KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = (
-    "candidate",
-    "withdrawn",
-    "confirmed",
-    "merged",
-    "restored",
-    "final",
-)
-KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = ("onset", "offset", "minimum")
-STEP_STATUSES: tuple[StepStatus, ...] = ("strike", "off")
-FOLLOW_STATUSES: tuple[FollowStatus, ...] = ("begun", "progress", "done", "left")
-POSE_STATUSES: tuple[PoseStatus, ...] = ("entered", "held", "left")
-REPETITION_STATUSES: tuple[RepetitionStatus, ...] = ("counted", "withdrawn")
-SEGMENT_STATUSES: tuple[SegmentStatus, ...] = ("closed", "withdrawn", "final")
-MOVE_STATUSES: tuple[MoveStatus, ...] = ("confirmed", "withdrawn", "final")
-SEGMENT_STATES: tuple[SegmentState, ...] = ("resting", "moving")
-
-
-def _version() -> int:
-    return SCHEMA_VERSION
-
-
-def _no_reason() -> str:
-    return ""
+KEY_FRAME_STATUSES: tuple[KeyFrameStatus, ...] = get_args(KeyFrameStatus)
+KEY_FRAME_KINDS: tuple[KeyFrameKind, ...] = get_args(KeyFrameKind)
+STEP_STATUSES: tuple[StepStatus, ...] = get_args(StepStatus)
+FOLLOW_STATUSES: tuple[FollowStatus, ...] = get_args(FollowStatus)
+POSE_STATUSES: tuple[PoseStatus, ...] = get_args(PoseStatus)
+REPETITION_STATUSES: tuple[RepetitionStatus, ...] = get_args(RepetitionStatus)
+SEGMENT_STATUSES: tuple[SegmentStatus, ...] = get_args(SegmentStatus)
+MOVE_STATUSES: tuple[MoveStatus, ...] = get_args(MoveStatus)
+SEGMENT_STATES: tuple[SegmentState, ...] = get_args(SegmentState)
 
 
 # `omit_defaults` leaves out what has its default, as `channel` and `limb` should be; what a factory makes is always sent.
-_ALWAYS_SENT: int = msgspec.field(default_factory=_version)
-
-
-def _nothing() -> None:
-    return None
-
-
-SENT_AS_NONE: float | None = msgspec.field(default_factory=_nothing)
+_ALWAYS_SENT: int = msgspec.field(default_factory=lambda: SCHEMA_VERSION)
+SENT_AS_NONE: float | None = msgspec.field(default_factory=lambda: None)
 
 
 class KeyFrameEvent(
@@ -312,7 +291,7 @@ class StreamEvent(
     performer: str
     event: StreamChange
     take: int
-    reason: str = msgspec.field(default_factory=_no_reason)
+    reason: str = msgspec.field(default_factory=str)
     run: str | None = None
 
 
@@ -346,6 +325,11 @@ class MoveEvent(msgspec.Struct, frozen=True, tag_field="type", tag="move", kw_on
     score: float
     limb: str
     decided_time: float
+
+
+def _most_deviant_limb(event: "FollowEvent | PoseEvent") -> str:
+    """The limb that deviates most; `body` where no bone belongs to a limb."""
+    return max(event.limbs, key=lambda name: event.limbs[name], default=BODY)
 
 
 class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", kw_only=True, gc=False):
@@ -392,10 +376,7 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
     score: float | None
     decided_time: float
 
-    @property
-    def limb(self) -> str:
-        """The limb that strays most; `body` where no bone belongs to a limb."""
-        return max(self.limbs, key=lambda name: self.limbs[name], default=BODY)
+    limb = property(_most_deviant_limb)
 
 
 class PoseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="pose", kw_only=True, gc=False):
@@ -429,10 +410,7 @@ class PoseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="pose", kw_on
     joint: str
     decided_time: float
 
-    @property
-    def limb(self) -> str:
-        """The limb that strays most; `body` where no bone belongs to a limb."""
-        return max(self.limbs, key=lambda name: self.limbs[name], default=BODY)
+    limb = property(_most_deviant_limb)
 
 
 class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_only=True, gc=False):

@@ -6,7 +6,18 @@ import subprocess
 import numpy as np
 import pytest
 
-from mossar_stream import Moves, Segmenter, Settings, Skeleton, precompile
+from mossar_stream import (
+    FollowEvent,
+    KeyFrameEvent,
+    Moves,
+    PoseEvent,
+    RepetitionEvent,
+    Segmenter,
+    SegmentEvent,
+    Settings,
+    Skeleton,
+    precompile,
+)
 
 
 def pytest_sessionstart(session):
@@ -53,3 +64,58 @@ def read_only_disk(tmp_path):
     folder = mounted(tmp_path / "read-only", "-o", "ro")
     yield folder
     subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+WHO = {"performer": "p1", "rev": 1, "take": 0}
+LIMBS = {"trunk": 5.0, "left_leg": 12.0}
+MADE = {
+    KeyFrameEvent: {
+        "id": "p1/0/7",
+        "status": "confirmed",
+        "decided": False,
+        "kind": "onset",
+        "frame": 7,
+        "time": 0.2,
+    }
+    | {"decided_frame": 9, "decided_time": 0.3, "velocity": 0.1, "strength": None},
+    SegmentEvent: {"id": "p1/0/0-9", "status": "final", "state": "moving", "start_frame": 0, "end_frame": 9}
+    | {"start_time": 0.0, "end_time": 0.3, "active_joints": ("hand",), "similarity": None},
+    RepetitionEvent: {
+        "id": "p1/0/r2",
+        "status": "counted",
+        "channel": "body",
+        "count": 2,
+        "total": 2,
+        "period": 2.0,
+    }
+    | {"tempo": 30.0, "start": 1.0, "end": 2.0, "amplitude": 0.5, "joint": "hand", "decided_time": 3.0},
+    FollowEvent: {
+        "id": "p1/follow/0/3",
+        "name": "squat",
+        "status": "progress",
+        "count": 2,
+        "start": 12.0,
+        "time": 13.0,
+    }
+    | {
+        "progress": 0.5,
+        "tempo": 1.25,
+        "certainty": 0.75,
+        "deviation": 8.0,
+        "limbs": LIMBS,
+        "joint": "LeftKnee",
+    }
+    | {"range": None, "score": None, "decided_time": 13.5},
+    PoseEvent: {"id": "p1/pose/0/2", "name": "plank", "status": "held", "start": 12.0, "seconds": 1.5}
+    | {"deviation": 8.0, "limbs": LIMBS, "joint": "LeftKnee", "decided_time": 13.5},
+}
+
+
+@pytest.fixture(scope="session")
+def made():
+    """Return what makes events: `made(FollowEvent, status="done")` has plausible values in all other fields."""
+
+    def make(record, /, **fields):
+        return record(**{**WHO, **MADE[record], **fields})
+
+    return make

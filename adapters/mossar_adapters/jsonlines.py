@@ -26,7 +26,7 @@ _POLL = 0.1  # s
 
 
 class JsonLinesSource:
-    """Frame and meta maps, one JSON object per line, from standard input; implements `LiveSource`.
+    """Frame and meta maps, one JSON object per line, from standard input; implements `Source`.
 
     It reads no faster than its frames are taken, so that nothing is lost from a pipe.
 

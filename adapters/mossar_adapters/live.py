@@ -1,4 +1,4 @@
-"""What live sources offer beyond `Source`: counters, an explanation of silence, and a listener."""
+"""What live sources share: counters, what they discard at the start, and a listener."""
 
 import logging
 from collections.abc import Iterator, Sequence
@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from mossar_adapters.source import Item, Left, Meta
+from mossar_adapters.source import Left, Meta
 from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
@@ -97,23 +97,6 @@ class Listener(Protocol):
 
     def control(self, address: str, arguments: Sequence[Any]) -> None:
         """Act on `/mossar/set/<name> value` or `/mossar/reset`."""
-
-
-class LiveSource(Protocol):
-    """A `Source` fed by others at their own pace."""
-
-    name: str
-    live: bool
-    counters: Counters
-
-    def items(self) -> Iterator[Item]:
-        """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
-
-    def explain(self) -> str:
-        """Return one line that says why there may be silence: what is bound, what came, what to try."""
-
-    def close(self) -> None:
-        """Release the socket; `items` ends soon after. May be called twice."""
 
 
 class OutputClosedError(MossarError):

@@ -49,7 +49,7 @@ _FIELDS = ("label", "type", "unit", "marker", "object")
 
 
 class LslSource:
-    """Reads a motion capture stream; implements `LiveSource`. It waits for the stream to appear.
+    """Reads a motion capture stream; implements `Source`. It waits for the stream to appear.
 
     Args:
         address: `lsl:` or `lsl:?name=…`.

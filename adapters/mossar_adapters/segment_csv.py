@@ -5,10 +5,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from mossar_adapters.address import Address
 from mossar_adapters.files.output import OutputFile
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
+from mossar_adapters.spans import Spanning, span
 from mossar_adapters.table_text import csv_text
 from mossar_stream import (
     BODY,
@@ -56,6 +60,12 @@ FOLLOWED = (  # and of moves that are followed, besides `count`
     *(f"range_{limb}" for limb in LIMBS),
 )
 OF_STREAMS = COLUMNS + COUNTED + NAMED + FOLLOWED  # settings may change while one runs
+_STATES: dict[type[Spanning], str] = {
+    RepetitionEvent: "repetition",
+    MoveEvent: "move",
+    PoseEvent: "pose",
+    FollowEvent: "followed",
+}
 SETTLED = 32  # repetitions later one is sure: so many at most may still be withdrawn or moved
 _KEPT = 10_000  # key frames kept whose segment is still open
 
@@ -79,25 +89,20 @@ def segment_row(
     part: SegmentEvent | Segment,
     ending: Ending,
     channel: str = BODY,
-) -> Sequence[object]:
-    """Return the cells of a segment, not yet guarded, in the order of `COLUMNS`; times in s on the source's clock."""
-    return (
+) -> dict[str, object]:
+    """Return the cells of a segment by column, not yet guarded; times in s on the source's clock."""
+    row = stretch_row(
         recording,
         performer,
         take,
-        f"{part.start_time:.4f}",
-        f"{part.end_time:.4f}",
-        f"{part.end_time - part.start_time:.4f}",
-        part.start_frame,
-        part.end_frame,
+        (part.start_time, part.end_time),
         part.state,
-        ending.kind,
-        _number(ending.strength),
-        _number(part.similarity),
-        " ".join(part.active_joints),
-        channel,
-        part.limb or "",
+        channel=channel,
+        frames=(part.start_frame, part.end_frame),
+        joints=part.active_joints,
     )
+    own = {"kind": ending.kind, "strength": ending.strength, "similarity": part.similarity, "limb": part.limb}
+    return row | {name: _cell(value) for name, value in own.items()}
 
 
 def stretch_row(
@@ -109,9 +114,10 @@ def stretch_row(
     *,
     channel: str = BODY,
     frames: tuple[int, int] | None = None,
+    times: NDArray[np.float64] | None = None,
     joints: Sequence[str] = (),
 ) -> dict[str, object]:
-    """Return the cells, by column, of a stretch of time that is no segment.
+    """Return the cells, by column, that all stretches of time have.
 
     Args:
         recording: Its name.
@@ -121,9 +127,13 @@ def stretch_row(
         state: What it is.
         channel: `body` or a limb.
         frames: First and last frame, if they are known.
+        times: (n,) s, of the recording's frames, from which the frames follow.
         joints: That move.
     """
     start, end = ends
+    if times is not None:
+        first, last = np.searchsorted(times, ends).tolist()
+        frames = first, last
     return {
         "recording": recording,
         "performer": performer,
@@ -139,41 +149,50 @@ def stretch_row(
     }
 
 
-def repetition_cells(event: RepetitionEvent) -> dict[str, object]:
-    """Return the cells in which repetitions differ from other stretches."""
-    number = {"count": event.count, "total": event.total}
-    return number | {name: _number(getattr(event, name)) for name in COUNTED[2:]}
+def event_row(
+    recording: str,
+    event: Spanning,
+    performer: str | None = None,
+    times: NDArray[np.float64] | None = None,
+) -> dict[str, object]:
+    """Return the cells, by column, of a repetition, move, held pose or performance of a followed move.
+
+    Args:
+        recording: Its name.
+        event: The last one about it.
+        performer: Name; None for that of the event.
+        times: (n,) s, of the recording's frames; None where frame numbers are not known.
+    """
+    values: dict[str, object] = {}
+    match event:
+        case RepetitionEvent():
+            values = {name: getattr(event, name) for name in COUNTED}
+        case MoveEvent():
+            values = {"limb": event.limb, "name": event.name, "score": event.score}
+        case PoseEvent():
+            values = {"limb": event.limb, "name": event.name, "deviation": event.deviation}
+        case FollowEvent():
+            values = {"limb": event.limb, "name": event.name, "score": event.score, "count": event.count}
+            values |= {"relative_tempo": event.tempo, "deviation": event.deviation}
+            values |= {f"range_{limb}": (event.range or {}).get(limb) for limb in LIMBS}
+    if isinstance(event, FollowEvent | PoseEvent):
+        values |= {f"deviation_{limb}": event.limbs.get(limb) for limb in LIMBS}
+    joint = None if isinstance(event, MoveEvent) else event.joint
+    row = stretch_row(
+        recording,
+        performer or event.performer,
+        event.take,
+        span(event),
+        _STATES[type(event)],
+        channel=event.channel if isinstance(event, RepetitionEvent) else BODY,
+        times=times,
+        joints=(joint,) if joint else (),
+    )
+    return row | {name: _cell(value) for name, value in values.items()}
 
 
-def move_cells(event: MoveEvent) -> dict[str, object]:
-    """Return the cells in which moves differ from other stretches."""
-    return {"limb": event.limb, "name": event.name, "score": _number(event.score)}
-
-
-def pose_cells(event: PoseEvent) -> dict[str, object]:
-    """Return the cells in which held poses differ from other stretches."""
-    strays = {f"deviation_{limb}": _number(event.limbs.get(limb)) for limb in LIMBS}
-    return {"limb": event.limb, "name": event.name, "deviation": _number(event.deviation), **strays}
-
-
-def follow_cells(event: FollowEvent) -> dict[str, object]:
-    """Return the cells in which performances of a followed move differ from other stretches."""
-    strays = {f"deviation_{limb}": _number(event.limbs.get(limb)) for limb in LIMBS}
-    ranges = {f"range_{limb}": _number((event.range or {}).get(limb)) for limb in LIMBS}
-    return {
-        "limb": event.limb,
-        "name": event.name,
-        "score": _number(event.score),
-        "count": event.count,
-        "relative_tempo": _number(event.tempo),
-        "deviation": _number(event.deviation),
-        **strays,
-        **ranges,
-    }
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4f}"
+def _cell(value: object) -> object:
+    return "" if value is None else f"{value:.4f}" if isinstance(value, float) else value
 
 
 class SegmentCsvSink:
@@ -195,7 +214,7 @@ class SegmentCsvSink:
         self.name = address.url
         self.dropped = 0
         self._file = OutputFile(address.path, replace=force, position=position)
-        self._endings: dict[str, Ending] = {}  # by id of the key frame
+        self._endings: Newest[str, Ending] = Newest(_KEPT)  # by id of the key frame
         self._recordings: dict[str, str] = {}  # by performer
         self._waiting: dict[tuple[str, str], dict[int, RepetitionEvent]] = {}  # by performer, channel; number
         self._closed = False
@@ -216,29 +235,15 @@ class SegmentCsvSink:
         for event in events:
             match event:
                 case KeyFrameEvent() if event.strength is not None:
-                    self._remember(event.id, Ending(event.kind, event.strength))
+                    self._endings[event.id] = Ending(event.kind, event.strength)
                 case SegmentEvent(status="final"):
-                    rows.append(dict(zip(COLUMNS, self._row(event), strict=True)))
+                    rows.append(self._row(event))
                 case RepetitionEvent():
                     rows += self._follow(event)
                 case StreamEvent(event="ended"):
                     rows += self._settled_of(event.performer)
-                case MoveEvent(status="final"):
-                    recording, ends = self._recordings.get(event.performer, ""), (event.start, event.end)
-                    row = stretch_row(recording, event.performer, event.take, ends, "move")
-                    rows.append(row | move_cells(event))
-                case PoseEvent(status="left"):
-                    recording = self._recordings.get(event.performer, "")
-                    ends = (event.start, event.start + event.seconds)
-                    row = stretch_row(
-                        recording, event.performer, event.take, ends, "pose", joints=(event.joint,)
-                    )
-                    rows.append(row | pose_cells(event))
-                case FollowEvent(status="done"):
-                    recording, ends = self._recordings.get(event.performer, ""), (event.start, event.time)
-                    joints = (event.joint,)
-                    row = stretch_row(recording, event.performer, event.take, ends, "followed", joints=joints)
-                    rows.append(row | follow_cells(event))
+                case MoveEvent(status="final") | PoseEvent(status="left") | FollowEvent(status="done"):
+                    rows.append(event_row(self._recordings.get(event.performer, ""), event))
                 case _:
                     pass
         if rows:
@@ -259,7 +264,7 @@ class SegmentCsvSink:
             self._write([row for performer, _ in list(self._waiting) for row in self._settled_of(performer)])
         self._file.close()
 
-    def _row(self, event: SegmentEvent) -> Sequence[object]:
+    def _row(self, event: SegmentEvent) -> dict[str, object]:
         # Ids keep Algorithm 2's frame, while a final key frame may have moved.
         who, _, frames = event.id.rpartition("/")
         ending = self._endings.pop(f"{who}/{frames.rpartition('-')[2]}", Ending())
@@ -290,25 +295,8 @@ class SegmentCsvSink:
         rest = {number: event for number, event in waiting.items() if number > until}
         if rest:
             self._waiting[key] = rest
-        rows = []
-        for number in sorted(set(waiting) - set(rest)):
-            event = waiting[number]
-            row = stretch_row(
-                self._recordings.get(event.performer, ""),
-                event.performer,
-                event.take,
-                (event.start or 0.0, event.end or 0.0),  # what is counted has both
-                "repetition",
-                channel=event.channel,
-                joints=(event.joint,) if event.joint else (),
-            )
-            rows.append(row | repetition_cells(event))
-        return rows
-
-    def _remember(self, key: str, ending: Ending) -> None:
-        if len(self._endings) == _KEPT and key not in self._endings:
-            del self._endings[next(iter(self._endings))]
-        self._endings[key] = ending
+        recording = self._recordings.get(key[0], "")
+        return [event_row(recording, waiting[number]) for number in sorted(set(waiting) - set(rest))]
 
     def _write(self, rows: Sequence[dict[str, object]]) -> None:
         head = (

@@ -4,6 +4,7 @@ A new scheme is one module and one row here. Modules of extras are imported when
 """
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import PurePath
 from typing import Any, Literal
 
@@ -86,15 +87,12 @@ def open_source(
 
     Args:
         url: See the table; a path is a recording, `-` standard input.
-        options: What the user says about it; options in the URL go before.
+        options: What the user says about it; options in the URL take precedence.
         speed: Pace of recordings and of `demo:`; 1 is real time.
-        listener: Is told, by OSC, of control messages.
+        listener: Receives control messages (OSC).
         loop: Whether to play a recording again and again.
         people: Give performers slots instead of the sender's ids: how many, `"nearest"` or `"first"`.
         remember: How long an absent person keeps its slot, s.
-
-    Returns:
-        The source; live ones are `mossar_adapters.live.LiveSource`.
 
     Raises:
         MossarError: If it cannot be opened; one line says why and what to do.
@@ -176,6 +174,22 @@ def _merged(options: ReadOptions, address: Address) -> ReadOptions:
         raise address.error(str(error)) from None
 
 
+def _opener(place: str, *names: str) -> Callable[[Address, OpenOptions], Any]:
+    """Return what opens a source or sink whose module is imported only then.
+
+    Args:
+        place: `MODULE:NAME` below `mossar_adapters`; what it names takes the address.
+        names: Fields of `OpenOptions` that it takes besides, as keywords.
+    """
+    module, _, name = place.partition(":")
+
+    def opened(address: Address, wanted: OpenOptions) -> Any:
+        make = getattr(import_module(f"mossar_adapters.{module}"), name)
+        return make(address, **{name: getattr(wanted, name) for name in names})
+
+    return opened
+
+
 def _demo(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.demo import DemoSource
 
@@ -231,90 +245,6 @@ def _file_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:
             raise address.error(f"frames go to .msk or .jsonl, not to {suffix or 'a file without ending'}")
 
 
-def _pipe(address: Address, wanted: OpenOptions) -> Source:
-    from mossar_adapters.jsonlines import JsonLinesSource
-
-    return JsonLinesSource(address, wanted.options)
-
-
-def _pipe_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.jsonlines import JsonLinesSink
-
-    return JsonLinesSink(address)
-
-
-def _pipe_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.jsonlines import JsonLinesFrameSink
-
-    return JsonLinesFrameSink(address)
-
-
-def _osc(address: Address, wanted: OpenOptions) -> Source:
-    from mossar_adapters.osc.source import OscSource
-
-    return OscSource(address, wanted.options, wanted.listener)
-
-
-def _osc_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.osc.event_sink import OscSink
-
-    return OscSink(address)
-
-
-def _osc_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.osc.frame_sink import open_osc_frame_sink
-
-    return open_osc_frame_sink(address)
-
-
-def _zmq(address: Address, wanted: OpenOptions) -> Source:
-    from mossar_adapters.zeromq.source import ZmqSource
-
-    return ZmqSource(address, wanted.options)
-
-
-def _zmq_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.zeromq.sink import ZmqSink
-
-    return ZmqSink(address)
-
-
-def _zmq_frame_sink(address: Address, wanted: OpenOptions) -> FrameSink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.zeromq.sink import ZmqFrameSink
-
-    return ZmqFrameSink(address)
-
-
-def _websocket_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.websocket import WebSocketSink
-
-    return WebSocketSink(address)
-
-
-def _websocket(address: Address, wanted: OpenOptions) -> Source:
-    from mossar_adapters.websocket_source import WebSocketSource
-
-    return WebSocketSource(address, wanted.options)
-
-
-def _lsl(address: Address, wanted: OpenOptions) -> Source:
-    from mossar_adapters.lsl import LslSource
-
-    return LslSource(address, wanted.options)
-
-
-def _lsl_sink(address: Address, wanted: OpenOptions) -> Sink:  # noqa: ARG001 - the table's signature
-    from mossar_adapters.lsl import LslSink
-
-    return LslSink(address)
-
-
-def _midi_sink(address: Address, wanted: OpenOptions) -> Sink:
-    from mossar_adapters.midi.sink import MidiSink
-
-    return MidiSink(address, force=wanted.force)
-
-
 def _oak(address: Address, wanted: OpenOptions) -> Source:
     from mossar_adapters.oak.source import OakSource
 
@@ -330,23 +260,35 @@ def _webcam(address: Address, wanted: OpenOptions) -> Source:
 SCHEMES: tuple[Scheme, ...] = (
     Scheme(("demo",), "demo:?seed=3", "the built-in performer", _demo),
     Scheme(("file",), "PATH", "recordings; events, segments", _file, _file_sink, _file_frame_sink),
-    Scheme(("-",), "-", "JSON lines through a pipe", _pipe, _pipe_sink, _pipe_frame_sink),
     Scheme(
-        ("osc", "osc.udp"), "osc://HOST:PORT?profile=auto", "OSC over UDP", _osc, _osc_sink, _osc_frame_sink
+        ("-",),
+        "-",
+        "JSON lines through a pipe",
+        _opener("jsonlines:JsonLinesSource", "options"),
+        _opener("jsonlines:JsonLinesSink"),
+        _opener("jsonlines:JsonLinesFrameSink"),
+    ),
+    Scheme(
+        ("osc", "osc.udp"),
+        "osc://HOST:PORT?profile=auto",
+        "OSC over UDP",
+        _opener("osc.source:OscSource", "options", "listener"),
+        _opener("osc.event_sink:OscSink"),
+        _opener("osc.frame_sink:open_osc_frame_sink"),
     ),
     Scheme(
         ("zmq", "zmq+bind", "ipc", "ipc+bind", "zmq+ipc", "zmq+bind+ipc"),
         "zmq://HOST:PORT, zmq+bind://HOST:PORT, ipc:///PATH, ipc+bind:///PATH",
         "ZeroMQ publish and subscribe",
-        _zmq,
-        _zmq_sink,
-        _zmq_frame_sink,
+        _opener("zeromq.source:ZmqSource", "options"),
+        _opener("zeromq.sink:ZmqSink"),
+        _opener("zeromq.sink:ZmqFrameSink"),
     ),
     Scheme(
         ("ws",),
         "ws://HOST:PORT",
         "WebSocket server for browsers",
-        sink=_websocket_sink,
+        sink=_opener("websocket:WebSocketSink"),
         extra="web",
         library="websockets",
     ),
@@ -354,7 +296,7 @@ SCHEMES: tuple[Scheme, ...] = (
         ("ws+bind",),
         "ws+bind://HOST:PORT",
         "frames from pages and programs that connect",
-        _websocket,
+        _opener("websocket_source:WebSocketSource", "options"),
         extra="web",
         library="websockets",
     ),
@@ -362,8 +304,8 @@ SCHEMES: tuple[Scheme, ...] = (
         ("lsl",),
         "lsl:?name=NAME",
         "Lab Streaming Layer",
-        _lsl,
-        _lsl_sink,
+        _opener("lsl:LslSource", "options"),
+        _opener("lsl:LslSink"),
         extra="lsl",
         library="pylsl",
     ),
@@ -371,7 +313,7 @@ SCHEMES: tuple[Scheme, ...] = (
         ("midi",),
         "midi:, midi:?port=NAME, midi:PATH",
         "MIDI notes and clock",
-        sink=_midi_sink,
+        sink=_opener("midi.sink:MidiSink", "force"),
         extra="midi",
         library="mido",
     ),

@@ -13,6 +13,7 @@ from mossar_adapters.extras import needed
 from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import map_with_run
 from mossar_adapters.maps.states import States
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_adapters.websocket_server import OPTIONS, WebSocketServer
 from mossar_stream import Event
@@ -43,7 +44,7 @@ class WebSocketSink:
         address.check(OPTIONS)
         self.name = address.url
         self.dropped = 0
-        self._metas: dict[str, str] = {}
+        self._metas: Newest[str, str] = Newest(_METAS)
         self._states = States()
         self._clients: set[_Client] = set()
         self._server = WebSocketServer(address, self._serve, self._emptied, max_in=_MAX_IN)
@@ -86,9 +87,6 @@ class WebSocketSink:
 
     def _keep(self, meta: Meta, text: str) -> None:
         self._states.announce(meta)
-        self._metas.pop(meta.performer, None)
-        if len(self._metas) == _METAS:
-            del self._metas[next(iter(self._metas))]
         self._metas[meta.performer] = text
         self._spread([text])
 

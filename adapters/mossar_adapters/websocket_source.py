@@ -57,7 +57,7 @@ class WebSocketCounters(Counters):
 
 
 class WebSocketSource:
-    """Receives frame and meta maps over WebSockets; implements `LiveSource`.
+    """Receives frame and meta maps over WebSockets; implements `Source`.
 
     Args:
         address: `ws+bind://HOST:PORT`; port 0 takes a free one.

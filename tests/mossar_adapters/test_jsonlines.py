@@ -108,26 +108,15 @@ def test_writing_into_a_closed_stream_is_the_quiet_end():
         sink.send([STARTED])
 
 
-def test_final_segments_become_rows(tmp_path):
+def test_final_segments_become_rows(tmp_path, made):
     path = tmp_path / "segments.csv"
     sink = SegmentCsvSink(parse_url(str(path)))
-    segment = SegmentEvent(
-        performer="p1",
-        id="p1/0/0-60",
-        rev=1,
-        status="closed",
-        state="moving",
-        take=0,
-        start_frame=0,
-        end_frame=60,
-        start_time=0.5,
-        end_time=1.5,
-        active_joints=("head",),
-        similarity=None,
-    )
-    final = SegmentEvent(**{f: getattr(segment, f) for f in segment.__struct_fields__} | {"status": "final"})
+    span = {"start_time": 0.5, "end_time": 1.5, "end_frame": 60}
+    segment = [
+        made(SegmentEvent, status=status, active_joints=("head",), **span) for status in ("closed", "final")
+    ]
     sink.announce(Meta("p1", Skeleton(("hip", "head")), recording="walk.bvh"))
-    sink.send([STARTED, segment, final])
+    sink.send([STARTED, *segment])
     sink.close()
     times = "start,end,duration,start_frame,end_frame"
     counted = "count,total,period,tempo,amplitude"

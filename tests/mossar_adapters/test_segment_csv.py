@@ -23,42 +23,22 @@ def table(tmp_path):
     sink.close()
 
 
-def repetition(number, *, take=0, rev=1, status="counted", end=None, performer="p1"):
-    counted = status == "counted"
-    return RepetitionEvent(
-        performer=performer,
-        id=f"{performer}/{take}/r{number}",
-        rev=rev,
-        status=status,
-        take=take,
-        channel="body",
-        count=number if counted else 0,
-        total=number if counted else number - 1,
-        period=2.0 if counted else None,
-        tempo=30.0 if counted else None,
-        start=2.0 * number if counted else None,
-        end=(end or 2.0 * number + 2.0) if counted else None,
-        amplitude=0.25 if counted else None,
-        joint="hand" if counted else None,
-        decided_time=2.0 * number + 3.0,
-    )
+@pytest.fixture
+def repetition(made):
+    """Return what makes the repetition of a number, 2 s each; one that is withdrawn says nothing of its cycle."""
+
+    def make(number, *, take=0, **fields):
+        own = {"id": f"p1/{take}/r{number}", "take": take, "decided_time": 2.0 * number + 3.0}
+        if fields.get("status") == "withdrawn":
+            nothing = dict.fromkeys(("period", "tempo", "start", "end", "amplitude", "joint"))
+            return made(RepetitionEvent, count=0, total=number - 1, **own, **nothing, **fields)
+        own |= {"count": number, "total": number, "start": 2.0 * number, "end": 2.0 * number + 2.0}
+        return made(RepetitionEvent, **{**own, **fields})
+
+    return make
 
 
-def follow_event(**changes):
-    numbers = {"progress": 0.5, "tempo": 1.25, "certainty": 0.75, "deviation": 8.0, "joint": "LeftKnee"}
-    said = {
-        "performer": "p1",
-        "id": "p1/follow/0/3",
-        "rev": 2,
-        "name": "squat",
-        "status": "progress",
-        "take": 0,
-    }
-    times = {"count": 2, "start": 12.0, "time": 13.0, "decided_time": 13.5, "range": None, "score": None}
-    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.0, "left_leg": 12.0}, **changes})
-
-
-def test_a_repetition_has_a_row_with_what_was_said_of_it_last(table):
+def test_a_repetition_has_a_row_with_what_was_said_of_it_last(table, repetition):
     sink, rows = table
     sink.send([repetition(1), repetition(2), repetition(3)])
     sink.send([repetition(2, rev=2, end=5.5), repetition(3, rev=2, status="withdrawn")])
@@ -75,7 +55,7 @@ def test_a_repetition_has_a_row_with_what_was_said_of_it_last(table):
     assert found[1]["start_frame"] == ""
 
 
-def test_repetitions_that_nothing_changes_any_more_are_written(table):
+def test_repetitions_that_nothing_changes_any_more_are_written(table, repetition):
     sink, rows = table
     sink.send([repetition(number) for number in range(1, SETTLED + 4)])
     assert [row["count"] for row in rows()] == ["1", "2", "3"]
@@ -112,10 +92,10 @@ def test_a_move_has_a_row_once_it_is_final(table):
     assert (row["start"], row["end"]) == ("1.0000", "1.6000")
 
 
-def test_a_performance_of_a_followed_move_has_a_row_when_it_is_done(table):
+def test_a_performance_of_a_followed_move_has_a_row_when_it_is_done(table, made):
     sink, rows = table
     done = {"status": "done", "count": 3, "progress": 1.0, "range": {"left_leg": 0.5}, "score": 0.25}
-    sink.send([follow_event(), follow_event(**done), follow_event(status="left", count=3)])
+    sink.send([made(FollowEvent), made(FollowEvent, **done), made(FollowEvent, status="left", count=3)])
     [row] = rows()
     assert (row["state"], row["name"], row["count"], row["limb"]) == ("followed", "squat", "3", "left_leg")
     assert (row["start"], row["end"], row["score"]) == ("12.0000", "13.0000", "0.2500")

@@ -39,25 +39,9 @@ def test_clients_get_metas_first_and_then_every_event(sink):
         assert [json.loads(client.recv(5))["take"] for _ in range(5)] == [0, 1, 2, 3, 4]
 
 
-def test_a_client_that_comes_late_is_told_where_everybody_stands(sink):
+def test_a_client_that_joins_late_gets_the_state_of_everybody(sink, made):
     sink.announce(msgspec.structs.replace(META, settings={"level": "cluster"}))
-    counted = RepetitionEvent(
-        performer="p1",
-        id="p1/1/r3",
-        rev=1,
-        status="counted",
-        take=1,
-        channel="body",
-        count=3,
-        total=7,
-        period=None,
-        tempo=None,
-        start=1.0,
-        end=2.0,
-        amplitude=0.1,
-        joint="head",
-        decided_time=2.5,
-    )
+    counted = made(RepetitionEvent, take=1, count=3, total=7)
     moved = ActivityEvent(
         performer="p1",
         id="p1/activity/1/1",

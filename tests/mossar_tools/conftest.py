@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -30,6 +31,20 @@ def mossar(capsys):
         return status, captured.out, captured.err
 
     return run
+
+
+class Ran(NamedTuple):
+    """How a command ended, and what it wrote."""
+
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def run(mossar):
+    """Run `mossar` in this process; returns the same with names."""
+    return lambda *arguments: Ran(*mossar(*arguments))
 
 
 @pytest.fixture

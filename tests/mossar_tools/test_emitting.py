@@ -52,20 +52,14 @@ def shown(*events, emit=()):
     return out.getvalue().splitlines(), view.summary()
 
 
-def repetition(total, status="counted"):
-    cycle = {"period": 2.0, "tempo": 30.0, "start": 1.0, "end": 2.0, "amplitude": 0.5, "joint": "hand"}
-    who = {
-        "performer": "p1",
-        "id": f"p1/0/r{total}",
-        "rev": 1,
-        "status": status,
-        "take": 0,
-        "channel": "body",
-    }
-    return RepetitionEvent(**who, **cycle, count=total, total=total, decided_time=3.0)
+@pytest.fixture
+def repetition(made):
+    return lambda total, status="counted": made(
+        RepetitionEvent, id=f"p1/0/r{total}", status=status, count=total, total=total
+    )
 
 
-def test_a_terminal_shows_how_often():
+def test_a_terminal_shows_how_often(repetition):
     lines, summary = shown(repetition(1), repetition(2))
     assert [" 1 repetitions (1 in a row" in lines[0], " 2 repetitions (2 in a row" in lines[1]] == [
         True,
@@ -75,7 +69,7 @@ def test_a_terminal_shows_how_often():
     assert "repetitions of p1 in the last take: 2" in summary
 
 
-def test_a_terminal_shows_only_what_is_asked_for():
+def test_a_terminal_shows_only_what_is_asked_for(repetition):
     moved = {"performer": "p1", "id": "p1/activity/0/1", "take": 0, "start": 1.0, "decided_time": 1.1}
     activity = ActivityEvent(**moved, state="moving", previous=None, limb=None)
     lines, _ = shown(activity, repetition(1), emit=("activity",))

@@ -30,20 +30,6 @@ def moves(tmp_path_factory):
     return path
 
 
-def follow_event(**changes):
-    numbers = {"progress": 0.5, "tempo": 1.1, "certainty": 0.8, "deviation": 7.9, "joint": "left_knee"}
-    said = {
-        "performer": "p1",
-        "id": "p1/follow/0/3",
-        "rev": 2,
-        "name": "squat",
-        "status": "progress",
-        "take": 0,
-    }
-    times = {"count": 2, "start": 12.4, "time": 13.4, "decided_time": 13.5, "range": None, "score": None}
-    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.1, "left_leg": 11.8}, **changes})
-
-
 def test_every_squat_of_a_stream_is_counted_and_judged_while_it_is_made(events, moves):
     found = events("run", TAKE, "--speed", "max", "--moves", moves, "--follow", "squat", "--emit", "follow")
     assert {event["type"] for event in found} == {"follow"}
@@ -107,13 +93,14 @@ def test_a_configuration_names_what_to_follow(events, moves, tmp_path):
     assert len(events("run", TAKE, "--speed", "max", "--config", file)) == 8
 
 
-def test_a_terminal_shows_each_performance_that_is_done_and_how_far_the_next_one_is():
+def test_a_terminal_shows_each_performance_that_is_done_and_how_far_the_next_one_is(made):
     out = io.StringIO()
     view = LiveView(Console(out, io.StringIO()), [], visible=True, emission=Emission())
-    view.send([follow_event(), follow_event(status="done", count=3, progress=1.0, score=0.6)])
+    done = {"status": "done", "count": 3, "progress": 1.0, "score": 0.6}
+    view.send([made(FollowEvent), made(FollowEvent, **done)])
     assert (
         " ".join(out.getvalue().split())
-        == "p1 13.40 s squat 3, tempo 1.10, deviation 8 deg (left leg 12 deg)"
+        == "p1 13.00 s squat 3, tempo 1.25, deviation 8 deg (left leg 12 deg)"
     )
     assert "squat, p1: 3 done in the last take" in view.summary()
 

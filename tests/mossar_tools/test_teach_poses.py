@@ -3,22 +3,10 @@
 import csv
 import json
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 REACH = "demo:?tempo=0.6&moves=rest:2,wave_left"
-
-
-class Ran(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def run(mossar):
-    return lambda *given: Ran(*mossar(*given))
 
 
 @pytest.fixture

@@ -2,23 +2,11 @@
 
 import json
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 PUNCH = "demo:?tempo=0.6&moves=rest:1,punch_left"
 KICK = "demo:?tempo=0.6&moves=rest:1,kick_right"
-
-
-class Ran(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def run(mossar):
-    return lambda *given: Ran(*mossar(*given))
 
 
 @pytest.fixture

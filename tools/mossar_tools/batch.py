@@ -24,18 +24,14 @@ from mossar_adapters.segment_csv import (
     FOLLOWED,
     NAMED,
     Ending,
-    follow_cells,
-    move_cells,
-    repetition_cells,
+    event_row,
     segment_row,
     stretch_row,
 )
+from mossar_adapters.spans import Spanning
 from mossar_stream import (
     BODY,
-    FollowEvent,
     MossarError,
-    MoveEvent,
-    PoseEvent,
     RangeOfMotion,
     RepetitionEvent,
     Result,
@@ -175,11 +171,8 @@ def rows_of(
 ) -> list[dict[str, Any]]:
     """Return what `--csv` has of a recording: segments, those of the body first, then repetitions, then moves."""
     rows = _rows_of_parts(options, loaded, result, chosen)
-    counted = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
-    rows += [_row_of_repetition(loaded, event) for event in counted]
-    rows += [_row_of_move(loaded, event) for event in result.moves]
-    rows += [_row_of_pose(loaded, event) for event in result.poses]
-    rows += [_row_of_followed(loaded, event) for event in result.followed]
+    events: list[Spanning] = [*repetitions_of(result), *result.moves, *result.poses, *result.followed]
+    rows += [event_row(loaded.name, event, loaded.performer, loaded.times) for event in events]
     rows += [_row_of_angle(loaded, own) for own in (motion_of(loaded, result) if options.angles else ())]
     rows += [_row_of_step(loaded, event) for event in step_table(result.steps)]
     blank = dict.fromkeys(columns_of(options), "") | values_of_name(options, loaded.name)
@@ -203,38 +196,19 @@ def columns_of(options: Options) -> tuple[str, ...]:
     )
 
 
-def _row_of_repetition(loaded: LoadedRecording, event: RepetitionEvent) -> dict[str, Any]:
-    ends = event.start or 0.0, event.end or 0.0  # what is counted has both
-    joints = (event.joint,) if event.joint else ()
-    row = _row_of(loaded, event.take, ends, "repetition", event.channel, joints)
-    return row | repetition_cells(event)
-
-
-def _row_of_move(loaded: LoadedRecording, event: MoveEvent) -> dict[str, Any]:
-    return _row_of(loaded, event.take, (event.start, event.end), "move", BODY) | move_cells(event)
-
-
-def _row_of_pose(loaded: LoadedRecording, event: PoseEvent) -> dict[str, Any]:
-    ends = (event.start, event.start + event.seconds)
-    row = _row_of(loaded, event.take, ends, "pose", BODY, (event.joint,))
-    return row | {"limb": event.limb, "name": event.name}
-
-
-def _row_of_followed(loaded: LoadedRecording, event: FollowEvent) -> dict[str, Any]:
-    ends = (event.start, event.time)
-    row = _row_of(loaded, event.take, ends, "followed", BODY, (event.joint,))
-    return row | follow_cells(event)
+def repetitions_of(result: Result) -> list[RepetitionEvent]:
+    """Return the repetitions of the body and those of limbs."""
+    return [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
 
 
 def motion_of(loaded: LoadedRecording, result: Result) -> list[RangeOfMotion]:
     """Return how far each angle goes in each repetition of the body and of limbs."""
     angles = joint_angles(loaded.positions, loaded.skeleton, loaded.up)
-    every = [*result.repetitions, *(event for own in result.limbs.values() for event in own.repetitions)]
-    return ranges_of_motion(angles, loaded.times, every)
+    return ranges_of_motion(angles, loaded.times, repetitions_of(result))
 
 
 def _row_of_angle(loaded: LoadedRecording, own: RangeOfMotion) -> dict[str, Any]:
-    row = _row_of(loaded, 0, (own.start, own.end), "range", own.channel)
+    row = _row_of(loaded, (own.start, own.end), "range", own.channel)
     values = {name: _shown(getattr(own, name)) for name in BENT if name != "angle"}
     return row | {"angle": own.angle, "count": own.count} | values
 
@@ -242,30 +216,13 @@ def _row_of_angle(loaded: LoadedRecording, own: RangeOfMotion) -> dict[str, Any]
 def _row_of_step(loaded: LoadedRecording, step: Step) -> dict[str, Any]:
     """Return the row of a step, from its strike to the next one of the same foot."""
     end = step.start if step.end is None else step.end
-    row = _row_of(loaded, 0, (step.start, end), "step", f"{step.side}_foot")
+    row = _row_of(loaded, (step.start, end), "step", f"{step.side}_foot")
     values = {name: _shown(getattr(step, name)) for name in STEPPED}
     return row | {"end": "" if step.end is None else row["end"]} | values
 
 
-def _row_of(
-    loaded: LoadedRecording,
-    take: int,
-    ends: tuple[float, float],
-    state: str,
-    channel: str,
-    joints: tuple[str, ...] = (),
-) -> dict[str, Any]:
-    first, last = np.searchsorted(loaded.times, ends).tolist()
-    return stretch_row(
-        loaded.name,
-        loaded.performer,
-        take,
-        ends,
-        state,
-        channel=channel,
-        frames=(first, last),
-        joints=joints,
-    )
+def _row_of(loaded: LoadedRecording, ends: tuple[float, float], state: str, channel: str) -> dict[str, Any]:
+    return stretch_row(loaded.name, loaded.performer, 0, ends, state, channel=channel, times=loaded.times)
 
 
 def _shown(value: float | None) -> str:
@@ -284,11 +241,10 @@ def rows_of_segments(
 ) -> list[dict[str, Any]]:
     """Return a row for each segment of the body or of a limb."""
     endings = {key.frame: Ending(key.kind, key.strength) for key in found.key_frames}
-    rows = [
+    return [
         segment_row(loaded.name, loaded.performer, 0, part, endings.get(part.end_frame, Ending()), channel)
         for part in found.segments
     ]
-    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
 
 
 def segment_all(files: Sequence[str], options: Options) -> Iterator[Segmented]:

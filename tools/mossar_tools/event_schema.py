@@ -1,41 +1,13 @@
 """Event schema: the JSON Schema of everything that `mossar run` puts out, made from the records themselves."""
 
 import inspect
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
 from mossar_adapters.maps.frame_maps import MetaMap
 from mossar_adapters.maps.states import StateMap
-from mossar_stream import (
-    ActivityEvent,
-    Event,
-    FollowEvent,
-    KeyFrameEvent,
-    MoveEvent,
-    PhaseEvent,
-    PoseEvent,
-    RepetitionEvent,
-    SegmentEvent,
-    Settings,
-    StatsEvent,
-    StepEvent,
-    StreamEvent,
-)
-
-_EVENTS = (
-    KeyFrameEvent,
-    SegmentEvent,
-    ActivityEvent,
-    RepetitionEvent,
-    PhaseEvent,
-    StepEvent,
-    MoveEvent,
-    FollowEvent,
-    PoseEvent,
-    StreamEvent,
-    StatsEvent,
-)
+from mossar_stream import Event, Settings
 
 
 def event_schema() -> dict[str, Any]:
@@ -43,7 +15,7 @@ def event_schema() -> dict[str, Any]:
     schema = msgspec.json.schema(Event)
     for record in _MAPS:
         _add_map(schema, record)
-    for event in _EVENTS:
+    for event in get_args(Event):
         definition = schema["$defs"][event.__name__]
         summary, fields = _explained(event)
         definition["description"] = summary

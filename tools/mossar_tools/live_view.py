@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from mossar_adapters.demo import DemoSource
+from mossar_adapters.newest import Newest
 from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.source import Meta, Source
 from mossar_stream import (
@@ -77,9 +78,8 @@ class LiveView:
         self._console = console
         self._emission = emission or Emission()
         self._repetitions: dict[tuple[str, str], int] = {}  # count of the take by performer and channel
-        self._followed: dict[
-            tuple[str, str], FollowEvent
-        ] = {}  # the latest, by performer and name of the move
+        # The latest, by performer and name of the move.
+        self._followed: Newest[tuple[str, str], FollowEvent] = Newest(_NAMES)
         self.visible = visible
         self.prompt = not visible  # counting takes no time; a terminal may be paused
         self._delays: deque[float] = deque(maxlen=10_000)  # s, from a key frame to its confirmation
@@ -100,17 +100,12 @@ class LiveView:
             elif isinstance(event, KeyFrameEvent):
                 self._count(event)
             elif isinstance(event, FollowEvent):
-                self._follow(event)
+                self._followed[event.performer, event.name] = event
             elif isinstance(event, RepetitionEvent):
                 self._repetitions[event.performer, event.channel] = event.total
         if self.visible:
             for event in self._emission.of(list(events)):
                 self._show(event)
-
-    def _follow(self, event: FollowEvent) -> None:
-        self._followed[event.performer, event.name] = event
-        if len(self._followed) > _NAMES:
-            del self._followed[next(iter(self._followed))]
 
     def _show(self, event: Event) -> None:
         """Show an event, if it is of a kind that has a line."""

@@ -1,9 +1,10 @@
 """Tiers: labelled stretches and moments of a recording, as annotation programs have them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import msgspec
 
+from mossar_adapters.spans import Spanning, span
 from mossar_stream import (
     BODY,
     FollowEvent,
@@ -76,12 +77,7 @@ def key_frame_tier(keys: Iterable[KeyFrame | KeyFrameEvent], origin: float) -> T
 
 def repetition_tier(events: Iterable[RepetitionEvent], origin: float) -> Tier:
     """Return the tier of the repetitions that are counted; as `segment_tier`."""
-    marks = [
-        Mark(event.start - origin, event.end - origin, str(event.count))
-        for event in events
-        if event.start is not None and event.end is not None
-    ]
-    return Tier(REPETITIONS, without_overlaps(marks))
+    return Tier(REPETITIONS, _marks([(event, str(event.count)) for event in events], origin))
 
 
 def of_limb(channel: str, tier: Tier) -> Tier:
@@ -91,31 +87,31 @@ def of_limb(channel: str, tier: Tier) -> Tier:
 
 def move_tier(events: Iterable[MoveEvent], origin: float) -> Tier:
     """Return the tier of moves; as `segment_tier`."""
-    return Tier(
-        MOVES,
-        without_overlaps([Mark(event.start - origin, event.end - origin, event.name) for event in events]),
-    )
+    return Tier(MOVES, _marks([(event, event.name) for event in events], origin))
 
 
 def pose_tier(events: Iterable[PoseEvent], origin: float) -> Tier:
     """Return the tier of held poses; as `segment_tier`."""
-    marks = [Mark(event.start - origin, event.start + event.seconds - origin, event.name) for event in events]
-    return Tier(POSES, without_overlaps(marks))
+    return Tier(POSES, _marks([(event, event.name) for event in events], origin))
 
 
 def follow_tiers(events: Iterable[FollowEvent], origin: float) -> list[Tier]:
     """Return a tier for each move that was followed: `followed NAME`, labelled with counts; as `segment_tier`."""
-    marks: dict[str, list[Mark]] = {}
+    done: dict[str, list[tuple[FollowEvent, str]]] = {}
     for event in events:
-        mark = Mark(event.start - origin, event.time - origin, str(event.count))
-        marks.setdefault(event.name, []).append(mark)
-    return [Tier(f"{FOLLOWED} {name}", without_overlaps(own)) for name, own in marks.items()]
+        done.setdefault(event.name, []).append((event, str(event.count)))
+    return [Tier(f"{FOLLOWED} {name}", _marks(own, origin)) for name, own in done.items()]
 
 
 def step_tier(events: Iterable[StepEvent], origin: float) -> Tier:
     """Return the tier of steps, labelled as `left strike`; as `segment_tier`."""
     marks = sorted(Mark(e.time - origin, e.time - origin, f"{e.side} {e.status}") for e in events)
     return Tier(STEPS, tuple(mark for mark in marks if mark.start >= 0), moments=True)
+
+
+def _marks(labelled: Sequence[tuple[Spanning, str]], origin: float) -> tuple[Mark, ...]:
+    spans = [(*span(event), label) for event, label in labelled if event.start is not None]
+    return without_overlaps(Mark(start - origin, end - origin, label) for start, end, label in spans)
 
 
 def without_overlaps(marks: Iterable[Mark]) -> tuple[Mark, ...]:

@@ -16,7 +16,7 @@ begins. So every file stands in `recordings` or `errors` exactly once.
 import hashlib
 from collections.abc import Iterable, Sequence
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, get_type_hints
 
 import msgspec
 import pyarrow as pa
@@ -24,93 +24,49 @@ import pyarrow.parquet as pq
 
 from mossar_adapters.archive.places import Place
 from mossar_adapters.archive.segmenting import Segmented
-from mossar_stream import BODY
+from mossar_adapters.spans import Spanning, span
+from mossar_stream import BODY, FollowEvent, KeyFrame, MoveEvent, RepetitionEvent, Segment, StepEvent
 
 LAST = "recordings"  # the table whose part makes the others count
 
-_FILE = [("path", pa.string())]
-_WHO = [*_FILE, ("performer", pa.string())]
-_CHANNEL = [("channel", pa.string())]  # body, or the limb (setting `limbs`)
-_SPAN = [("start_time", pa.float64()), ("end_time", pa.float64())]
+_TYPES: dict[Any, pa.DataType] = {  # all others are words
+    int: pa.int64(),
+    float: pa.float64(),
+    float | None: pa.float64(),
+    tuple[str, ...]: pa.list_(pa.string()),
+    dict[str, float]: pa.map_(pa.string(), pa.float64()),
+    dict[str, float] | None: pa.map_(pa.string(), pa.float64()),
+}
+_OWN = dict.fromkeys(
+    ("start_time", "end_time", "x", "y", "z"), float
+)  # columns that are no fields of an event
+
+
+def _schema(record: type, columns: str) -> pa.Schema:
+    """Return the columns of a table; their types are those of the record's fields."""
+    hints = {**_OWN, **get_type_hints(record)}
+    types = {name: _TYPES.get(hints.get(name, str), pa.string()) for name in columns.split()}
+    return pa.schema(types | ({"joints": pa.int32()} if "joints" in types else {}))
+
+
 SCHEMAS: dict[str, pa.Schema] = {
-    "key_frames": pa.schema(
-        [
-            *_WHO,
-            *_CHANNEL,
-            ("frame", pa.int64()),
-            ("time", pa.float64()),
-            ("kind", pa.string()),
-            ("velocity", pa.float64()),
-            ("strength", pa.float64()),
-        ]
+    "key_frames": _schema(KeyFrame, "path performer channel frame time kind velocity strength"),
+    "segments": _schema(
+        Segment,
+        "path performer channel start_frame end_frame start_time end_time state active_joints similarity"
+        " active_start active_end limb",
     ),
-    "segments": pa.schema(
-        [
-            *_WHO,
-            *_CHANNEL,
-            ("start_frame", pa.int64()),
-            ("end_frame", pa.int64()),
-            *_SPAN,
-            ("state", pa.string()),
-            ("active_joints", pa.list_(pa.string())),
-            ("similarity", pa.float64()),
-            ("active_start", pa.float64()),
-            ("active_end", pa.float64()),
-            ("limb", pa.string()),
-        ]
+    "moves": _schema(MoveEvent, "path performer name start_time end_time score limb"),
+    "repetitions": _schema(
+        RepetitionEvent, "path performer channel start_time end_time count total period amplitude joint"
     ),
-    "moves": pa.schema(
-        [*_WHO, ("name", pa.string()), *_SPAN, ("score", pa.float64()), ("limb", pa.string())]
+    "steps": _schema(StepEvent, "path performer side status time x y z confidence"),
+    "followed": _schema(
+        FollowEvent,
+        "path performer name start_time end_time count tempo deviation limbs joint range score",
     ),
-    "repetitions": pa.schema(
-        [
-            *_WHO,
-            *_CHANNEL,
-            *_SPAN,
-            ("count", pa.int64()),
-            ("total", pa.int64()),
-            ("period", pa.float64()),
-            ("amplitude", pa.float64()),
-            ("joint", pa.string()),
-        ]
-    ),
-    "steps": pa.schema(
-        [
-            *_WHO,
-            ("side", pa.string()),
-            ("status", pa.string()),
-            ("time", pa.float64()),
-            ("x", pa.float64()),
-            ("y", pa.float64()),
-            ("z", pa.float64()),
-            ("confidence", pa.float64()),
-        ]
-    ),
-    "followed": pa.schema(
-        [
-            *_WHO,
-            ("name", pa.string()),
-            *_SPAN,
-            ("count", pa.int64()),
-            ("tempo", pa.float64()),
-            ("deviation", pa.float64()),
-            ("limbs", pa.map_(pa.string(), pa.float64())),
-            ("joint", pa.string()),
-            ("range", pa.map_(pa.string(), pa.float64())),
-            ("score", pa.float64()),
-        ]
-    ),
-    "errors": pa.schema([*_FILE, ("error", pa.string())]),
-    "recordings": pa.schema(
-        [
-            *_WHO,
-            ("fps", pa.float64()),
-            ("joints", pa.int32()),
-            ("frames", pa.int64()),
-            ("seconds", pa.float64()),
-            ("notes", pa.list_(pa.string())),
-        ]
-    ),
+    "errors": _schema(object, "path error"),
+    "recordings": _schema(Segmented, "path performer fps joints frames seconds notes"),
 }
 
 Rows = dict[str, list[dict[str, Any]]]
@@ -126,34 +82,30 @@ def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
     for one in found:
         who = {"path": path, "performer": one.performer}
         rows["recordings"].append(
-            {
-                **who,
-                "fps": one.fps,
-                "joints": one.joints,
-                "frames": one.frames,
-                "seconds": one.seconds,
-                "notes": one.notes,
-            }
+            who | {name: getattr(one, name) for name in SCHEMAS["recordings"].names[2:]}
         )
         for channel, (keys, parts) in {BODY: (one.key_frames, one.segments), **one.limbs}.items():
             where = {**who, "channel": channel}
             rows["key_frames"] += [{**where, **msgspec.structs.asdict(key)} for key in keys]
             rows["segments"] += [{**where, **msgspec.structs.asdict(part)} for part in parts]
         # Columns are picked by the schema; the performer of these events is that of a single recording.
-        for table, events in (("moves", one.moves), ("repetitions", one.repetitions)):
-            rows[table] += [
-                {**msgspec.structs.asdict(event), **who, "start_time": event.start, "end_time": event.end}
-                for event in events
-            ]
+        for table, events in (
+            ("moves", one.moves),
+            ("repetitions", one.repetitions),
+            ("followed", one.followed),
+        ):
+            rows[table] += [_row_of(event) | who for event in events]
         rows["steps"] += [
             {**msgspec.structs.asdict(event), **who, **dict(zip("xyz", event.position, strict=True))}
             for event in one.steps
         ]
-        rows["followed"] += [
-            {**msgspec.structs.asdict(event), **who, "start_time": event.start, "end_time": event.time}
-            | {name: list(getattr(event, name).items()) for name in ("limbs", "range")}
-            for event in one.followed
-        ]
+
+
+def _row_of(event: Spanning) -> dict[str, Any]:
+    """Return the fields of an event, maps as pairs, and when it began and ended."""
+    fields = msgspec.structs.asdict(event)
+    values = {name: [*value.items()] if isinstance(value, dict) else value for name, value in fields.items()}
+    return values | dict(zip(("start_time", "end_time"), span(event), strict=True))
 
 
 def part_name(paths: Iterable[str]) -> str:

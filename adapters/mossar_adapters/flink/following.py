@@ -5,13 +5,13 @@ failure, a move to another machine, or a long absence. What this holds is lost w
 """
 
 import math
-from collections import OrderedDict
 from collections.abc import Callable
 
 import msgspec
 
 from mossar_adapters.flink.records import read_record
 from mossar_adapters.joint_sets import by_count
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_stream import Event, FrameError, Moves, Segmenter, Settings, Skeleton
 
@@ -69,8 +69,7 @@ class Following:
         self._settings = settings
         self._moves = moves
         self._follow = follow
-        self._most = most
-        self._lines: OrderedDict[str, Line] = OrderedDict()  # in the order in which they were last used
+        self._lines: Newest[str, Line] = Newest(most)  # in the order in which they were last used
 
     def take(self, performer: str, record: bytes | str, now: float, kept: Kept) -> tuple[Line, list[Event]]:
         """Use a record.
@@ -140,7 +139,4 @@ class Following:
 
     def _add(self, performer: str, segmenter: Segmenter, now: float) -> Line:
         line = self._lines[performer] = Line(segmenter, now)
-        self._lines.move_to_end(performer)
-        if len(self._lines) > self._most:
-            self._lines.popitem(last=False)
         return line

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 from msgspec import UNSET, UnsetType
 
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_stream import BODY, ActivityEvent, Event, FollowEvent, RepetitionEvent, SegmentState, StreamEvent
 
@@ -53,8 +54,8 @@ class States:
     """
 
     def __init__(self) -> None:
-        self._levels: dict[str, Any] = {}
-        self._states: dict[str, StateMap] = {}
+        self._levels: Newest[str, Any] = Newest(MOST)
+        self._states: Newest[str, StateMap] = Newest(MOST)
 
     def __iter__(self) -> Iterator[StateMap]:
         for name, state in self._states.items():
@@ -64,7 +65,7 @@ class States:
     def announce(self, meta: Meta) -> None:
         """Take note of a performer's level."""
         if meta.settings is not None:
-            _keep(self._levels, meta.performer, meta.settings.get("level", UNSET))
+            self._levels[meta.performer] = meta.settings.get("level", UNSET)
 
     def follow(self, events: Iterable[Event]) -> None:
         """Take note of what events change."""
@@ -83,18 +84,8 @@ class States:
     def _follow_stream(self, event: StreamEvent) -> None:
         state = self._states.get(event.performer)
         if event.event == "started" or state is None:
-            _keep(
-                self._states, event.performer, StateMap(event.performer, event.take, True, {BODY: "resting"})
-            )
-            state = self._states[event.performer]
+            state = StateMap(event.performer, event.take, True, {BODY: "resting"})
+            self._states[event.performer] = state
         state.present = event.event not in _GONE
         if event.run is not None:
             state.run = event.run
-
-
-def _keep(table: dict[str, Any], name: str, value: object) -> None:
-    """Put a value last; the oldest makes room."""
-    table.pop(name, None)
-    if len(table) == MOST:
-        del table[next(iter(table))]
-    table[name] = value

@@ -104,7 +104,7 @@ class OakCounters(Counters):
 
 
 class OakSource:
-    """People before a camera, as `p1`, `p2`, ...; implements `LiveSource`.
+    """People before a camera, as `p1`, `p2`, ...; implements `Source`.
 
     The camera is opened, read and reopened by a thread of this source's own. If it cannot be opened the first time,
     `items` raises; once it has worked, it is waited for with growing pauses.

@@ -12,12 +12,15 @@ id, rev, then `sf` for each limb: name, deviation;
 `/mossar/repetition ,sssiiiffsi` performer, status, channel, take, count, total, period, tempo (-1 for the first of a bout), id, rev;
 `/mossar/phase ,ssif` performer, channel, take, phase from 0 to 1, -1 once when nothing repeats any more;
 `/mossar/activity ,sssifff` performer, channel, state, take, start, decided time, previous (-1 at first);
+`/mossar/step ,sssiffffffs` performer, status, side, take, time, decided time, confidence, x, y, z, id;
 `/mossar/run ,ss` performer, run, before each take; `/mossar/stream ,sssi` performer, event, reason, take.
 """
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple, cast, get_type_hints
 
 from mossar_adapters.address import Address
+from mossar_adapters.newest import Newest
 from mossar_adapters.osc.encode import encode
 from mossar_adapters.osc.sender import DatagramSender
 from mossar_adapters.source import Meta
@@ -37,8 +40,42 @@ from mossar_stream import (
 )
 
 _MAX_PERFORMERS = 1024
+# The fields of each message in their order; times since the take's first frame are marked with @. A number that is None is -1.
+_FIELDS: dict[type, str] = {
+    KeyFrameEvent: "performer status kind take frame @time @decided_time velocity strength rev",
+    SegmentEvent: "performer status state take start_frame end_frame @start_time @end_time",
+    ActivityEvent: "performer channel state take @start @decided_time previous",
+    MoveEvent: "performer status name limb take @start @end @decided_time score rev",
+    FollowEvent: "performer status name limb joint take count progress tempo certainty deviation score"
+    " @start @time @decided_time id rev",
+    PoseEvent: "performer status name limb joint take @start seconds deviation @decided_time id rev",
+    RepetitionEvent: "performer status channel take count total period tempo id rev",
+    PhaseEvent: "performer channel take phase",
+    StepEvent: "performer status side take @time @decided_time confidence position id",
+    StreamEvent: "performer event reason take",
+}
+_TAGS = {int: "i", float: "f", float | None: "f", tuple[float, float, float]: "fff"}  # all others are words
 
 _Timed = KeyFrameEvent | SegmentEvent | ActivityEvent | MoveEvent | FollowEvent | PoseEvent | StepEvent
+
+
+class _Layout(NamedTuple):
+    """How the events of a kind become messages: fields with whether they are times, and OSC's tags."""
+
+    kind: str
+    fields: tuple[tuple[str, bool], ...]
+    tags: str
+
+
+def _layout(event: Any, fields: str) -> _Layout:
+    names = [field.lstrip("@") for field in fields.split()]
+    hints = get_type_hints(event)
+    tags = "".join(_TAGS.get(hints.get(name, str), "s") for name in names)
+    times = [field.startswith("@") for field in fields.split()]
+    return _Layout(event.__struct_config__.tag, tuple(zip(names, times, strict=True)), tags)
+
+
+_LAYOUTS = {event: _layout(event, fields) for event, fields in _FIELDS.items()}
 
 
 class OscSink:
@@ -58,9 +95,8 @@ class OscSink:
         self.name = address.url
         self.dropped = 0
         self._sender = DatagramSender(address)
-        self._starts: dict[
-            str, tuple[int, float]
-        ] = {}  # performer -> take and the time of its first frame, s
+        # performer -> take and the time of its first frame, s
+        self._starts: Newest[str, tuple[int, float]] = Newest(_MAX_PERFORMERS)
 
     def announce(self, meta: Meta) -> None:
         """Do nothing: the messages name their performer."""
@@ -75,8 +111,6 @@ class OscSink:
             take: Its number.
             time: Source time of its first frame, s.
         """
-        if len(self._starts) == _MAX_PERFORMERS and performer not in self._starts:
-            del self._starts[next(iter(self._starts))]
         self._starts[performer] = (take, time)
 
     def send(self, events: Sequence[Event]) -> None:
@@ -98,119 +132,37 @@ class OscSink:
 
     def _written(self, event: Event) -> bytes:
         """Return an event as a message, empty for stats."""
+        layout = _LAYOUTS.get(type(event))
+        if layout is None:
+            return b""
+        kind, tags, values = layout.kind, layout.tags, list[Any]()
+        for name, is_time in layout.fields:
+            value = getattr(event, name)
+            if is_time:
+                value -= self._start(cast("_Timed", event))
+            values += value if isinstance(value, tuple) else [-1.0 if value is None else value]
         match event:
-            case KeyFrameEvent():
-                return self._key_frame(event)
-            case SegmentEvent():
-                return self._segment(event)
-            case ActivityEvent():
-                return self._activity(event)
-            case MoveEvent():
-                return self._move(event)
+            case KeyFrameEvent() | SegmentEvent() if event.channel != BODY:
+                # Patches for the body's messages must not receive those of limbs.
+                kind, tags = f"limb/{kind}", f"s{tags}"
+                values.insert(1, event.channel)
             case FollowEvent():
-                return self._follow(event)
+                tags += "sff" * len(event.limbs)
+                ranges = event.range or {}
+                for limb, angle in event.limbs.items():
+                    values += (limb, angle, ranges.get(limb, -1.0))
             case PoseEvent():
-                return self._pose(event)
-            case RepetitionEvent():
-                numbers = (event.take, event.count, event.total, event.period or -1.0, event.tempo or -1.0)
-                who = (event.performer, event.status, event.channel)
-                return encode("/mossar/repetition", "sssiiiffsi", *who, *numbers, event.id, event.rev)
-            case PhaseEvent():
-                where = (event.take, -1.0 if event.phase is None else event.phase)
-                return encode("/mossar/phase", "ssif", event.performer, event.channel, *where)
-            case StepEvent():
-                return self._step(event)
-            case StreamEvent():
-                words = (event.performer, event.event, event.reason)
-                return encode("/mossar/stream", "sssi", *words, event.take)
+                tags += "sf" * len(event.limbs)
+                values += [part for limb in event.limbs.items() for part in limb]
             case _:
-                return b""
-
-    def _key_frame(self, event: KeyFrameEvent) -> bytes:
-        start = self._start(event)
-        strength = -1.0 if event.strength is None else event.strength
-        address, who = _addressed("key_frame", event)
-        return encode(
-            address,
-            "s" * len(who) + "ssiiffffi",
-            *who,
-            *(event.status, event.kind, event.take, event.frame),
-            *(event.time - start, event.decided_time - start, event.velocity, strength, event.rev),
-        )
-
-    def _segment(self, event: SegmentEvent) -> bytes:
-        start = self._start(event)
-        address, who = _addressed("segment", event)
-        return encode(
-            address,
-            "s" * len(who) + "ssiiiff",
-            *who,
-            *(event.status, event.state, event.take, event.start_frame, event.end_frame),
-            *(event.start_time - start, event.end_time - start),
-        )
-
-    def _move(self, event: MoveEvent) -> bytes:
-        start = self._start(event)
-        return encode(
-            "/mossar/move",
-            "ssssiffffi",
-            *(event.performer, event.status, event.name, event.limb, event.take),
-            *(event.start - start, event.end - start, event.decided_time - start, event.score, event.rev),
-        )
-
-    def _follow(self, event: FollowEvent) -> bytes:
-        start = self._start(event)
-        score, ranges = -1.0 if event.score is None else event.score, event.range or {}
-        limbs = [(name, angle, ranges.get(name, -1.0)) for name, angle in event.limbs.items()]
-        return encode(
-            "/mossar/follow",
-            "sssssiiffffffffsi" + "sff" * len(limbs),
-            *(event.performer, event.status, event.name, event.limb, event.joint, event.take, event.count),
-            *(event.progress, event.tempo, event.certainty, event.deviation, score),
-            *(event.start - start, event.time - start, event.decided_time - start, event.id, event.rev),
-            *(part for limb in limbs for part in limb),
-        )
-
-    def _pose(self, event: PoseEvent) -> bytes:
-        start = self._start(event)
-        return encode(
-            "/mossar/pose",
-            "sssssiffffsi" + "sf" * len(event.limbs),
-            *(event.performer, event.status, event.name, event.limb, event.joint, event.take),
-            *(event.start - start, event.seconds, event.deviation, event.decided_time - start),
-            *(event.id, event.rev),
-            *(part for limb in event.limbs.items() for part in limb),
-        )
-
-    def _activity(self, event: ActivityEvent) -> bytes:
-        start = self._start(event)
-        previous = -1.0 if event.previous is None else event.previous
-        words = (event.performer, event.channel, event.state)
-        times = (event.start - start, event.decided_time - start, previous)
-        return encode("/mossar/activity", "sssifff", *words, event.take, *times)
-
-    def _step(self, event: StepEvent) -> bytes:
-        start = self._start(event)
-        times = event.time - start, event.decided_time - start
-        return encode(
-            "/mossar/step",
-            "sssiffffffs",
-            *(event.performer, event.status, event.side, event.take, *times, event.confidence),
-            *(*event.position, event.id),
-        )
+                pass
+        return encode(f"/mossar/{kind}", tags, *values)
 
     def _start(self, event: _Timed) -> float:
         known = self._starts.get(event.performer)
         if known is None or known[0] != event.take:
             self.begin_take(event.performer, event.take, _reckoned(event))
         return self._starts[event.performer][1]
-
-
-def _addressed(what: str, event: KeyFrameEvent | SegmentEvent) -> tuple[str, list[str]]:
-    """Return where a message goes, and of whom it tells: patches for the body's must not hear of limbs."""
-    if event.channel == BODY:
-        return f"/mossar/{what}", [event.performer]
-    return f"/mossar/limb/{what}", [event.performer, event.channel]
 
 
 def _reckoned(event: _Timed) -> float:

@@ -16,7 +16,7 @@ SMALL_BUFFER = 1 << 20  # bytes; less than this loses datagrams when the program
 
 
 class OscSource:
-    """Receives skeletons over OSC; implements `LiveSource`.
+    """Receives skeletons over OSC; implements `Source`.
 
     Args:
         address: `osc://HOST:PORT?profile=…`.

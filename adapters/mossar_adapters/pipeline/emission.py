@@ -1,41 +1,13 @@
 """Emission: which events go out. Filtering never changes `rev`: the core counts, this only withholds."""
 
 from collections.abc import Sequence
+from typing import get_args, get_type_hints
 
-from mossar_stream import (
-    FOLLOW_STATUSES,
-    KEY_FRAME_STATUSES,
-    MOVE_STATUSES,
-    POSE_STATUSES,
-    REPETITION_STATUSES,
-    SEGMENT_STATUSES,
-    STEP_STATUSES,
-    ActivityEvent,
-    Event,
-    FollowEvent,
-    KeyFrameEvent,
-    MoveEvent,
-    PhaseEvent,
-    PoseEvent,
-    RepetitionEvent,
-    SegmentEvent,
-    SettingsError,
-    StepEvent,
-    StreamEvent,
-)
+from mossar_stream import Event, SettingsError
 
+_EVENTS: dict[type, str] = {event: event.__struct_config__.tag for event in get_args(Event)}
 _KINDS: dict[str, tuple[str, ...]] = {
-    "key_frame": KEY_FRAME_STATUSES,
-    "segment": SEGMENT_STATUSES,
-    "move": MOVE_STATUSES,
-    "repetition": REPETITION_STATUSES,
-    "phase": ("",),
-    "step": STEP_STATUSES,
-    "stream": ("",),
-    "stats": ("",),
-    "activity": ("",),
-    "follow": FOLLOW_STATUSES,
-    "pose": POSE_STATUSES,
+    kind: get_args(get_type_hints(event).get("status")) or ("",) for event, kind in _EVENTS.items()
 }
 
 
@@ -84,22 +56,4 @@ def _meant(word: str, pairs: list[tuple[str, str]]) -> list[tuple[str, str]]:
 
 
 def _pair(event: Event) -> tuple[str, str]:
-    if isinstance(event, KeyFrameEvent):
-        return "key_frame", event.status
-    if isinstance(event, SegmentEvent):
-        return "segment", event.status
-    if isinstance(event, MoveEvent):
-        return "move", event.status
-    if isinstance(event, FollowEvent):
-        return "follow", event.status
-    if isinstance(event, PoseEvent):
-        return "pose", event.status
-    if isinstance(event, RepetitionEvent):
-        return "repetition", event.status
-    if isinstance(event, ActivityEvent):
-        return "activity", ""
-    if isinstance(event, PhaseEvent):
-        return "phase", ""
-    if isinstance(event, StepEvent):
-        return "step", event.status
-    return ("stream" if isinstance(event, StreamEvent) else "stats"), ""
+    return _EVENTS[type(event)], getattr(event, "status", "")

@@ -3,6 +3,7 @@
 import threading
 import time
 
+from mossar_adapters.newest import Newest
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
 from mossar_adapters.source import Came, Left, Meta, Source
 from mossar_stream import Frames, MossarError
@@ -26,7 +27,7 @@ class Feed:
         self.delivered = False  # whether frames came at all
         self._index = index
         self._inbox = inbox
-        self._metas: dict[str, Meta] = {}  # the latest of each performer, last used last
+        self._metas: Newest[str, Meta] = Newest(MOST_METAS)  # the latest of each performer, last used last
         self._stopped = False
         self._thread = threading.Thread(target=self._read, name=f"read {source.name}", daemon=True)
 
@@ -50,13 +51,9 @@ class Feed:
         now = time.monotonic()
         if isinstance(item, Left | Came):
             return Arrival(self._index, item, now)
-        meta = self._metas.pop(item.performer, None)
-        if isinstance(item, Meta):
-            meta = item
+        meta = item if isinstance(item, Meta) else self._metas.get(item.performer)
         if meta is not None:
             self._metas[item.performer] = meta
-            if len(self._metas) > MOST_METAS:
-                del self._metas[next(iter(self._metas))]
         return Arrival(self._index, item, now, meta)
 
     def _read(self) -> None:

@@ -9,7 +9,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol, cast
+from typing import cast
 
 import msgspec
 
@@ -220,17 +220,10 @@ class Outlet:
         if isinstance(item, Meta):
             self.sink.announce(item)
         elif isinstance(item, TakeStart):
-            cast("_Clocked", self.sink).begin_take(item.performer, item.take, item.time)
+            cast("TakesStarts", self.sink).begin_take(item.performer, item.take, item.time)
         elif isinstance(item, Frames):
             cast("FrameSink", self.sink).send_frames(item)
         else:
             cast("Sink", self.sink).send(item)
         if parcel is not _NOTHING:
             self._delivered(parcel)
-
-
-class _Clocked(Protocol):
-    """A sink that counts time from the beginning of each take."""
-
-    def begin_take(self, performer: str, take: int, time: float) -> None:
-        """Take note of when a take began."""

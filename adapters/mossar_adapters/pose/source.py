@@ -67,7 +67,7 @@ class Seen(msgspec.Struct, frozen=True):
 
 
 class WebcamSource:
-    """People before a webcam, as `p1`, `p2`, ...; implements `LiveSource`.
+    """People before a webcam, as `p1`, `p2`, ...; implements `Source`.
 
     Args:
         options: Which camera.

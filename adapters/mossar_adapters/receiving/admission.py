@@ -9,6 +9,7 @@ from ipaddress import IPv4Network, IPv6Address, IPv6Network, ip_address, ip_netw
 
 from mossar_adapters.address import Address
 from mossar_adapters.live import Counters
+from mossar_adapters.newest import Newest
 
 PATIENCE = 256  # malformed datagrams in a row
 _TRIAL = 32  # of a nuisance's datagrams, one in so many is read: it may mend its ways
@@ -99,7 +100,9 @@ class Nuisances:
     """
 
     def __init__(self) -> None:
-        self._rubbish: dict[tuple[str, int], int] = {}  # malformed datagrams in a row, by host and port
+        self._rubbish: Newest[tuple[str, int], int] = Newest(
+            _MOST
+        )  # malformed datagrams in a row, by host and port
 
     def skips(self, sender: tuple[str, int]) -> bool:
         """Return whether a datagram need not be read."""
@@ -114,7 +117,4 @@ class Nuisances:
         if sound:
             self._rubbish.pop(sender, None)
             return
-        count = self._rubbish.pop(sender, 0)
-        if len(self._rubbish) == _MOST:
-            del self._rubbish[next(iter(self._rubbish))]
-        self._rubbish[sender] = count + 1
+        self._rubbish[sender] = self._rubbish.get(sender, 0) + 1

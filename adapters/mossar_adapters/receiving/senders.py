@@ -6,8 +6,7 @@ that opens a socket for every message, shows up with a new port and keeps its na
 apart at once where the first has kept its port and has not paused, else as soon as it is heard again after the second.
 """
 
-from collections import OrderedDict
-
+from mossar_adapters.newest import Newest
 from mossar_adapters.receiving.names import distinct_name
 
 MAX_SENDERS = 64
@@ -26,7 +25,7 @@ class Senders:
 
     def __init__(self, base: str | None = None) -> None:
         self._base = base
-        self._hosts: OrderedDict[str, _Host] = OrderedDict()
+        self._hosts: Newest[str, _Host] = Newest(MAX_SENDERS)
         self._names: dict[tuple[str, str], str] = {}  # by suffix and person
         self._latest: tuple[str, int] | None = None  # host and port that sent the latest datagram
         self._suffix = ""  # theirs
@@ -50,8 +49,6 @@ class Senders:
         if known is None:
             known = self._hosts[host] = _Host(port)
             self._first = self._first or host
-            if len(self._hosts) > MAX_SENDERS:
-                self._hosts.popitem(last=False)
         separate = known.separate(port, now)
         if host == self._first:
             return f"{host}:{port}" if separate else ""
@@ -95,7 +92,7 @@ class _Host:
 
     def __init__(self, port: int) -> None:
         self._main = port  # the one with the plain name
-        self._former: OrderedDict[int, None] = OrderedDict()
+        self._former: Newest[int, None] = Newest(_REMEMBERED)
         self._others: set[int] = set()
         self._count = 0  # datagrams of the main port
         self._heard = float("-inf")  # s, when the latest of them came
@@ -121,8 +118,6 @@ class _Host:
             del self._former[port]
             return False
         self._former[self._main] = None
-        if len(self._former) > _REMEMBERED:
-            self._former.popitem(last=False)
         self._main, self._count = port, 0
         return False
 

@@ -16,6 +16,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.maps.codec import to_json, to_msgpack
 from mossar_adapters.maps.frame_maps import map_with_run, maps_of_frames
 from mossar_adapters.maps.states import States
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
@@ -140,7 +141,7 @@ class Publisher:
             self._context.term()
             raise
         self.endpoint = bound_at(self._socket)
-        self._metas: dict[bytes, bytes] = {}  # topic -> latest meta map
+        self._metas: Newest[bytes, bytes] = Newest(_METAS)  # topic -> latest meta map
         self.states = States()
         self._subscribed = False  # whether anybody ever did
         self._name, self._logged = address.url, False  # whether a slow receiver was logged
@@ -150,9 +151,6 @@ class Publisher:
         found = map_with_run(meta)
         self.states.announce(meta)
         topic = f"mossar.meta.{meta.performer}.".encode()
-        self._metas.pop(topic, None)
-        if len(self._metas) == _METAS:
-            del self._metas[next(iter(self._metas))]
         self._metas[topic] = self._encode(found)
         self.serve()
         self.put(topic, self._metas[topic])

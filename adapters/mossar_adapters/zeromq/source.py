@@ -31,7 +31,7 @@ QUEUE = 4096  # messages kept by ZeroMQ while the program is busy; half a gigaby
 
 
 class ZmqSource:
-    """Receives frame and meta maps over ZeroMQ; implements `LiveSource`.
+    """Receives frame and meta maps over ZeroMQ; implements `Source`.
 
     Args:
         address: `zmq://HOST:PORT`, `zmq+bind://HOST:PORT` or an `ipc:` form.

@@ -22,56 +22,14 @@ from mossar_stream import (
 mido = pytest.importorskip("mido")
 
 
-def key_frame(kind="onset", status="confirmed", performer="p1") -> KeyFrameEvent:
-    return KeyFrameEvent(
-        performer=performer,
-        id=f"{performer}/0/7",
-        rev=1,
-        status=status,
-        decided=False,
-        kind=kind,
-        take=0,
-        frame=7,
-        time=0.2,
-        decided_frame=9,
-        decided_time=0.3,
-        velocity=0.1,
-        strength=None,
-    )
+@pytest.fixture
+def key_frame(made):
+    return lambda kind="onset", **fields: made(KeyFrameEvent, kind=kind, **fields)
 
 
-def repetition(period: float | None, performer="p1") -> RepetitionEvent:
-    return RepetitionEvent(
-        performer=performer,
-        id=f"{performer}/0/r2",
-        rev=1,
-        status="counted",
-        take=0,
-        channel="body",
-        count=2,
-        total=2,
-        period=period,
-        tempo=None if period is None else 60 / period,
-        start=0.0,
-        end=1.0,
-        amplitude=0.5,
-        joint="hand",
-        decided_time=1.0,
-    )
-
-
-def follow_event(**changes):
-    numbers = {"progress": 0.5, "tempo": 1.25, "certainty": 0.75, "deviation": 8.0, "joint": "LeftKnee"}
-    said = {
-        "performer": "p1",
-        "id": "p1/follow/0/3",
-        "rev": 2,
-        "name": "squat",
-        "status": "progress",
-        "take": 0,
-    }
-    times = {"count": 2, "start": 12.0, "time": 13.0, "decided_time": 13.5, "range": None, "score": None}
-    return FollowEvent(**{**said, **numbers, **times, "limbs": {"trunk": 5.0, "left_leg": 12.0}, **changes})
+@pytest.fixture
+def repetition(made):
+    return lambda period, performer="p1": made(RepetitionEvent, period=period, performer=performer)
 
 
 def messages(path) -> list:
@@ -90,50 +48,50 @@ def played(tmp_path, events: list[Event], seconds=0.0, query="") -> list:
     return messages(path)
 
 
-def test_key_frames_are_notes_that_end(tmp_path):
+def test_key_frames_are_notes_that_end(tmp_path, key_frame):
     kinds = ("onset", "minimum", "offset")
-    found = played(tmp_path, [*map(key_frame, kinds), key_frame("onset", "candidate")], 0.2)
+    found = played(tmp_path, [*map(key_frame, kinds), key_frame(status="candidate")], 0.2)
     notes = {"note_on": [m.note for m in found if m.type == "note_on"]}
     notes["note_off"] = [m.note for m in found if m.type == "note_off"]
     assert notes == {"note_on": [60, 64, 67], "note_off": [60, 64, 67]}
 
 
-def test_notes_that_sound_when_it_ends_are_ended(tmp_path):
+def test_notes_that_sound_when_it_ends_are_ended(tmp_path, key_frame):
     found = played(tmp_path, [key_frame("offset")], query="?notes=1,2,3")
     assert [(m.type, m.note) for m in found] == [("note_on", 3), ("note_off", 3)]
 
 
-def test_each_performer_has_a_channel(tmp_path):
+def test_each_performer_has_a_channel(tmp_path, key_frame):
     found = played(tmp_path, [key_frame(performer=f"p{n}") for n in (1, 2, 1)])
     assert [m.channel for m in found if m.type == "note_on"] == [0, 1, 0]
 
 
 @pytest.mark.parametrize(("query", "beats"), [("", 1), ("?beats=2", 2)])
-def test_the_clock_has_24_pulses_a_cycle(tmp_path, query, beats):
+def test_the_clock_has_24_pulses_a_cycle(tmp_path, query, beats, repetition):
     found = played(tmp_path, [repetition(None), repetition(0.5)], 1.0, query)
     assert [m.type for m in found if m.type != "clock"] == ["start", "stop"]
     assert sum(m.type == "clock" for m in found) == pytest.approx(48 * beats, abs=3)
 
 
-def test_the_clock_stops_with_the_repetitions(tmp_path):
+def test_the_clock_stops_with_the_repetitions(tmp_path, repetition):
     found = played(tmp_path, [repetition(0.1)], 0.6)
     assert sum(m.type == "clock" for m in found) == pytest.approx(60, abs=2)
     assert found[-1].type == "stop"
 
 
-def test_the_clock_stops_with_the_take_of_whom_it_follows(tmp_path):
+def test_the_clock_stops_with_the_take_of_whom_it_follows(tmp_path, repetition):
     ended = [StreamEvent(performer=name, event="ended", take=0) for name in ("p2", "p1")]
     found = played(tmp_path, [repetition(0.2), *ended, repetition(0.2, "p2")], 0.1)
     assert [m.type for m in found if m.type != "clock"] == ["start", "stop", "start", "stop"]
 
 
-def test_one_performer_keeps_the_clock(tmp_path):
+def test_one_performer_keeps_the_clock(tmp_path, repetition):
     found = played(tmp_path, [repetition(9.0, "p2"), repetition(0.1)], 0.2)
     assert sum(m.type == "clock" for m in found) == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
-def test_a_pipe_gets_the_bytes(tmp_path):
+def test_a_pipe_gets_the_bytes(tmp_path, key_frame):
     path = tmp_path / "pipe"
     os.mkfifo(path)
     with pytest.raises(MossarError, match="nobody reads it"):
@@ -147,7 +105,7 @@ def test_a_pipe_gets_the_bytes(tmp_path):
     assert [m.type for m in found] == ["note_on", "note_off"]
 
 
-def test_a_virtual_port_is_found_by_other_programs():
+def test_a_virtual_port_is_found_by_other_programs(key_frame):
     rtmidi = pytest.importorskip("rtmidi")
     try:
         sink = MidiSink(parse_url("midi:?name=mossar-test"))
@@ -175,7 +133,7 @@ def test_wrong_options_are_refused(tmp_path, query, said):
         open_sink(f"midi:{tmp_path / 'midi.bin'}{query}")
 
 
-def test_a_file_is_not_replaced_and_a_mid_file_is_refused(tmp_path):
+def test_a_file_is_not_replaced_and_a_mid_file_is_refused(tmp_path, key_frame):
     (tmp_path / "midi.bin").write_bytes(b"mine")
     with pytest.raises(MossarError, match="there is a file"):
         open_sink(f"midi:{tmp_path / 'midi.bin'}").send([key_frame()])
@@ -183,13 +141,15 @@ def test_a_file_is_not_replaced_and_a_mid_file_is_refused(tmp_path):
         open_sink(f"midi:{tmp_path / 'take.mid'}")
 
 
-def test_a_followed_move_turns_a_controller_and_plays_a_note_as_loud_as_its_score_when_it_is_done(tmp_path):
+def test_a_followed_move_turns_a_controller_and_plays_a_note_as_loud_as_its_score_when_it_is_done(
+    tmp_path, made
+):
     other = {"name": "punch", "progress": 1.0}
     told = [
-        follow_event(),
-        follow_event(**other),
-        follow_event(status="done", progress=1.0, count=3, score=0.5),
-        follow_event(**other, status="left"),
+        made(FollowEvent),
+        made(FollowEvent, **other),
+        made(FollowEvent, status="done", progress=1.0, count=3, score=0.5),
+        made(FollowEvent, **other, status="left"),
     ]
     heard = played(tmp_path, told)
     turned = [(m.control, m.value) for m in heard if m.type == "control_change"]

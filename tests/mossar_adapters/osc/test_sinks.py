@@ -59,22 +59,13 @@ def test_the_phase_of_a_movement_goes_out_frame_by_frame():
     assert [m.params for m in messages] == [["p1", "body", 2, 0.25], ["p1", "body", 2, -1.0]]
 
 
-def test_a_repetition_can_be_told_from_others_and_a_run_too():
+def test_a_repetition_can_be_told_from_others_and_a_run_too(made):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(5)
         sink = open_sink(f"osc://127.0.0.1:{receiver.getsockname()[1]}")
-        cycle = {"period": 2.0, "tempo": 30.0, "start": 1.0, "end": 2.0, "amplitude": 0.5, "joint": "hand"}
-        who = {
-            "performer": "p1",
-            "id": "p1/0/r2",
-            "rev": 3,
-            "status": "counted",
-            "take": 0,
-            "channel": "body",
-        }
         sink.send([StreamEvent(performer="p1", event="started", take=0, run="a1")])
-        sink.send([RepetitionEvent(**who, **cycle, count=2, total=4, decided_time=3.0)])
+        sink.send([made(RepetitionEvent, rev=3, total=4)])
         datagrams = [receiver.recv(1000) for _ in range(3)]
         sink.close()
     run, _, counted = map(OscMessage, datagrams)
@@ -83,27 +74,8 @@ def test_a_repetition_can_be_told_from_others_and_a_run_too():
     assert counted.params == ["p1", "counted", "body", 0, 2, 4, 2.0, 30.0, "p1/0/r2", 3]
 
 
-def test_a_followed_move_says_how_far_it_is_and_how_much_each_limb_strays():
-    event = FollowEvent(
-        performer="p1",
-        id="p1/follow/0/3",
-        rev=2,
-        name="squat",
-        status="progress",
-        take=0,
-        progress=0.5,
-        tempo=1.25,
-        certainty=0.75,
-        deviation=8.0,
-        joint="LeftKnee",
-        count=2,
-        start=12.0,
-        time=13.0,
-        decided_time=13.5,
-        range=None,
-        score=None,
-        limbs={"trunk": 5.0, "left_leg": 12.0},
-    )
+def test_a_followed_move_says_how_far_it_is_and_how_much_each_limb_strays(made):
+    event = made(FollowEvent, rev=2)
     last = {"status": "done", "count": 3, "progress": 1.0, "range": {"left_leg": 0.5}, "score": 0.25}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
@@ -123,21 +95,8 @@ def test_a_followed_move_says_how_far_it_is_and_how_much_each_limb_strays():
     assert done.params[17:] == ["trunk", 5.0, -1.0, "left_leg", 12.0, 0.5]
 
 
-def test_a_held_pose_says_how_long_and_where_the_body_strays():
-    event = PoseEvent(
-        performer="p1",
-        id="p1/pose/0/2",
-        rev=2,
-        name="plank",
-        status="held",
-        take=0,
-        start=12.0,
-        seconds=1.5,
-        deviation=8.0,
-        limbs={"trunk": 5.0, "left_leg": 12.0},
-        joint="LeftKnee",
-        decided_time=13.5,
-    )
+def test_a_held_pose_says_how_long_and_where_the_body_strays(made):
+    event = made(PoseEvent, rev=2)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(5)

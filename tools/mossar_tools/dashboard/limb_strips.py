@@ -1,9 +1,9 @@
 """Limb strips: what limbs do, and moves and poses that were recognised, of one live performer, bounded in everything."""
 
 import math
-from collections import OrderedDict
 from typing import TypeVar
 
+from mossar_adapters.newest import Newest
 from mossar_stream import MoveEvent, PoseEvent, SegmentEvent
 from mossar_tools.dashboard.glimpse import NamedMove, Stretch
 
@@ -15,9 +15,9 @@ class LimbStrips:
     """Remembers the last segments of limbs, and the last moves; not safe by itself between threads."""
 
     def __init__(self) -> None:
-        self._segments: OrderedDict[str, SegmentEvent] = OrderedDict()
-        self._moves: OrderedDict[str, MoveEvent] = OrderedDict()
-        self._poses: OrderedDict[str, PoseEvent] = OrderedDict()
+        self._segments: Newest[str, SegmentEvent] = Newest(_KEPT)
+        self._moves: Newest[str, MoveEvent] = Newest(_KEPT)
+        self._poses: Newest[str, PoseEvent] = Newest(_KEPT)
 
     def take_segment(self, event: SegmentEvent) -> None:
         """Take news about a segment of a limb in."""
@@ -51,10 +51,8 @@ class LimbStrips:
         return moves
 
 
-def _keep(kept: OrderedDict[str, _Kept], event: _Kept) -> None:
+def _keep(kept: Newest[str, _Kept], event: _Kept) -> None:
     if event.status == "withdrawn":
         kept.pop(event.id, None)
-        return
-    kept[event.id] = event
-    if len(kept) > _KEPT:
-        kept.popitem(last=False)
+    else:
+        kept[event.id] = event

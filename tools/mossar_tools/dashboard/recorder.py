@@ -1,10 +1,10 @@
 """Recorder: what the button writes, frames into `.msk` files that are never overwritten."""
 
 import threading
-from collections import OrderedDict
 from pathlib import Path
 
 from mossar_adapters.files.msk import MskWriter
+from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, MossarError
 from mossar_tools.console import LOGGER
@@ -19,15 +19,13 @@ class Recorder:
         self.path: Path | None = None  # being written
         self.frames = 0  # written
         self._writer: MskWriter | None = None
-        self._metas: OrderedDict[str, Meta] = OrderedDict()
+        self._metas: Newest[str, Meta] = Newest(_MOST)
         self._lock = threading.Lock()
 
     def announce(self, meta: Meta) -> None:
         """Take note of a performer."""
         with self._lock:
             self._metas[meta.performer] = meta
-            if len(self._metas) > _MOST:
-                self._metas.popitem(last=False)
             self._append(meta)
 
     def write(self, frames: Frames) -> None:

@@ -1,11 +1,12 @@
 """Track: the recent past of one live performer, bounded in everything."""
 
-from collections import OrderedDict, deque
+from collections import deque
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.newest import Newest
 from mossar_stream import (
     BODY,
     CurveState,
@@ -70,7 +71,7 @@ class Track:
         self._motion = Motion(self.skeleton)
         self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
-        self._keys: OrderedDict[str, _Key] = OrderedDict()
+        self._keys: Newest[str, _Key] = Newest(_MARKS)
         self._limb_strips = LimbStrips()
         self._repeated: Repeated | None = None
         self._pursuits = Pursuits(self.skeleton)
@@ -117,8 +118,6 @@ class Track:
         key = self._keys.get(event.id)
         if key is None:
             key = self._keys[event.id] = _Key(event)
-            if len(self._keys) > _MARKS:
-                self._keys.popitem(last=False)
         if event.status == "confirmed":
             key.delay = event.decided_time - event.time
         if key.pose is None or event.time != key.event.time:

@@ -9,7 +9,6 @@ Nothing marks the end of a frame in these protocols. A frame is closed, whicheve
 - when nothing comes after the joint that ended the frame before, or nothing at all for a tenth of a second.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.units import Scale, height
 from mossar_adapters.joint_sets import with_known_parents
+from mossar_adapters.newest import Newest
 from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints, Row
 from mossar_adapters.osc.profiles.profile import Context, Message
 from mossar_adapters.receiving.pose import Pose
@@ -47,7 +47,7 @@ class SingleJoints:
     def __init__(self, context: Context, scaling: Scaling, parents: Parents = with_known_parents) -> None:
         self._senders = context.senders
         self._scaling = scaling
-        self._scales: OrderedDict[str, Scaled] = OrderedDict()  # by sender
+        self._scales: Newest[str, Scaled] = Newest(MAX_SENDERS)  # by sender
         self._parents = parents
         self._performers: Recent[_Performer] = Recent(MAX_PERFORMERS, "performers")
 
@@ -88,8 +88,6 @@ class SingleJoints:
             found = self._scaling(raw)
             if height(raw) > 0:
                 self._scales[sender] = found
-                if len(self._scales) > MAX_SENDERS:
-                    self._scales.popitem(last=False)
         return found
 
     def leave(self, message: Message, person: str, reason: str) -> list[Pose | Left]:
