@@ -7,75 +7,22 @@ import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, turned_back
+from mossar_stream.moves.points import place_points
 
-LATE = 1.0  # s, frames that are so late are repeated or out of order
-MAX_STEP = 0.25  # s, a longer time without frames breaks what is being made
 FACING_TIME = 1.0  # s, time constant with which the facing follows
 SMALLEST = np.float32(1e-6)  # m, of a bone
-FARTHEST = np.float32(1e6)  # m
 EARLY = 1e-6  # s by which a frame may come before the sample that is due
+SPACING = 1e-9  # s, frames nearer than this are one
 
 
 @inline_kernel
-def is_in_order(state, time):
-    """Tell whether a frame is to be processed; late ones are not, time that was set back begins anew."""
-    if not np.isfinite(time):
-        return False
-    return state.frames == 0 or not -LATE <= time - state.time <= 0.0
-
-
-@inline_kernel
-def goes_on(state, time):
-    """Tell whether a frame follows the one before without a gap."""
-    return state.frames > 0 and 0.0 < time - state.time <= MAX_STEP
-
-
-@inline_kernel
-def localise(known, bank, positions):
-    """Write a frame as points relative to the centre, y upwards; return whether all were there.
-
-    A missing point stays where it was.
-    """
-    pose, before, points, started = known.poses[1], known.poses[0], bank.points, known.state[0].frames > 0
-    axis, sign = bank.head[0].axis, np.float32(bank.head[0].sign)
-    whole = True
-    x = y = z = np.float32(0.0)
-    for k in range(points.size):
-        a, b = points[k].one, points[k].other
-        if a < 0:
-            px, py, pz = _mean(positions)
-        else:
-            px = np.float32(0.5) * (positions[a, 0] + positions[b, 0])
-            py = np.float32(0.5) * (positions[a, 1] + positions[b, 1])
-            pz = np.float32(0.5) * (positions[a, 2] + positions[b, 2])
-        if k == 0:
-            x, y, z = px, py, pz
-        px, py, pz = px - x, py - y, pz - z
-        if abs(px) + abs(py) + abs(pz) < FARTHEST:
-            if axis == 0:
-                px, py, pz = pz, px, py
-            elif axis == 2:
-                px, py, pz = py, pz, px
-            pose[k, 0], pose[k, 1], pose[k, 2] = sign * px, sign * py, pz
-            continue
-        whole = False
-        for d in range(3):
-            pose[k, d] = before[k, d] if started else np.float32(0.0)
+def place_pose(pose, bank, positions):
+    """Set a pose to the points of a frame relative to the centre; return whether all were there."""
+    head = bank.head[0]
+    whole = place_points(pose, bank.points, positions, (head.axis, head.sign))
+    for d in range(3):  # directions of bones do not depend on where the body is
+        pose[0, d] = np.float32(0.0)
     return whole
-
-
-@inline_kernel
-def _mean(positions):
-    x = y = z = np.float32(0.0)
-    count = 0
-    for j in range(positions.shape[0]):
-        if not np.isnan(positions[j, 0] + positions[j, 1] + positions[j, 2]):
-            x += positions[j, 0]
-            y += positions[j, 1]
-            z += positions[j, 2]
-            count += 1
-    share = np.float32(1.0) / np.float32(count)
-    return x * share, y * share, z * share
 
 
 @kernel

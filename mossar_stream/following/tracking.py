@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.following.layout import LAYERS, PERIOD, RECENT, REPORT, TEMPO_SAMPLES
-from mossar_stream.following.sampling import EARLY, goes_on, is_in_order, localise, take_sample
+from mossar_stream.following.sampling import EARLY, SPACING, place_pose, take_sample
 from mossar_stream.following.views import (
     mean_of_example,
     open_bank,
@@ -21,6 +21,7 @@ from mossar_stream.following.views import (
 )
 from mossar_stream.following.warping import advance, compare, forget, measure, trace
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.moves.points import follows, is_new
 
 # Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
 MOST_LEFT = 0.9  # residual above which nothing was done
@@ -59,7 +60,7 @@ def follow_frame(
     """
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
-    if not is_in_order(known.state[0], time):
+    if not is_new(known.state[0].frames, time, known.state[0].time, SPACING):
         return 0
     _take(memory, known, bank, positions, time)
     return 1 if known.state[0].happened else 0
@@ -95,12 +96,12 @@ def _take(memory, known, bank, positions, time):
     state.happened = 0
     for m in range(moves.size):
         known.happened[m] = NOTHING
-    fresh = not goes_on(state, time)
+    fresh = not follows(state.frames, time, state.time)
     if fresh and state.frames > 0:
         _restart(memory, known, bank)
     poses = known.poses
     _copy_pose(poses, 0, 1)
-    whole = localise(known, bank, positions)
+    whole = place_pose(poses[1], bank, positions)
     if fresh:
         if not whole:
             return

@@ -31,7 +31,8 @@ from mossar_stream.moves.measure import (
     warped,
 )
 from mossar_stream.moves.padding import padded
-from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose, is_due
+from mossar_stream.moves.points import is_new
+from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose
 
 LOOK_EVERY = 0.1  # s
 AGREED = 2  # looks in a row that must name the same move
@@ -259,7 +260,7 @@ def recognise(
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
-    if not is_due(state.track, time):
+    if not is_new(state.track.poses, time, state.track.time, TICK):
         return 0
     numbers = bank.scratch.box.size
     poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, numbers))

@@ -7,13 +7,12 @@ are left out, so that cost and memory do not grow with the sensor's rate.
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.moves.points import Y_UP, follows, place_points
 
 TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
 SMOOTHED = 0.15  # s, poses younger than this are averaged
 RAW = 8  # poses that may be averaged
 RING = 128  # poses, a power of two: 3.1 s at 41 Hz, 4.2 s at 30 Hz
-LATE = 1.0  # s, frames that are so late are repeated or out of order
-MAX_STEP = 0.25  # s, a longer time without poses breaks the movement
 
 TRACK = np.dtype(
     [
@@ -34,14 +33,6 @@ JOINT = np.dtype(
 )
 
 
-@inline_kernel
-def is_due(track, time):
-    """Tell whether a frame at `time` (s) is to become a pose; late ones are not, time that was set back begins anew."""
-    if not np.isfinite(time):
-        return False
-    return track.poses == 0 or not -LATE <= time - track.time < TICK
-
-
 @kernel
 def add_pose(track, poses, positions, joints, time):
     """Keep a frame as a pose.
@@ -58,8 +49,11 @@ def add_pose(track, poses, positions, joints, time):
     """
     number = track.poses
     raw = poses[RING:]
-    whole = _localise(positions, joints, raw[number % RAW], raw[(number + RAW - 1) % RAW], number > 0)
-    goes_on = number > 0 and 0.0 < time - track.time <= MAX_STEP
+    pose, last = raw[number % RAW], raw[(number + RAW - 1) % RAW]
+    for d in range(pose.size):
+        pose[d] = last[d]
+    whole = place_points(pose[: 3 * joints.size].reshape((joints.size, 3)), joints, positions, Y_UP)
+    goes_on = follows(number, time, track.time)
     if not whole and number == 0:
         return False
     if not goes_on:
@@ -74,46 +68,6 @@ def add_pose(track, poses, positions, joints, time):
     track.time = time
     track.poses = number + 1
     return goes_on
-
-
-@inline_kernel
-def _localise(positions, joints, pose, last, started):
-    """Write a frame as a pose; return whether all joints were there."""
-    whole = True
-    x = y = z = np.float32(0.0)
-    for k in range(joints.size):
-        a, b = joints[k].one, joints[k].other
-        if a < 0:
-            px, py, pz = _mean(positions)
-        else:
-            px = np.float32(0.5) * (positions[a, 0] + positions[b, 0])
-            py = np.float32(0.5) * (positions[a, 1] + positions[b, 1])
-            pz = np.float32(0.5) * (positions[a, 2] + positions[b, 2])
-        if k == 0:
-            x, y, z = px, py, pz
-        else:
-            px, py, pz = px - x, py - y, pz - z
-        if abs(px) + abs(py) + abs(pz) < np.float32(1e6):
-            pose[3 * k], pose[3 * k + 1], pose[3 * k + 2] = px, py, pz
-            continue
-        whole = False
-        for d in range(3 * k, 3 * k + 3):
-            pose[d] = last[d] if started else np.float32(0.0)
-    return whole
-
-
-@inline_kernel
-def _mean(positions):
-    x = y = z = np.float32(0.0)
-    count = 0
-    for j in range(positions.shape[0]):
-        if not np.isnan(positions[j, 0] + positions[j, 1] + positions[j, 2]):
-            x += positions[j, 0]
-            y += positions[j, 1]
-            z += positions[j, 2]
-            count += 1
-    share = np.float32(1.0) / np.float32(count)
-    return x * share, y * share, z * share
 
 
 @inline_kernel

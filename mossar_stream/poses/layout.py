@@ -65,7 +65,7 @@ class Memory(NamedTuple):
     strays: NDArray[np.float64]  # (B,) squares of the chord to the pose that is held, summed over samples
     chords: NDArray[np.float64]  # (B,) the same of the pose that is looked at, now
     groups: NDArray[np.float64]  # (2, G) mean of those over each limb, and how many bones it has
-    poses: NDArray[np.float32]  # (2, K, 3) m, y upwards: the frame before, and the frame
+    pose: NDArray[np.float32]  # (K, 3) m, points of the last sample relative to the centre, y upwards
 
 
 def bank_bytes(points: int, bones: int, poses: int) -> int:
@@ -77,7 +77,7 @@ def bank_bytes(points: int, bones: int, poses: int) -> int:
 
 def memory_bytes(points: int, bones: int, groups: int) -> int:
     """Return the bytes that a performer takes."""
-    return STATE_BYTES + 8 * (2 * 3 * bones + 2 * bones + 2 * groups) + 4 * 6 * points
+    return STATE_BYTES + 8 * (2 * 3 * bones + 2 * bones + 2 * groups) + 4 * 3 * points
 
 
 @inline_kernel(returns_views=True)
@@ -110,5 +110,5 @@ def open_memory(memory, head):
         part(memory, at_strays, np.float64, (bones,)),
         part(memory, at_strays + 8 * bones, np.float64, (bones,)),
         part(memory, at_groups, np.float64, (2, groups)),
-        part(memory, at_groups + 8 * 2 * groups, np.float32, (2, points, 3)),
+        part(memory, at_groups + 8 * 2 * groups, np.float32, (points, 3)),
     )

@@ -8,9 +8,10 @@ when the body has strayed farther, by a margin, for `PATIENCE`, or when another 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.sampling import goes_on, is_in_order, localise
+from mossar_stream.following.sampling import SPACING, place_pose
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, smooth_facing, turned_back
+from mossar_stream.moves.points import follows, is_new
 from mossar_stream.poses.layout import open_bank, open_memory
 
 EVERY = 0.06  # s between two samples
@@ -46,9 +47,9 @@ def match_frame(
     known = open_memory(memory, bank.head[0])
     state = known.state[0]
     state.happened = NOTHING
-    if not is_in_order(state, time) or state.due - EVERY < time < state.due:
+    if not is_new(state.frames, time, state.time, SPACING) or state.due - EVERY < time < state.due:
         return 0
-    continues = goes_on(state, time)
+    continues = follows(state.frames, time, state.time)
     if not continues and state.active >= 0:
         _leave(known)
     if not continues:
@@ -68,18 +69,15 @@ def match_frame(
 @kernel
 def _measure(known, bank, positions, seconds):
     """Average the directions of bones; return whether all joints that are needed are known."""
-    state, poses = known.state[0], known.poses
+    state = known.state[0]
     started = state.frames > 0
-    for k in range(poses.shape[1]):
-        for d in range(3):
-            poses[0, k, d] = poses[1, k, d]
-    whole = localise(known, bank, positions)
+    whole = place_pose(known.pose, bank, positions)
     if not whole and not started:
         return False
     if not started:
         state.facing[:] = 0.0
     if bank.head[0].girdles[0] >= 0:
-        x, z = facing_of(poses[1], bank.head[0].girdles)
+        x, z = facing_of(known.pose, bank.head[0].girdles)
         smooth_facing(state.facing, x, z, seconds)
     _average(known, bank, seconds, started)
     return True
@@ -93,9 +91,9 @@ def _average(known, bank, seconds, started):
     slow = 1.0 - np.exp(-seconds / SETTLED) if started else 1.0
     for b in range(bank.bones.size):
         begin, end = bank.bones[b].begin, bank.bones[b].end
-        x = np.float64(known.poses[1, end, 0] - known.poses[1, begin, 0])
-        y = np.float64(known.poses[1, end, 1] - known.poses[1, begin, 1])
-        z = np.float64(known.poses[1, end, 2] - known.poses[1, begin, 2])
+        x = np.float64(known.pose[end, 0] - known.pose[begin, 0])
+        y = np.float64(known.pose[end, 1] - known.pose[begin, 1])
+        z = np.float64(known.pose[end, 2] - known.pose[begin, 2])
         length = max(np.sqrt(x * x + y * y + z * z), 1e-6)
         x, z = turned_back(x, z, cosine, sine)
         for d, way in enumerate((x, y, z)):

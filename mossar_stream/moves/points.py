@@ -1,0 +1,88 @@
+"""Points: what readers see of a frame: joints, or middles of two, relative to the first point, the centre.
+
+Recognised moves, followed moves and held poses place the points of their examples in a stream alike, and agree on which
+frames follow each other.
+"""
+
+import numpy as np
+
+from mossar_stream.jit.decorators import inline_kernel
+from mossar_stream.memory.joint_pages import FARTHEST
+
+LATE = 1.0  # s, frames that are so late are repeated or out of order
+MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
+Y_UP = (1, 1.0)  # axis and sign
+MOST = np.float32(FARTHEST)
+
+
+@inline_kernel
+def is_new(frames, time, latest, spacing):
+    """Tell whether a frame is to be processed; late ones are not, time that was set back begins anew.
+
+    Args:
+        frames: How many were processed so far.
+        time: s, of the frame.
+        latest: s, of the last frame that was processed.
+        spacing: s, least time between two.
+    """
+    return np.isfinite(time) and (frames == 0 or not -LATE <= time - latest < spacing)
+
+
+@inline_kernel
+def follows(frames, time, latest):
+    """Tell whether a frame follows the last one without a gap; arguments as for `is_new`."""
+    return frames > 0 and 0.0 < time - latest <= MAX_STEP
+
+
+@inline_kernel
+def place_points(pose, points, positions, up):
+    """Set a pose to the points of a frame, y upwards; a missing point, or one beyond 100 km, stays where it was.
+
+    Args:
+        pose: (K, 3) float32 m, the pose before; the centre's own place, then the other points relative to it.
+        points: (K,) records with two joints, `one` and `other`, in whose middle a point lies; -1 for the mean of all joints.
+        positions: (J, 3) float32 m, NaN where a joint is missing.
+        up: Axis that points upwards, and its sign.
+
+    Returns:
+        Whether all points were there.
+    """
+    axis, sign = up
+    sign = np.float32(sign)
+    whole = True
+    x = y = z = np.float32(0.0)
+    for k in range(points.size):
+        a, b = points[k].one, points[k].other
+        if a < 0:
+            px, py, pz = _mean(positions)
+        else:
+            px = np.float32(0.5) * (positions[a, 0] + positions[b, 0])
+            py = np.float32(0.5) * (positions[a, 1] + positions[b, 1])
+            pz = np.float32(0.5) * (positions[a, 2] + positions[b, 2])
+        if k == 0:
+            x, y, z = px, py, pz
+        else:
+            px, py, pz = px - x, py - y, pz - z
+        if not abs(px) + abs(py) + abs(pz) < MOST:
+            whole = False
+            continue
+        if axis == 0:
+            px, py, pz = pz, px, py
+        elif axis == 2:
+            px, py, pz = py, pz, px
+        pose[k, 0], pose[k, 1], pose[k, 2] = sign * px, sign * py, pz
+    return whole
+
+
+@inline_kernel
+def _mean(positions):
+    x = y = z = np.float32(0.0)
+    count = 0
+    for j in range(positions.shape[0]):
+        if not np.isnan(positions[j, 0] + positions[j, 1] + positions[j, 2]):
+            x += positions[j, 0]
+            y += positions[j, 1]
+            z += positions[j, 2]
+            count += 1
+    share = np.float32(1.0) / np.float32(count)
+    return x * share, y * share, z * share
