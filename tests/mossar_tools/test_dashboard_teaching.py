@@ -105,9 +105,27 @@ def test_who_waits_too_long_or_changes_their_mind_takes_nothing(stage, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_hidden_joint_is_where_it_was_before_the_countdown(stage, tmp_path):
+    stage.teaching.announce(MINE)
+    stage.stream(np.repeat(RESTING[None], 10, axis=0))
+    hidden = shown(PUNCH)
+    hidden[:, 2] = 5.0  # where the sensor guesses it to be
+    confidence = np.ones(len(PERSON), np.float32)
+    confidence[2] = 0.0
+    stage.teaching.begin("punch", MINE)
+    stage.now += COUNTED
+    times = stage.time + np.arange(len(hidden)) / FPS
+    sure = np.repeat(confidence[None], len(hidden), axis=0)
+    stage.teaching.send_frames(Frames(hidden.astype(np.float32), times, sure, "p1"))
+    assert stage.teaching.lesson.phase == "taken", stage.teaching.lesson.said
+    (example,) = Moves.load(tmp_path / "moves-1.json").examples
+    placed = example.metres(len(PERSON)) - example.metres(len(PERSON))[:, :1]
+    assert np.allclose(placed[:, 2], RESTING[2] - RESTING[0], atol=1e-3)
+
+
 def test_what_cannot_be_taken_is_said_in_one_line(stage, tmp_path):
     holes = shown(PUNCH)
-    holes[60:70, 1] = np.nan
+    holes[:, 2] = np.nan
     lesson = stage.teach("punch", holes)
     assert lesson.phase == "failed"
     assert "not taken: an example needs all joints" in lesson.said

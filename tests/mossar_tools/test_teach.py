@@ -106,6 +106,25 @@ def test_times_are_those_of_the_recording_and_annotations_count_from_its_first_f
     assert found[0] == found[1] == found[2]
 
 
+def test_a_part_with_a_hidden_joint_is_followed_as_it_was_shown(mossar, tmp_path):
+    positions, confidence = shown(PUNCH, PUNCH), np.ones((210, 3), np.float32)
+    positions[40:, 2] = 5.0  # the sensor guesses where the hand is that it does not see
+    confidence[40:, 2] = 0.0
+    take, moves = tmp_path / "take.npz", tmp_path / "moves.json"
+    known = {"joint_names": PERSON.names, "parents": PERSON.parents, "fps": FPS}
+    np.savez(take, positions=positions.astype(np.float32), confidence=confidence, **known)
+    status, _, err = mossar("teach", moves, take, "--name", "punch", "--from", "1.5", "--until", "2.9")
+    assert status == 0, err
+    (example,) = Moves.load(moves).examples
+    placed = example.metres(3) - example.metres(3)[:, :1]
+    assert np.allclose(placed[:, 2], RESTING[2] - RESTING[0], atol=5e-3)
+    status, out, err = mossar("segment", take, "--moves", moves, "--follow", "punch", "--json")
+    assert status == 0, err
+    followed = json.loads(out)["followed"]
+    assert [one["count"] for one in followed if one["status"] == "done"] == [1, 2]
+    assert min(one["score"] for one in followed) > 0.9
+
+
 def test_a_file_that_holds_no_moves_is_told_of_before_anybody_moves(mossar, tmp_path):
     (tmp_path / "moves.json").write_text("{}")
     status, _, err = mossar("teach", tmp_path / "moves.json", "demo:", "--name", "x")

@@ -52,11 +52,12 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
         settings: Of the segmentation; its level says how long moves are.
     """
     result = segment_recording(whole.positions, whole.fps, whole.skeleton, settings, times=whole.times)
+    held = whole.held()
     candidates, parts, left_out = Moves(whole.skeleton), [], 0
     for segment in result.segments:
         if segment.state != "moving":
             continue
-        part = _part(whole, segment.start_time, segment.end_time)
+        part = _part(held, segment.start_time, segment.end_time)
         try:
             candidates.add("movement", part.positions, part.fps)
         except MovesError:

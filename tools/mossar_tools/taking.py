@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.held_joints import HeldJoints
 from mossar_adapters.source import Meta
 from mossar_stream import Event, Frames, MossarError
 
@@ -32,6 +33,7 @@ class MovementTaker:
     Args:
         take: Gets the positions (n, J, 3), metres, and the rate, Hz, of each movement.
         complain: Gets one line if a movement cannot be taken.
+        held: Where the hidden joints of the performer were so far; None if nothing is known of the time before.
 
     Attributes:
         since: Movements that began before this time, s, are left out.
@@ -40,11 +42,12 @@ class MovementTaker:
     prompt = True
     name = "teach"
 
-    def __init__(self, take: Take, complain: Callable[[str], None]) -> None:
+    def __init__(self, take: Take, complain: Callable[[str], None], held: HeldJoints | None = None) -> None:
         self.dropped = 0
         self.since = -np.inf
         self._take = take
         self._complain = complain
+        self._held = held
         self._performer: str | None = None
         self._root = 0
         self._range = LEAST_RANGE  # m/s, largest speed, decaying
@@ -62,6 +65,8 @@ class MovementTaker:
         if self._performer in (None, meta.performer):
             self._performer = meta.performer
             self._root = meta.skeleton.root
+            if self._held is None or self._held.skeleton != meta.skeleton:
+                self._held = HeldJoints(meta.skeleton)
             self._forget()
 
     def send(self, events: Sequence[Event]) -> None:
@@ -69,9 +74,10 @@ class MovementTaker:
 
     def send_frames(self, frames: Frames) -> None:
         """Keep the last frames; take a movement that is over."""
-        if frames.performer != self._performer:
+        if frames.performer != self._performer or self._held is None:
             return
-        for time, positions in zip(frames.times.tolist(), frames.positions, strict=True):
+        whole = self._held.fill(frames.positions, frames.confidence)
+        for time, positions in zip(frames.times.tolist(), whole, strict=True):
             if self._frames and not 0 < time - self._frames[-1][0] <= MAX_STEP:
                 self._forget()
             self._follow(time, positions.copy())

@@ -12,6 +12,7 @@ from mossar_adapters.demo import Cut
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_recording
+from mossar_adapters.held_joints import HeldJoints
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, Result, Settings, Skeleton, Up, segment_recording
 
@@ -91,6 +92,11 @@ class LoadedRecording(msgspec.Struct, frozen=True):
             outside=(self.outside[0] + first, self.outside[1] + len(self.times) - end),
             origin=self.begin,
         )
+
+    def held(self) -> "LoadedRecording":
+        """Return it with each missing joint where it was, relative to the body centre; see `HeldJoints`."""
+        filled = HeldJoints(self.skeleton).fill(self.positions)
+        return msgspec.structs.replace(self, positions=filled)
 
     def __repr__(self) -> str:
         rate = f" at {self.fps:g} Hz" if self.fps else ""

@@ -256,7 +256,11 @@ def _teach_parts(
     """
     from mossar_tools.loaded_recording import load_recording
 
-    whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
+    whole = load_recording(
+        msgspec.structs.replace(options, file=options.sources[0], begin=None, until=None)
+    ).held()
+    if options.begin is not None or options.until is not None:
+        whole = whole.part(options.begin, options.until)
     origin = whole.begin if from_first else 0.0
     if options.labels is not None:
         parts = _within(options, parts, origin)

@@ -105,6 +105,7 @@ class LiveShow:
     def announce(self, meta: Meta) -> None:
         """Take note of a performer."""
         self.recorder.announce(meta)
+        self.teaching.announce(meta)
         with self._lock:
             known = self._tracks.pop(meta.performer, None)
             if known is None or known.skeleton != meta.skeleton:

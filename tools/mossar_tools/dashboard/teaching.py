@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_adapters.held_joints import HeldJoints
 from mossar_adapters.source import Meta
 from mossar_stream import Example, Frames, MossarError, Moves, MovesError, Skeleton
 from mossar_tools.console import LOGGER
@@ -20,6 +21,7 @@ from mossar_tools.taking import MovementTaker
 
 COUNTED = 3  # s
 EARLY = 1.0  # s before the countdown ends at which a movement may begin
+MOST_HELD = 16  # performers whose hidden joints are remembered
 PATIENCE = 20.0  # s that a movement is waited for
 SHOWN = 4.0  # s for which the outcome stands in large letters
 
@@ -78,9 +80,20 @@ class Teaching:
         self._phase: Phase = "idle"
         self._name = self._said = ""
         self._until = 0.0  # monotonic s, when the phase ends
+        self._held: dict[str, HeldJoints] = {}  # of each performer, the latest last
         self._taker: MovementTaker | None = None
         self._skeleton: Skeleton | None = None
         self._lock = threading.RLock()
+
+    def announce(self, meta: Meta) -> None:
+        """Remember, from now on, where the hidden joints of a performer were."""
+        with self._lock:
+            known = self._held.pop(meta.performer, None)
+            if known is None or known.skeleton != meta.skeleton:
+                known = HeldJoints(meta.skeleton)
+            self._held[meta.performer] = known
+            while len(self._held) > MOST_HELD:
+                del self._held[next(iter(self._held))]
 
     def begin(self, name: str, meta: Meta) -> None:
         """Count down, then watch for a movement.
@@ -100,7 +113,7 @@ class Teaching:
                     f"{meta.performer} has {len(meta.skeleton)}"
                 )
             self._name, self._skeleton = name, meta.skeleton
-            self._taker = MovementTaker(self._take, self._fail)
+            self._taker = MovementTaker(self._take, self._fail, self._held.get(meta.performer))
             self._taker.since = np.inf
             self._taker.announce(meta)
             self._enter("count", COUNTED)
@@ -149,6 +162,8 @@ class Teaching:
         """Watch frames."""
         with self._lock:
             if self._taker is None or not len(frames):
+                if frames.performer in self._held:
+                    self._held[frames.performer].fill(frames.positions, frames.confidence)
                 return
             if self.lesson.phase == "watch":
                 self._taker.since = min(self._taker.since, float(frames.times[0]) - EARLY)
