@@ -25,6 +25,6 @@ def test_a_word_names_a_type_or_a_status_or_both(word, allowed):
 @pytest.mark.parametrize("word", ["keyframe", "key_frame.closed", "stream.started"])
 def test_an_unknown_word_is_refused_with_the_known_ones(word):
     with pytest.raises(
-        SettingsError, match="key_frame, segment, activity, move, .*repetition, phase, step, stream, stats"
+        SettingsError, match=r"key_frame, segment, activity, move, .*repetition, phase, step, stream, stats"
     ):
         Emission((word,))
