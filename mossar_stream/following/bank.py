@@ -33,7 +33,7 @@ from mossar_stream.moves.rules import Facing
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
-LONGEST = 60.0  # s, of an example that is followed
+LONGEST = 60.0  # s, of a movement that is followed
 SHORTEST = 4  # phases
 UPWARDS = {"auto": (1, 1.0), "x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0)} | {
     f"-{axis}": (place, -1.0) for place, axis in enumerate("xyz")
@@ -139,11 +139,11 @@ def _phases_of(
     example: Example, shown: Skeleton, bones: Bones, up: Up, facing: Facing
 ) -> tuple[int, NDArray[np.float64]]:
     """Return how many samples make a phase, and the directions of bones at each phase, (n, B, 3)."""
-    positions, rate = example.shown(len(shown))
+    positions, rate = example.followed(len(shown), shown.root)
     seconds = (len(positions) - 1) / rate
     if seconds > LONGEST:
         raise MovesError(
-            f"an example of {example.name!r} takes {seconds:.0f} s; what is followed takes at most {LONGEST:.0f} s"
+            f"the movement in an example of {example.name!r} takes {seconds:.0f} s; what is followed takes at most {LONGEST:.0f} s"
         )
     stride = max(1, int(np.ceil(seconds / PERIOD / (MOST_PHASES - 1))))
     count = max(SHORTEST, round(seconds / (PERIOD * stride)) + 1)

@@ -10,6 +10,7 @@ from mossar_stream.errors import MovesError
 from mossar_stream.frames import plain_array
 from mossar_stream.moves.activity import AVERAGED, ONSET
 from mossar_stream.moves.track import SMOOTHED
+from mossar_stream.moves.trimming import part_to_follow
 
 MAX_FRAMES = 128  # of the movement that an example keeps
 MOST_SHOWN = 300  # frames that an example keeps of the whole: 10 s at 30 Hz, longer ones coarser
@@ -53,12 +54,27 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         return (len(self.positions) // (3 * joints) - 1) / self.fps
 
     def shown(self, joints: int) -> tuple[NDArray[np.float32], float]:
-        """Return everything that was shown as (n, J, 3) float32 metres, and its rate, Hz; `progress` is along this."""
+        """Return everything that was shown as (n, J, 3) float32 metres, and its rate, Hz."""
         if not self.whole:
             return self.metres(joints), self.fps
         return (np.array(self.whole, np.float64) * UNIT).astype(np.float32).reshape(
             -1, joints, 3
         ), self.whole_fps
+
+    def followed(self, joints: int, root: int) -> tuple[NDArray[np.float32], float]:
+        """Return the part of `shown` that is followed, without rest and neighbours at its ends; `progress` is along this.
+
+        Args:
+            joints: J.
+            root: Joint that the others are taken relative to; -1 for the mean of all.
+
+        Returns:
+            (n, J, 3) float32 metres, and the rate, Hz.
+        """
+        positions, rate = self.shown(joints)
+        poses = smoothed(_placed(positions.astype(np.float64), root), SMOOTHED, rate)[:, 1:]
+        first, last = part_to_follow(poses.reshape(len(poses), -1), rate)
+        return positions[first : last + 1], rate
 
 
 def check_name(name: str) -> str:
@@ -161,12 +177,15 @@ def _extent(shown: NDArray[np.float64], fps: float, root: int) -> tuple[int, int
 
 def _speed(shown: NDArray[np.float64], fps: float, root: int) -> NDArray[np.float64]:
     """Return (n,) m/s, mean over the joints, centred on each frame."""
-    centre = shown[:, root] if root >= 0 else shown.mean(axis=1)
-    placed = np.concatenate([centre[:, None], shown - centre[:, None]], axis=1)
-    steps = (
-        np.linalg.norm(np.diff(smoothed(placed, SMOOTHED, fps), axis=0), axis=2).sum(axis=1) / shown.shape[1]
-    )
+    placed = smoothed(_placed(shown, root), SMOOTHED, fps)
+    steps = np.linalg.norm(np.diff(placed, axis=0), axis=2).sum(axis=1) / shown.shape[1]
     return smoothed(np.append(steps, steps[-1]) * fps, AVERAGED, fps)
+
+
+def _placed(shown: NDArray[np.float64], root: int) -> NDArray[np.float64]:
+    """Return (n, 1 + J, 3) m: the centre, and the joints relative to it."""
+    centre = shown[:, root] if root >= 0 else shown.mean(axis=1)
+    return np.concatenate([centre[:, None], shown - centre[:, None]], axis=1)
 
 
 def smoothed(values: NDArray[np.float64], seconds: float, fps: float) -> NDArray[np.float64]:

@@ -79,7 +79,7 @@ def turned(positions, degrees):
 @pytest.mark.parametrize(("degrees", "size"), [(0, 1.0), (70, 1.0), (-120, 1.3), (0, 0.7)])
 def test_the_example_faces_as_the_performer_does_and_has_its_size(take, moves, degrees, size):
     example = moves.examples[0]
-    shown = example.shown(len(take.skeleton))[0]
+    shown = example.followed(len(take.skeleton), take.skeleton.root)[0]
     poses = turned(shown * size, degrees) + np.float32(2.0)
     stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
     for pose in poses:
@@ -93,7 +93,7 @@ def test_the_example_faces_as_the_performer_does_and_has_its_size(take, moves, d
 
 def test_the_bone_that_strays_gets_colour_and_others_do_not(take, moves):
     example, names = moves.examples[0], list(take.skeleton.names)
-    pose = example.shown(len(names))[0][0].copy()
+    pose = example.followed(len(names), take.skeleton.root)[0][0].copy()
     stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
     stance.learn(pose)
     elbow, hand = names.index("LeftLowerArm"), names.index("LeftHand")

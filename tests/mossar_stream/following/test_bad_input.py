@@ -28,7 +28,8 @@ def test_an_example_of_ten_minutes_is_refused_by_name_and_kept_for_recognition()
     moves = Moves(PERSON)
     moves.add("slow", np.tile(performed("circle_left", seconds=20.0), (30, 1, 1)), FPS)
     with pytest.raises(
-        MovesError, match="an example of 'slow' takes 600 s; what is followed takes at most 60 s"
+        MovesError,
+        match="the movement in an example of 'slow' takes 600 s; what is followed takes at most 60 s",
     ):
         Segmenter(PERSON, moves=moves, follow=True)
     assert Segmenter(PERSON, moves=moves).moves.names == ("slow",)

@@ -70,7 +70,7 @@ class Pursuits:
         if not 0 <= state.example < len(self._moves.examples):
             return None
         example = self._moves.examples[state.example]
-        length = max(seconds_of(example, len(self._moves.skeleton)), 1e-3)
+        length = max(seconds_of(example, self._moves.skeleton), 1e-3)
         ahead = min(
             max(now - state.time, 0.0), 0.2
         )  # the state is of the last sample, the body of the last frame

@@ -42,14 +42,14 @@ class Shadow:
 
         Args:
             example: Of the examples.
-            progress: 0 to 1, along the whole of what was shown.
+            progress: 0 to 1, along the part of the example that is followed.
             body: (J, 3) m, the performer as `stance` places it, NaN where a joint is missing.
             stance: Of the performer.
 
         Returns:
             (K, 3) m.
         """
-        shown = _shown(example, len(self.skeleton))
+        shown, _ = _followed(example, len(self.skeleton), self.skeleton.root)
         place = min(max(progress, 0.0), 1.0) * (len(shown) - 1)
         below = min(int(place), len(shown) - 2)
         now = shown[below] + (place - below) * (shown[below + 1] - shown[below])
@@ -118,14 +118,14 @@ class Shadow:
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _shown(example: Example, joints: int) -> Floats:
-    return example.shown(joints)[0].astype(np.float64)
+def _followed(example: Example, joints: int, root: int) -> tuple[Floats, float]:
+    positions, rate = example.followed(joints, root)
+    return positions.astype(np.float64), (len(positions) - 1) / rate
 
 
-def seconds_of(example: Example, joints: int) -> float:
-    """Return how long what was shown takes, s."""
-    positions, rate = example.shown(joints)
-    return (len(positions) - 1) / rate
+def seconds_of(example: Example, skeleton: Skeleton) -> float:
+    """Return how long the part of an example takes that is followed, s."""
+    return _followed(example, len(skeleton), skeleton.root)[1]
 
 
 def _matched(shown: Skeleton, streamed: Skeleton) -> NDArray[np.intp]:
