@@ -19,6 +19,7 @@ LEAST = 0.6  # s; shorter rests are part of the movement
 LATE_REST, LATE_BOUT = 0.05, 0.17
 NEAR = 0.35  # s, from there to a key frame
 OTHER_KIND = 0.1  # s, that a key frame which is no crossing counts as farther off
+MARGIN = 1e-4  # s, for the rounding of timestamps
 UNSURE = 0.5  # s; while a rest goes on, key frames as new as this may belong to the next movement
 LEFT, NOWHERE = np.int64(-1), np.int64(-2)  # in place of a key frame: the window's left end; none
 
@@ -45,7 +46,7 @@ def judge_rests(w, count):
         elif state.moving == 1:
             end = state.since
         begin, end = begin - LATE_REST, end - LATE_BOUT
-        if min(end, w.clock.time) - begin >= LEAST and end + NEAR >= w.state.left_time:
+        if min(end, w.clock.time) - begin >= LEAST - MARGIN and end + NEAR >= w.state.left_time - MARGIN:
             _judge_rest(w, count, begin, end, b < 0)
 
 
@@ -57,7 +58,7 @@ def _judge_rest(w, count, begin, end, is_first):
     after = _time_of(w, first, begin)
     before = _time_of(w, last, min(end, w.clock.time - UNSURE))
     for i in range(count):
-        if after < w.keys[i].at_time < before:
+        if after + MARGIN < w.keys[i].at_time < before - MARGIN:
             w.scratch.verdicts[i] = WITHIN
     if first >= 0:
         w.scratch.verdicts[first] = ENDS
@@ -67,15 +68,15 @@ def _judge_rest(w, count, begin, end, is_first):
 
 @kernel
 def _nearest(w, count, time, kind):
-    """Return the key frame that is nearest to a time, s, if there is one near."""
+    """Return the key frame that is nearest to a time, s, if there is one near; of two at the same distance the first."""
     best, least = NOWHERE, NEAR
-    if w.state.left_ordinal >= 0 and abs(w.state.left_time - time) < least:
+    if w.state.left_ordinal >= 0 and abs(w.state.left_time - time) < least - MARGIN:
         best, least = LEFT, abs(w.state.left_time - time)
     for i in range(count):
         distance = abs(w.keys[i].at_time - time)
         if w.keys[i].kind != kind:
             distance += OTHER_KIND
-        if distance < least:
+        if distance < least - MARGIN:
             best, least = np.int64(i), distance
     return best
 

@@ -189,7 +189,7 @@ def append_sample(header, samples, pose):
     if header.open >= header.looked + STRIDE:
         header.due = header.latest
     else:
-        header.due = min(header.due, header.latest + LOOKS_APART)
+        header.due = min(header.due, header.latest + LOOKS_APART - EARLY)
 
 
 @kernel

@@ -507,3 +507,20 @@ def test_poses_that_are_stretched_frame_by_frame_are_survived() -> None:
             assert event.start is not None
             assert event.end is not None
             assert event.start < event.end
+
+
+def test_where_the_clock_began_does_not_decide_when_repetitions_are_looked_at():
+    take = performance(8, fps=30.0, seconds=20.0)
+    positions, times = np.array(take.frames.positions), np.arange(len(take.frames.times)) / 30
+    found = []
+    for offset in (0.0, 60.0, 240.0, 3600.0):
+        events = Segmenter(take.skeleton, COUNTING).push(positions, times + offset)
+        found.append(
+            [
+                (e.id, e.status, round(e.decided_time - offset, 3))
+                for e in events
+                if isinstance(e, RepetitionEvent)
+            ]
+        )
+    assert len(found[0]) > 30
+    assert found[0] == found[1] == found[2] == found[3]
