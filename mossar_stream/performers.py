@@ -18,10 +18,10 @@ from mossar_stream.errors import FrameError, MovesError, SettingsError, Snapshot
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
-from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.segmenter import Segmenter
+from mossar_stream.segmenter.limbs import bytes_with_limbs
 from mossar_stream.settings import LevelName, Settings, Up, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
@@ -146,7 +146,7 @@ class Performers:
             return []
         leaving = self._leaving(name)
         self._check_idle(leaving)
-        self._check_memory(name, skeleton, fps)
+        self._check_memory(Plan(skeleton, self._settings, fps), name)
         segmenter = self._new_segmenter(
             name, skeleton, fps
         )  # all that may fail comes before anything is changed
@@ -214,15 +214,15 @@ class Performers:
         self._moves, self._stores, self._banks = copy_of(moves) if moves is not None else None, {}, {}
         own = self._segmenters.items()
         try:
-            fresh = {name: self._recognition_of(name, s.skeleton) for name, s in own}
+            found = {name: self._recognition_of(name, s.skeleton) for name, s in own}
             aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
         except BaseException:
             self._moves, self._stores, self._banks = before
             raise
-        for name, recognition in fresh.items():
+        for name, recognition in found.items():
             segmenter = self._segmenters[name]
-            segmenter.recognition = recognition and recognition.follow_on(segmenter.recognition)
-            segmenter.steps.follow_moves(self._follow, aligned[name])
+            fresh = recognition and recognition.follow_on(segmenter.recognition)
+            segmenter.steps.recognise(fresh, self._follow, aligned[name])
 
     @property
     def follow(self) -> Follow:
@@ -266,16 +266,27 @@ class Performers:
         self._stores[skeleton] = recognition.store
         return recognition
 
-    def _check_memory(self, name: str, skeleton: Skeleton, fps: float | None) -> None:
+    def _check_memory(self, plan: Plan, name: str) -> None:
         """Raise FrameError if the state of another performer would be more than there may be."""
-        parts = [(BODY, skeleton)]
-        parts += [(limb.name, limb.skeleton) for limb in groups_of(skeleton, self._settings.limbs)]
-        own = sum(Plan(part, self._settings, fps, channel=channel).row_bytes for channel, part in parts)
+        own = bytes_with_limbs(plan)
         others = sum(s.state_bytes for other, s in self._segmenters.items() if other != name)
         if own + others > self._most_memory:
             raise FrameError(
-                f"{len(skeleton)} joints of performer {name!r} need {own / 2**20:,.0f} MiB; with those of the others that is "
+                f"{len(plan.skeleton)} joints of performer {name!r} need {own / 2**20:,.0f} MiB; with those of the others that is "
                 f"more than the {self._most_memory / 2**20:,.0f} MiB that performers may take"
+            )
+
+    def _check_growth(self, plans: Mapping[str, Plan]) -> None:
+        """Raise FrameError if plans to come make states larger, and so all of them more than there may be."""
+        now = sum(segmenter.state_bytes for segmenter in self._segmenters.values())
+        growth = sum(
+            bytes_with_limbs(plan) - bytes_with_limbs(self._segmenters[name].row.plan)
+            for name, plan in plans.items()
+        )
+        if growth > 0 and now + growth > self._most_memory:
+            raise FrameError(
+                f"with these settings performers need {(now + growth) / 2**20:,.0f} MiB, more than the "
+                f"{self._most_memory / 2**20:,.0f} MiB that they may take"
             )
 
     def _dismiss(self, name: str, reason: str) -> list[Event]:
@@ -412,26 +423,30 @@ class Performers:
 
         Raises:
             SettingsError: If a value is illegal; nothing is changed then.
-            FrameError: If there is no such performer.
+            FrameError: If there is no such performer, or all would take more than `most_memory`; nothing is changed then.
         """
         if performer is not None:
             if performer not in self._segmenters:
                 raise FrameError(
                     f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
                 )
-            return self._segmenters[performer].change(**changes)
+            segmenter = self._segmenters[performer]
+            plan, level = segmenter.steps.planned(changes)
+            self._check_growth({performer: plan})
+            return segmenter.adopt(plan, level)
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         settings = self._settings.replace(**changes).at_level(level)
         Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
-        plans = [
-            segmenter.steps.planned({**changes, "level": level}) for segmenter in self._segmenters.values()
-        ]
+        plans = {
+            name: segmenter.steps.planned({**changes, "level": level})
+            for name, segmenter in self._segmenters.items()
+        }
+        self._check_growth({name: plan for name, (plan, _) in plans.items()})
         self._check_idle(self.names)
         self._settings = settings
         self._pools.clear()
         self._level = level
-        ready = zip(self._segmenters.values(), plans, strict=True)
-        return [event for segmenter, plan in ready for event in segmenter.adopt(*plan)]
+        return [event for name, plan in plans.items() for event in self._segmenters[name].adopt(*plan)]
 
     def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
         """End the take of one performer, or of all, and forget the running range.

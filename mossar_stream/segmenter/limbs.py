@@ -9,7 +9,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, restored_row
 from mossar_stream.engine.snapshot import Following, pack_snapshot, unpack_snapshot
 from mossar_stream.errors import SnapshotError
-from mossar_stream.events import Event
+from mossar_stream.events import BODY, Event
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.settings import LevelName, Settings
 
@@ -19,6 +19,22 @@ NewRow = Callable[[Plan, list[Event]], Row]  # of a plan, and where its events w
 def settings_of_limbs(settings: Settings) -> Settings:
     """Return the settings by which limbs are segmented, given those of the body."""
     return settings.replace(limbs=False, phase=False, steps=False, center="root")
+
+
+def plans_of_limbs(plan: Plan) -> list[Plan]:
+    """Return the plans of the limbs that the plan of a body calls for.
+
+    Raises:
+        FrameError: See `groups_of`.
+    """
+    own = settings_of_limbs(plan.given)
+    groups = groups_of(plan.skeleton, plan.given.limbs) if plan.channel == BODY else ()
+    return [Plan(limb.skeleton, own, plan.fps, channel=limb.name) for limb in groups]
+
+
+def bytes_with_limbs(plan: Plan) -> int:
+    """Return the bytes of the rows of a body and of its limbs."""
+    return plan.row_bytes + sum(limb.row_bytes for limb in plans_of_limbs(plan))
 
 
 class Limbs:
@@ -43,9 +59,7 @@ class Limbs:
     def __init__(self, body: Row, level: LevelName | float, new_row: NewRow) -> None:
         self._body, self._level = body, level
         self._groups = groups_of(body.plan.skeleton, body.plan.given.limbs)
-        own = settings_of_limbs(body.plan.given)
-        plans = [Plan(limb.skeleton, own, body.plan.fps, channel=limb.name) for limb in self._groups]
-        self.rows = [new_row(plan, body.pending) for plan in plans]
+        self.rows = [new_row(plan, body.pending) for plan in plans_of_limbs(body.plan)]
         self.joints = [limb.joints for limb in self._groups]
 
     @property

@@ -363,6 +363,27 @@ def test_performers_share_pools_and_give_them_back():
         Performers(Settings(limbs="a=Tail")).announce("p", KINECT_20)
 
 
+@pytest.mark.parametrize("chosen", [("p",), ()])
+def test_limbs_of_a_change_need_memory_like_those_of_a_newcomer(chosen):
+    with_limbs = Performers(Settings(limbs=True))
+    with_limbs.announce("p", KINECT_20)
+    needed = with_limbs["p"].state_bytes
+    pool = Performers(most_memory=needed - 1)
+    pool.announce("p", KINECT_20)
+    with pytest.raises(FrameError, match="may take"):
+        pool.change(*chosen, limbs=True)
+    assert pool["p"].limbs == ()
+    assert pool.settings.limbs is False
+    pool.change(*chosen, remerge_window=3)
+    pool = Performers(most_memory=needed)
+    pool.announce("p", KINECT_20)
+    pool.change(*chosen, limbs=True)
+    assert pool["p"].state_bytes == needed
+    pool.change(*chosen, sig_threshold=0.02)
+    pool.change(*chosen, limbs=False)
+    assert pool["p"].state_bytes < needed
+
+
 def test_a_recording_has_a_result_for_each_limb():
     frames, times = waving()
     result = segment_recording(frames, FPS, KINECT_20, Settings(limbs=True, range="file"), times=times)
