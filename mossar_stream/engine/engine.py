@@ -123,8 +123,10 @@ def _tell_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
     """Add the events of a look that changed something to what is pending."""
     if row.telling is None:
         return
-    events, told = row.telling.news(int(row.clock["take"]))
+    take = int(row.clock["take"])
+    events, told = row.telling.news(take)
     stopped[0] = DONE
+    row.looked_take = take if row.is_looking else row.looked_take
     row.is_looking = False
     row.telling.told = told
     row.pending += events
@@ -163,10 +165,12 @@ def _update(row: Row, reason: int) -> None:
 
 
 def _look_once_more(row: Row) -> None:
-    """Look at what was repeated, as the take ends."""
-    if not len(row.counting):
+    """Look at what was repeated, as the take ends, once: each look adds the newest pose to the samples."""
+    take = int(row.clock["take"])
+    if not len(row.counting) or row.looked_take == take:
         return
     row.counted["changed"] = UNCHANGED  # a look at too few samples leaves it as it was
+    row.samples = int(row.counted["open"][0])
     row.is_looking = True
     changed = look(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
     if row.looks is not None:
@@ -174,12 +178,16 @@ def _look_once_more(row: Row) -> None:
     if changed:
         _tell_repetitions(row, NOT_STOPPED)
     row.is_looking = False
+    row.looked_take = take
 
 
 def _finish_look(row: Row) -> None:
     """Tell what the last look of a take has changed, if an exception kept that from being told."""
-    if row.is_looking and row.counted["changed"][0] != UNCHANGED:
-        _tell_repetitions(row, NOT_STOPPED)
+    if row.is_looking and row.counted["open"][0] > row.samples:
+        take = int(row.clock["take"])
+        if row.counted["changed"][0] != UNCHANGED:
+            _tell_repetitions(row, NOT_STOPPED)
+        row.looked_take = take
     row.is_looking = False
 
 

@@ -86,6 +86,8 @@ class Row:
         adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         is_looking: Whether the last look of a take is being reported.
+        looked_take: Number of the take of which that is done; -1 if of none.
+        samples: How many there were before it.
         telling: Their events; None without the setting.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         pending: Events that were caused and have not been handed to the caller, in order; of a limb its body's.
@@ -100,6 +102,7 @@ class Row:
         self.looks: list[tuple[float, NDArray[np.void]]] | None = None
         self.telling: Telling | None = None
         self.is_looking = False
+        self.looked_take, self.samples = -1, 0
         self._successor: Row | None = None  # while the row moves
         self._enter(pool, index)
         self.note_end()

@@ -230,16 +230,24 @@ class Alignment:
 
     def decide(self, take: int, pending: list[Event]) -> None:
         """Decide what is being made; `pending` gets the events."""
-        finish_take(self.state, self.store)
-        events, _ = self.news(take)
-        self._happened[:] = NOTHING
-        pending += events
+        self._decide(take, pending, begins=False)
 
     def end(self, take: int, pending: list[Event]) -> None:
         """Decide everything as a take ends, and begin anew; `pending` gets the events."""
-        finish_take(self.state, self.store)
-        events, _ = self.news(take)
-        self._begin()
+        self._decide(take, pending, begins=True)
+
+    def _decide(self, take: int, pending: list[Event], *, begins: bool) -> None:
+        """Decide what is being made, as a whole or not at all."""
+        before = self.state.copy()
+        try:
+            finish_take(self.state, self.store)
+            events, _ = self.news(take)
+            if begins:
+                self._begin()
+            self._happened[:] = NOTHING
+        except BaseException:
+            self.state[:] = before
+            raise
         pending += events
 
     def _now(self, m: int) -> FollowState:

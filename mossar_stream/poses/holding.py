@@ -85,11 +85,17 @@ class Holding:
 
     def end(self, take: int, pending: list[Event]) -> None:
         """Begin anew as a take ends; `pending` gets the event of a pose that is left by that."""
-        events: list[Event] = []
-        if self._state["active"][0] >= 0:
-            events.append(self._event("left", take, more=1))
-        self._begin()
+        events, before = self.left(take), self.state.copy()
+        try:
+            self._begin()
+        except BaseException:
+            self.state[:] = before
+            raise
         pending += events
+
+    def left(self, take: int) -> list[Event]:
+        """Return the event of the pose that is held, if it is left now; nothing is changed."""
+        return [self._event("left", take, more=1)] if self._state["active"][0] >= 0 else []
 
     def _event(self, status: PoseStatus, take: int, more: int = 0) -> PoseEvent:
         """Return an event of the pose that is held or was last; `more` is added to its `rev`."""

@@ -88,11 +88,11 @@ class Followers:
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
         holding, before = self._holding_of(recognition), self.holding
-        if before is not None:
-            if holding is not None:
-                holding.count_on_from(before.number)
-            before.end(int(self._row.clock["take"]), self._row.pending)
+        if before is not None and holding is not None:
+            holding.count_on_from(before.number)
+        left = [] if before is None else before.left(int(self._row.clock["take"]))
         self._recognition, self.holding = recognition, holding
+        self._row.pending += left
         self._lay()
 
     def _holding_of(self, recognition: Recognition | None) -> Holding | None:

@@ -177,21 +177,15 @@ class Segmenter:
     def moves(self, moves: Moves | None) -> None:
         self.steps.mend()
         alignment = alignment_of(self.follow, moves, self.skeleton, self.settings, self.performer)
-        if moves is None:
-            self.recognition = None
-        else:
-            fresh = Recognition(moves, self.skeleton, self.performer)
-            self.recognition = fresh.follow_on(self.recognition)
-        self.steps.follow_moves(self.follow, alignment)
+        fresh = None
+        if moves is not None:
+            fresh = Recognition(moves, self.skeleton, self.performer).follow_on(self.recognition)
+        self.steps.recognise(fresh, self.follow, alignment)
 
     @property
     def recognition(self) -> Recognition | None:
         """What recognises the moves; None if nothing does."""
         return self._followers.recognition
-
-    @recognition.setter
-    def recognition(self, recognition: Recognition | None) -> None:
-        self.steps.recognise(recognition)
 
     @property
     def follow(self) -> Follow:

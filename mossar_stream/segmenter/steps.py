@@ -127,12 +127,15 @@ class Steps:
         self._followers.forget_ranges()
         row.pending += [engine.stream_event(row, "reset", reason)]
 
-    def recognise(self, recognition: Recognition | None) -> None:
-        """Let something else recognise moves."""
-        self._carry_out(functools.partial(self._recognise, recognition))
+    def recognise(self, recognition: Recognition | None, follow: Follow, alignment: Alignment | None) -> None:
+        """Let something else recognise moves, and something else follow them."""
+        self._carry_out(functools.partial(self._recognise, recognition, follow, alignment))
 
-    def _recognise(self, recognition: Recognition | None) -> None:
+    def _recognise(
+        self, recognition: Recognition | None, follow: Follow, alignment: Alignment | None
+    ) -> None:
         self._followers.recognition = recognition
+        self._followers.follow_moves(follow, alignment)
 
     def follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
         """Let something else follow moves; what is being made is decided."""

@@ -73,9 +73,11 @@ _taught: dict[int, Moves] = {}
 
 
 def moves_of(count: int) -> Moves:
-    """Return so many moves."""
+    """Return so many moves, and standing as a pose that is held."""
     if count not in _taught:
-        made = Moves(performance(seconds=0.1).skeleton)
+        standing = performance(3, seconds=2.0, moves=["stand:2"])
+        made = Moves(standing.skeleton)
+        made.add_pose("standing", standing.frames.positions, fps=60, hold=0.3)
         for k, (name, move) in enumerate(TAUGHT[:count]):
             shown = performance(7 + k, seconds=4.0, moves=["rest:1", move, "rest:1"])
             made.add(name, shown.frames.positions, fps=60)

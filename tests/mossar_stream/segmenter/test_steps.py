@@ -1,15 +1,13 @@
 """Nothing is left half done: exceptions between any two steps, ends of takes in chunks, ids and numbers afterwards."""
 
-import dis
 import functools
 import random
-import sys
-from pathlib import Path
+from collections import Counter
 
 import numpy as np
 import pytest
 
-import mossar_stream
+from checks.interrupts import Striking, Tally, live
 from mossar_adapters.demo import performance
 from mossar_stream import (
     FrameError,
@@ -24,52 +22,6 @@ from mossar_stream import (
     Skeleton,
     StreamEvent,
 )
-
-CORE = str(Path(mossar_stream.__file__).parent)
-CALLS = {"CALL", "CALL_FUNCTION_EX"}
-
-
-class Striking:
-    """Raises KeyboardInterrupt in code of the core where the interpreter would: as functions begin, loops go on, calls return.
-
-    Args:
-        after: How many such places are passed over before.
-    """
-
-    def __init__(self, after):
-        self.left, self.has_struck, self._before = after, False, {}
-
-    def __enter__(self):
-        sys.settrace(self._call)
-
-    def __exit__(self, kind, *_):
-        sys.settrace(None)
-        return kind is KeyboardInterrupt
-
-    def _call(self, frame, _event, _argument):
-        if not frame.f_code.co_filename.startswith(CORE):
-            return None
-        frame.f_trace_opcodes, frame.f_trace_lines = True, False
-        return self._opcode
-
-    def _opcode(self, frame, event, _argument):
-        if event == "opcode":
-            name = names_of(frame.f_code)[frame.f_lasti]
-            before, self._before[id(frame)] = self._before.get(id(frame)), name
-            returned = (
-                before in CALLS and name != "RETURN_VALUE"
-            )  # a call of Python does not look before it returns
-            if name in ("RESUME", "JUMP_BACKWARD") or returned:
-                self.left -= 1
-                if self.left == 0:
-                    self.has_struck = True
-                    raise KeyboardInterrupt
-        return self._opcode
-
-
-@functools.cache
-def names_of(code):
-    return {step.offset: step.opname for step in dis.get_instructions(code)} | dict.fromkeys([-1], "")
 
 
 @functools.cache
@@ -132,6 +84,15 @@ def test_ctrl_c_between_any_two_steps_leaves_everything_in_order(chosen, chunk):
     assert takes == sorted(set(takes))
     assert len(takes) > 1
     assert struck > 20
+
+
+def test_after_ctrl_c_events_are_those_of_a_run_with_or_without_what_it_cut_short():
+    tally = Tally(Counter(), Counter(), [])
+    for seed in (3, 6, 8, 12):
+        live(seed, tally, compared=0.7)
+    assert not tally.wrong
+    assert len(tally.compared) >= 6
+    assert sum(tally.compared.values()) > 15
 
 
 def test_ctrl_c_within_a_look_at_repetitions_leaves_them_in_order():
