@@ -15,8 +15,8 @@ from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.stepping import Stepping
 
-DECISIONS, FRAMES, LOOKS, MOVES = "decisions", "frames", "repetitions", "moves"
-STEPS = "steps"
+DECISIONS_PART, FRAMES_PART, LOOKS_PART, MOVES_PART = "decisions", "frames", "repetitions", "moves"
+STEPS_PART = "steps"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
 _ANYBODY = Skeleton(("a", "b"), (-1, 0))
@@ -48,16 +48,16 @@ def precompile(
     """
     resolved = (settings or Settings()).resolved()
     similarity = resolved.similarity
-    wanted = {DECISIONS: True, FRAMES: True, LOOKS: _any_plan(similarity).shape.repetitions}
-    wanted |= {MOVES: moves}
-    wanted[LOOKS] |= resolved.repetitions
-    wanted[STEPS] = resolved.steps
+    wanted = {DECISIONS_PART: True, FRAMES_PART: True, LOOKS_PART: _any_plan(similarity).shape.repetitions}
+    wanted |= {MOVES_PART: moves}
+    wanted[LOOKS_PART] |= resolved.repetitions
+    wanted[STEPS_PART] = resolved.steps
     parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
     if not parts:
         return
     progress(parts[0], 0, len(parts))
     # What moves add needs the rest, which another process would compile a second time.
-    others = [part for part in parts[1:] if part in {FRAMES, LOOKS}]
+    others = [part for part in parts[1:] if part in {FRAMES_PART, LOOKS_PART}]
     with other_processes(__name__, [f"{part} {similarity}" for part in others]):
         _compile(parts[0], similarity)
     for done, part in enumerate(parts[1:], 1):
@@ -82,13 +82,13 @@ def compile_part(folder: str, part: str) -> None:
 def _compile(part: str, similarity: SimilarityName) -> None:
     """Compile one part, or load it."""
     plan = _any_plan(similarity)
-    if part == DECISIONS:
+    if part == DECISIONS_PART:
         warm_up_decisions(plan)
-    elif part == FRAMES:
+    elif part == FRAMES_PART:
         warm_up_frames(plan)
-    elif part == LOOKS:
+    elif part == LOOKS_PART:
         warm_up_looks()
-    elif part == STEPS:
+    elif part == STEPS_PART:
         Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
     else:
         Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves(), follow=True)

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.candidate_features import SMOOTHING
-from mossar_stream.algorithm.pose_history import SPEED_WINDOW
+from mossar_stream.algorithm.pose_history import MARGIN, SPEED_WINDOW
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.memory.event_buffer import ACTIVITY, next_event
+from mossar_stream.memory.event_buffer import ACTIVITY_CHANGE, next_event
 from mossar_stream.memory.joint_pages import LINES, LIVE, LOG_SPEED, place
 
 # m/s, rms over the joints. Labelled recordings rest at 0.02 to 0.03, and turn at less than 0.06 for a frame or two.
@@ -29,14 +29,15 @@ UPPER_LINE, LOWER_LINE = 0.06, 0.04
 # jump. In ten minutes of standing with 5 mm of noise two frames in a row reach 2.7 and 2.1 times at most, those of limbs
 # included.
 UPPER_NOISE, UPPER_NOISE_NOW, LOWER_NOISE = 2.5, 2.2, 2.0
-CONFIRMED = 0.03  # s above the upper line: a second frame at 30 Hz
-SETTLING = 0.15  # s at the start of a take, in which the speed spans too little time and noise is not known
-BRIEF = 0.15  # s; a bout that reaches into a segment for so long at most does not count in it
-MARGIN = 1e-4  # s, for the rounding of timestamps
-RESTING, MOVING = np.arange(2)  # as events.SEGMENT_STATES
+ONSET_CONFIRMED = 0.03  # s above the upper line: a second frame at 30 Hz
+ACTIVITY_SETTLING = (
+    0.15  # s at the start of a take, in which the speed spans too little time and noise is not known
+)
+BRIEF_BOUT = 0.15  # s; a bout that reaches into a segment for so long at most does not count in it
+IS_RESTING, IS_MOVING = np.arange(2)  # as events.SEGMENT_STATES
 BOUTS = 6  # kept on a stream, the oldest two becoming one
 
-STATE = np.dtype(
+ACTIVITY_STATE = np.dtype(
     [
         ("moving", "i4"),
         ("changed", "i4"),  # whether that is still to be reported
@@ -56,7 +57,7 @@ BOUT = np.dtype([("begin", "f8"), ("end", "f8")])  # s
 class Activity(NamedTuple):
     """Whether the performer moves, as the functions below need it."""
 
-    state: np.void  # STATE
+    state: np.void  # ACTIVITY_STATE
     bouts: NDArray[np.void]  # (bouts,) BOUT, from the oldest to the newest that has ended
 
 
@@ -94,11 +95,11 @@ def follow_activity(activity, body, speed, noises, time, rest_seconds):
         state.above = np.inf
     elif state.above == np.inf:
         state.above = time
-    elif time - state.above >= CONFIRMED - MARGIN and (
-        state.number > 0 or time - state.since >= SETTLING - MARGIN
+    elif time - state.above >= ONSET_CONFIRMED - MARGIN and (
+        state.number > 0 or time - state.since >= ACTIVITY_SETTLING - MARGIN
     ):
         state.joint = _fastest(body)
-        _change(state, MOVING)
+        _change(state, IS_MOVING)
         state.above = time
 
 
@@ -136,7 +137,7 @@ def noises_of_speed(noise, joints, is_filtered):
 def _rest(activity):
     """Let a performer rest who has moved."""
     _keep_bout(activity)
-    _change(activity.state, RESTING)
+    _change(activity.state, IS_RESTING)
 
 
 @kernel
@@ -178,7 +179,7 @@ def _keep_bout(activity):
 def active_span(activity, begin, end):
     """Return when the performer first and last moved between two times, s; NaN if nothing moved.
 
-    A bout that reaches over an end of the span by no more than `BRIEF` belongs to the neighbour.
+    A bout that reaches over an end of the span by no more than `BRIEF_BOUT` belongs to the neighbour.
     """
     state, bouts = activity.state, activity.bouts
     first = last = np.nan
@@ -200,14 +201,14 @@ def active_span(activity, begin, end):
 def _counts(bout_begin, bout_end, begin, end):
     """Tell whether a bout lies within a span, or reaches far enough into it."""
     inside = min(bout_end, end) - max(bout_begin, begin)
-    return inside > BRIEF or (inside >= 0.0 and bout_begin >= begin and bout_end <= end)
+    return inside > BRIEF_BOUT or (inside >= 0.0 and bout_begin >= begin and bout_end <= end)
 
 
 @kernel
 def put_activity(clock, events, state):
     """Put the change of state into the event buffer."""
     state.changed = 0
-    event = next_event(clock, events, ACTIVITY)
+    event = next_event(clock, events, ACTIVITY_CHANGE)
     event.nature = state.moving
     event.id = state.number
     event.time = state.since

@@ -15,12 +15,12 @@ from mossar_stream.similarity.evidence import Features
 SMOOTHING = 0.05  # s, time constant of the poses' low-pass filter
 EARLIER = 0.06  # s; what velocity and low-pass filter show happened so long ago
 EARLIER_IN_NOISE = 0.12  # s, the same while noise is loud, when the velocity is that of the filtered poses
-SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
+SPEED_SETTLING = 0.1  # s at the start of a take, in which the filter settles and noise is not known
 # Refractory period, s, between key frames that are reported when Algorithm 2 accepts them; the shorter one if the later one is slow
 INTERVAL, SHORT_INTERVAL = 0.36, 0.25
 RISEN = 1.2  # times the speed at the key frame that the speed must have reached before
 QUICK = 3.0  # V; a faster performer is in the midst of a move
-ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
+REPORTED_ABOVE_NOISE = 2.5  # times the sensor's noise that a speed must have reached before
 
 NOT_PLACED = np.int64(-1)
 
@@ -48,7 +48,7 @@ def start_candidate(candidate, frame, time):
     candidate.home = 0.0
     candidate.peak = 0.0
     candidate.before = frame
-    candidate.reported_time = time + SETTLING
+    candidate.reported_time = time + SPEED_SETTLING
     candidate.reported_speed = 0.0
 
 
@@ -126,6 +126,6 @@ def is_reported(candidate, scales, time, noise):
     Within the refractory period a slower minimum is still reported: the first may have been a brief pause.
     """
     slow = candidate.speed <= QUICK * usual_speed(scales)
-    rose = candidate.peak >= max(ABOVE_NOISE * noise, RISEN * candidate.speed)
+    rose = candidate.peak >= max(REPORTED_ABOVE_NOISE * noise, RISEN * candidate.speed)
     interval = SHORT_INTERVAL if candidate.speed <= RISEN * candidate.reported_speed else INTERVAL
     return slow and rose and time - candidate.reported_time >= interval - MARGIN

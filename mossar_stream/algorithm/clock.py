@@ -26,6 +26,7 @@ COUNTERS = np.dtype(  # since the row was made
         ("unseen", "i8"),  # without a single joint
     ],
 )
+TIME_ROUNDING = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
 IN_TIME, IN_VAIN, BEYOND = range(3)  # where in the take a frame lies
 
 

@@ -2,18 +2,31 @@
 
 import numpy as np
 
-from mossar_stream.algorithm.location import CANDIDATES, FREE, NONE, best_candidate, best_pose, move_poses
+from mossar_stream.algorithm.location import (
+    LOCATION_CANDIDATES,
+    LOCATION_FREE,
+    LOCATION_NONE,
+    best_candidate,
+    best_pose,
+    move_poses,
+)
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.verdicts import FREE as NO_VERDICT
-from mossar_stream.algorithm.verdicts import JUDGED_AFTER, due_verdict, judge
+from mossar_stream.algorithm.verdicts import JUDGED_AFTER, NO_VERDICT, due_verdict, judge
 from mossar_stream.algorithm.window import note_span, point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.memory.event_buffer import DECIDED, FINAL, MERGED, SEGMENT_FINAL, WITHDRAWN, put_key_frame
+from mossar_stream.memory.event_buffer import (
+    DECIDED,
+    KEY_FINAL,
+    KEY_MERGED,
+    KEY_WITHDRAWN,
+    SEGMENT_FINAL,
+    put_key_frame,
+)
 from mossar_stream.memory.slots import free
 from mossar_stream.similarity.protocol import close, merge_into
 
-OLDEST, ONE = np.arange(2)
+OLDEST_KEY, ONE = np.arange(2)
 
 
 @inline_kernel
@@ -68,9 +81,9 @@ def decide_oldest(w, settled, open_slot, end_frame):
     key, state = w.keys[0], w.state
     if key.kept == 0:
         if key.reported == 1:
-            _put_decided(w, OLDEST, MERGED, key.at_frame, key.at_time)
+            _put_decided(w, OLDEST_KEY, KEY_MERGED, key.at_frame, key.at_time)
         elif key.rev > 0:
-            _put_decided(w, OLDEST, WITHDRAWN, key.frame, key.time)
+            _put_decided(w, OLDEST_KEY, KEY_WITHDRAWN, key.frame, key.time)
         following = w.order[1] if state.undecided > 1 else settled
         # The earlier segment takes the later one in, and then its place.
         merge_into(w.params, w.summaries[w.order[0]], w.summaries[following])
@@ -83,10 +96,10 @@ def decide_oldest(w, settled, open_slot, end_frame):
         _shift(w, ONE)
         return settled
     frame, time, passed = _locate(w, open_slot, end_frame)
-    _put_decided(w, OLDEST, FINAL, frame, time)
+    _put_decided(w, OLDEST_KEY, KEY_FINAL, frame, time)
     for i in range(1, passed + 1):
-        _put_decided(w, i, MERGED, w.keys[i].at_frame, w.keys[i].at_time)
-    put_segment(w, state.left_ordinal, OLDEST, SEGMENT_FINAL)
+        _put_decided(w, i, KEY_MERGED, w.keys[i].at_frame, w.keys[i].at_time)
+    put_segment(w, state.left_ordinal, OLDEST_KEY, SEGMENT_FINAL)
     segment = w.events[w.events[0].row]
     segment.until_frame = frame
     segment.until_time = time
@@ -99,10 +112,10 @@ def decide_oldest(w, settled, open_slot, end_frame):
 def _locate(w, open_slot, end_frame):
     """Return frame and time where the oldest key frame had better be, and how many others it passes."""
     key, location = w.keys[0], w.plan.location
-    if location == CANDIDATES:
+    if location == LOCATION_CANDIDATES:
         passed = best_candidate(w, open_slot)
         return w.keys[passed].frame, w.keys[passed].time, passed
-    if location == FREE:
+    if location == LOCATION_FREE:
         back = best_pose(w, open_slot, end_frame)
         if back >= 0:
             mark = w.history.marks[place_back(w.history, back)]
@@ -126,7 +139,7 @@ def _leave(w, settled, passed, frame, time):
     """Let the oldest key frame be the window's left end, at its new place, with `passed` others merged."""
     state, summaries = w.state, w.summaries
     oldest, ordinal, origin = w.keys[0].frame, w.keys[0].ordinal, w.keys[passed].frame
-    moves = w.plan.location != NONE
+    moves = w.plan.location != LOCATION_NONE
     ended = w.order[0]
     for i in range(1, passed + 1):
         merge_into(w.params, summaries[ended], summaries[w.order[i]])

@@ -98,7 +98,7 @@ DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop c
 STOPS = 16  # more than there are, with those of the loop
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
-AVERAGED, FILTERED = 1, 2  # in PLAN.smoothing
+BY_AVERAGE, BY_ONE_EURO = 1, 2  # in PLAN.smoothing
 UNFILTERED = np.float32(0.0), np.float32(0.0)  # weights for poses as they are
 
 
@@ -296,7 +296,7 @@ def _velocity(state, a, frame, time, dt, first):
         displacement = step_joints(a.joints, frame, clock.taken_time, time)
         if state.joints.returned == 1:
             resume(a.joints, a.history, a.filtered)
-    if plan.smoothing == FILTERED:
+    if plan.smoothing == BY_ONE_EURO:
         displacement = filter_joints(plan, body, a.filtered, dt)
     if plan.is_rms == 1:
         displacement = _rms_displacement(plan, body, displacement)
@@ -307,7 +307,7 @@ def _velocity(state, a, frame, time, dt, first):
     velocity = travel(state.velocity, a.ring_time, a.ring_step, time, displacement, plan.window)
     if state.noise.loud == 1:
         velocity = _velocity_in_noise(state, a, time, dt)
-    if plan.smoothing == AVERAGED:
+    if plan.smoothing == BY_AVERAGE:
         velocity = moving_average(state.average, a.average, velocity)
     return velocity
 

@@ -8,17 +8,17 @@ are merged for good.
 
 import numpy as np
 
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.algorithm.pose_history import load_pose, place_back
-from mossar_stream.algorithm.window import BOTH, LEFT, RIGHT, span
+from mossar_stream.algorithm.window import BOTH, LEFT_OF_KEY, RIGHT_OF_KEY, span
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.protocol import add_pose, close, merge_cost, merge_into, strength
 
-NONE, FREE, CANDIDATES = np.arange(3)
+LOCATION_NONE, LOCATION_FREE, LOCATION_CANDIDATES = np.arange(3)
 LOCATIONS = ("none", "free", "candidates")
-MARGIN = 1e-6  # s, for the rounding of timestamps
 SECOND = np.int64(1)
-HOME = np.int64(-1)
-DIRECTIONS = (
+UNMOVED = np.int64(-1)
+BOTH_WAYS = (
     np.int64(1),
     np.int64(-1),
 )  # to earlier poses, and to later ones: they are counted back from the newest
@@ -37,23 +37,27 @@ def right_neighbour(w):
 def _load_left(w):
     """Set the scratch's LEFT to the segment that ends at the oldest key frame."""
     for d in range(w.plan.slot):
-        w.scratch.summaries[LEFT, d] = w.summaries[w.order[0], d]
+        w.scratch.summaries[LEFT_OF_KEY, d] = w.summaries[w.order[0], d]
 
 
 @kernel
 def best_candidate(w, open_slot):
     """Return the place of the undecided key frame that the oldest had better move to; 0 to stay."""
     neighbour = right_neighbour(w)
-    left, right, both = w.scratch.summaries[LEFT], w.scratch.summaries[RIGHT], w.scratch.summaries[BOTH]
+    left, right, both = (
+        w.scratch.summaries[LEFT_OF_KEY],
+        w.scratch.summaries[RIGHT_OF_KEY],
+        w.scratch.summaries[BOTH],
+    )
     _load_left(w)
     best, place = -1.0, 0
     for i in range(neighbour):
-        if w.keys[i].time - w.keys[0].time > w.plan.refine + MARGIN:
+        if w.keys[i].time - w.keys[0].time > w.plan.refine + TIME_ROUNDING:
             break
         if i > 0:
             merge_into(w.params, left, w.summaries[w.order[i]])
             close(w.params, left)
-        span(w, i + 1, neighbour, open_slot, RIGHT)
+        span(w, i + 1, neighbour, open_slot, RIGHT_OF_KEY)
         cost = strength(w.params, left, right, both)
         if cost > best:
             best, place = cost, i
@@ -69,15 +73,15 @@ def best_pose(w, open_slot, end_frame):
         open_slot: Slot of the open segment.
         end_frame: The new place lies before this frame.
     """
-    home = HOME
+    home = UNMOVED
     for back in range(w.history.state.filled):
         if w.history.marks[place_back(w.history, back)].frame < w.keys[0].frame:
             break
         home = back  # type: ignore[assignment]
     neighbour = right_neighbour(w)
     limit = w.keys[neighbour].frame if neighbour < w.state.undecided else end_frame
-    place, most = HOME, -1.0
-    for direction in DIRECTIONS:
+    place, most = UNMOVED, -1.0
+    for direction in BOTH_WAYS:
         there, cost = _search(w, open_slot, home, direction, limit)
         if cost > most:
             place, most = there, cost
@@ -87,17 +91,21 @@ def best_pose(w, open_slot, end_frame):
 @inline_kernel
 def _search(w, open_slot, home, direction, limit):
     """Move the border pose by pose away from `home`; return the best place, -1 for home, and its cost."""
-    span(w, SECOND, right_neighbour(w), open_slot, RIGHT)
+    span(w, SECOND, right_neighbour(w), open_slot, RIGHT_OF_KEY)
     _load_left(w)
-    left, right, both = w.scratch.summaries[LEFT], w.scratch.summaries[RIGHT], w.scratch.summaries[BOTH]
+    left, right, both = (
+        w.scratch.summaries[LEFT_OF_KEY],
+        w.scratch.summaries[RIGHT_OF_KEY],
+        w.scratch.summaries[BOTH],
+    )
     pose, marks = w.scratch.pose, w.history.marks
-    best, place = strength(w.params, left, right, both), HOME
+    best, place = strength(w.params, left, right, both), UNMOVED
     border = home
     while home >= 0 and 0 <= border + direction < w.history.state.filled:
         passed = border + direction if direction > 0 else border
         border += direction
         mark = marks[place_back(w.history, border)]
-        if abs(mark.time - w.keys[0].time) > w.plan.refine + MARGIN:
+        if abs(mark.time - w.keys[0].time) > w.plan.refine + TIME_ROUNDING:
             break
         if not w.state.left_frame < mark.frame < limit:
             break

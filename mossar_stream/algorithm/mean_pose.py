@@ -16,6 +16,8 @@ from mossar_stream.memory.joint_pages import (
     place,
 )
 
+MEAN_TIME = 5.0  # s, of slow means
+
 
 @kernel
 def start_mean(body, joints, line):

@@ -6,7 +6,7 @@ displacement of a joint that only trembles has the correlation -1/2 with the one
 one near 1. So while displacements are on the whole turned back, the path is the sensor's, and what it adds to
 the velocity is known from then on. Where that is too much for the threshold line,
 
-    displacements are smoothed (first-order low-pass, time constant at most `SLOWEST`), and
+    displacements are smoothed (first-order low-pass, time constant at most `SLOWEST_SMOOTHING`), and
     the range does not fall below where θ · range is `noise_margin` times the noise that is left.
 
 Where poses are low-pass filtered (level `motion`), small movements must not be silenced: there the velocity is that of the
@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product, page_sum
 from mossar_stream.memory.joint_pages import (
@@ -44,20 +45,22 @@ from mossar_stream.memory.joint_pages import (
 )
 
 MEMORY = 0.15  # s, time constant of the averages
-TURNED = -0.1  # correlation of successive displacements below which they are noise
+TURNED_BACK = -0.1  # correlation of successive displacements below which they are noise
 BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
-SLOWEST = 0.1  # s, time constant of the smoothing
+SLOWEST_SMOOTHING = 0.1  # s, time constant of the smoothing
 DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
 # Where poses are filtered, θ · range is raised so many standard deviations above what the noise adds to the velocity, but
 # not beyond so many times what it would be without noise.
 DEVIATIONS, MOST_RAISED = 4.0, 3.0
-MARGIN = 1e-6  # s, for the rounding of timestamps
 UNEVEN = 1.6  # a step in time so many times the usual one has lost frames; in it, motion may turn back
-BRIEF, LONGEST = 0.03, 0.1  # s, steps that are even in any case (frames may come in bursts), and in no case
-SHORTER, LONGER = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
+ALWAYS_EVEN, NEVER_EVEN = (
+    0.03,
+    0.1,
+)  # s, steps that are even in any case (frames may come in bursts), and in no case
+SHORTER_STEP, LONGER_STEP = 0.8, 1.04  # how the usual step follows: to where about one step in six is shorter
 
-RECENT = np.dtype(  # leaky sums over the last frames of a take
+RECENT_SUMS = np.dtype(  # leaky sums over the last frames of a take
     [
         ("time", "f8"),  # s, since the last frame that was not a repetition
         ("span", "f8"),  # s, that the following sums stand for
@@ -80,7 +83,7 @@ NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
         ("floor", "f8"),  # m, the range does not fall below it
         ("step", "f8"),  # s, usual time between frames
         ("smooth", "i8"),  # whether the last displacement was smoothed
-        ("recent", RECENT),
+        ("recent", RECENT_SUMS),
     ],
 )
 
@@ -194,10 +197,10 @@ def _is_even(noise, step):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
     if step <= 0.0:
         return False
-    if noise.step == 0.0 or step < noise.step - MARGIN:
-        noise.step = max(step, SHORTER * noise.step)
-    even = step <= min(LONGEST, max(BRIEF, UNEVEN * noise.step)) + MARGIN
-    noise.step = max(noise.step, min(step, LONGER * noise.step))
+    if noise.step == 0.0 or step < noise.step - TIME_ROUNDING:
+        noise.step = max(step, SHORTER_STEP * noise.step)
+    even = step <= min(NEVER_EVEN, max(ALWAYS_EVEN, UNEVEN * noise.step)) + TIME_ROUNDING
+    noise.step = max(noise.step, min(step, LONGER_STEP * noise.step))
     return even
 
 
@@ -223,7 +226,7 @@ def _listen(noise, turned, displacement):
         path = recent.path / recent.span
         least = noise.quietest * np.exp2(time / DOUBLING)
         noise.quietest = min(least, path) if least > 0.0 else path
-    is_noise = recent.turn < TURNED * recent.span
+    is_noise = recent.turn < TURNED_BACK * recent.span
     if is_noise:
         noise.known = 1
     if is_noise or (noise.known == 0 and noise.heard < BEGINNING):
@@ -240,7 +243,7 @@ def _share(loudness, line, dt):
     A weight of a leaves a/√(2 - a) of the path of white noise.
     """
     k = (line / loudness) ** 2
-    return max(dt / (dt + SLOWEST), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
+    return max(dt / (dt + SLOWEST_SMOOTHING), 0.5 * (np.sqrt(k * k + 8.0 * k) - k))
 
 
 @kernel

@@ -12,7 +12,7 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 
 POLICIES = ("running", "fixed", "decay")
-FIXED, DECAY = POLICIES.index("fixed"), POLICIES.index("decay")
+RANGE_IS_FIXED, RANGE_DECAYS = POLICIES.index("fixed"), POLICIES.index("decay")
 RANGE = np.dtype([("largest", "f8")])  # m, velocity so far; it outlasts a take
 
 
@@ -30,9 +30,9 @@ def normalise(velocity_range, plan, noise_floor, velocity, dt):
     Returns:
         (value, scale): a share of the range and 1 for `fixed`; metres and the range in metres otherwise.
     """
-    if plan.range_policy == FIXED:
+    if plan.range_policy == RANGE_IS_FIXED:
         return (velocity - plan.range_min) / (plan.range_max - plan.range_min), 1.0
-    if plan.range_policy == DECAY:
+    if plan.range_policy == RANGE_DECAYS:
         velocity_range.largest *= np.exp2(-dt / plan.range_half_life)
     velocity_range.largest = max(velocity_range.largest, velocity)
     # People who stand still must not flood: their noise is no motion.

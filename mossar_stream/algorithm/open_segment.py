@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.splitter import (
-    CONFIRMED,
+    ACCEPTED,
     CROSSED,
+    FORGOTTEN,
     REPLACED,
-    WITHDRAWN,
     follow_curve,
     forget_candidate,
 )
@@ -110,10 +110,10 @@ def split(segment, curve, clock, value, scale, seen):
     place_last_frame(segment, curve.candidate, run_length, goes_on)
     if happened == 0:
         return
-    if happened & WITHDRAWN:
+    if happened & FORGOTTEN:
         settle(segment)
         forget_candidate(curve)
-    if happened & (CROSSED | CONFIRMED):
+    if happened & (CROSSED | ACCEPTED):
         forget_candidate(curve)
         state.closed = state.settled
         state.settled = state.since

@@ -28,7 +28,7 @@ SPEED_WINDOW = 0.1  # s, over which speeds are taken
 QUANTUM, PER_QUANTUM = np.float32(1.0 / 8192.0), np.float32(8192.0)  # m
 FIRST_JOINT = np.int64(0)
 NEWEST = np.int64(0)  # no kept pose is later than this one
-MOST = np.float32(32767.0)
+MOST_QUANTA = np.float32(32767.0)
 REST_SPEED = np.float32(0.1)  # m/s, added before the logarithm, so that rest is log 0.1
 MARGIN = 1e-4  # s, for the rounding of timestamps
 LOG_2 = np.float32(0.6931471805599453)
@@ -105,7 +105,7 @@ def keep_pose(history, body, frame, time, weight):
 @inline_kernel
 def _quantise(values, target):
     for j in range(len(target)):
-        target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST), MOST))
+        target[j] = np.int16(min(max(np.rint(values[j] * PER_QUANTUM), -MOST_QUANTA), MOST_QUANTA))
 
 
 @inline_kernel

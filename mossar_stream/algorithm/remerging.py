@@ -37,16 +37,16 @@ from mossar_stream.similarity.evidence import CERTAIN
 from mossar_stream.similarity.protocol import close, merge_into
 from mossar_stream.similarity.protocol import strength as merge_cost
 
-NOTHING = np.int64(-1)
-BEFORE, AFTER, NODE, WAITING, NEWEST = range(5)  # rows of the links
-UNKNOWN = np.int64(-9)  # identity of a boundary whose cost must not be remembered
+NO_NODE = np.int64(-1)
+BEFORE, AFTER, NODE, WAITING, LAST_WAITING = range(5)  # rows of the links
+UNKNOWN_BOUNDARY = np.int64(-9)  # identity of a boundary whose cost must not be remembered
 MEMO = np.dtype([("key", "i8"), ("cost", "f8")])  # key: the three boundaries of two segments
 BOUNDARY_BITS = (
     21  # of each: so many key frames later their numbers come again, and nothing is remembered so long
 )
 BOUNDARY = (1 << BOUNDARY_BITS) - 1
 EMPTY = np.int64(-1)  # no key is negative
-DEAREST = 1e300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
+DEAREST_MERGE = 1e300  # no cost is above it, and none is NaN: those of key frames that are gone are inf
 
 
 class Remerging(NamedTuple):
@@ -128,8 +128,8 @@ def _list_key_frames(run, count):
         links[AFTER, i] = i + 1
         links[NODE, i] = i  # the segment that ends at each key frame, and at the right end
         # Chains of nodes that belong to another one and are not merged into it yet: the next, and the last, of each.
-        links[WAITING, i] = NOTHING
-        links[NEWEST, i] = i
+        links[WAITING, i] = NO_NODE
+        links[LAST_WAITING, i] = i
     for i in range(count):
         bounds = run.bounds[i], run.bounds[i + 1], run.bounds[i + 2]
         run.costs[i] = _judged(run, i, _cost(run, i, i + 1, bounds))
@@ -151,8 +151,8 @@ def _remove(run, count, x):
     costs[x] = np.inf
     left, right = links[BEFORE, x], links[AFTER, x]
     merged = links[NODE, x]
-    links[WAITING, links[NEWEST, merged]] = links[NODE, right]
-    links[NEWEST, merged] = links[NEWEST, links[NODE, right]]
+    links[WAITING, links[LAST_WAITING, merged]] = links[NODE, right]
+    links[LAST_WAITING, merged] = links[LAST_WAITING, links[NODE, right]]
     links[NODE, right] = merged
     links[BEFORE, right] = left
     a, b = bounds[left + 1], bounds[right + 1]
@@ -168,9 +168,9 @@ def _remove(run, count, x):
 
 @inline_kernel
 def _judged(run, x, cost):
-    """Return the cost of a merge as the verdict on its key frame leaves it; one that cannot be computed is `DEAREST`."""
-    if not cost < DEAREST:
-        cost = DEAREST
+    """Return the cost of a merge as the verdict on its key frame leaves it; one that cannot be computed is `DEAREST_MERGE`."""
+    if not cost < DEAREST_MERGE:
+        cost = DEAREST_MERGE
     if run.verdicts[x] == WITHIN:
         return 0.0
     if run.verdicts[x] == ENDS:
@@ -192,11 +192,11 @@ def _new_cost(run, left, right, bounds):
     """Compute the cost of a merge, and remember it if its boundaries are to stay."""
     _complete(run, left)
     _complete(run, right)
-    one = run.nodes[left] if run.places[left] == NOTHING else run.segments[run.places[left]]
-    other = run.nodes[right] if run.places[right] == NOTHING else run.segments[run.places[right]]
+    one = run.nodes[left] if run.places[left] == NO_NODE else run.segments[run.places[left]]
+    other = run.nodes[right] if run.places[right] == NO_NODE else run.segments[run.places[right]]
     cost = merge_cost(run.params, one, other, run.both)
     a, b, c = bounds
-    if UNKNOWN not in (a, c):
+    if UNKNOWN_BOUNDARY not in (a, c):
         remember(run.memo, a, b, c, cost)
     return cost
 
@@ -209,20 +209,20 @@ def _complete(run, own):
     """
     segments, places, nodes, waiting = run.segments, run.places, run.nodes, run.links[WAITING]
     following = waiting[own]
-    if following == NOTHING:
+    if following == NO_NODE:
         return
     merged, first = nodes[own], places[own]
-    if first != NOTHING:
+    if first != NO_NODE:
         for d in range(len(merged)):
             merged[d] = segments[first, d]
-        places[own] = NOTHING
-    while following != NOTHING:
+        places[own] = NO_NODE
+    while following != NO_NODE:
         place = places[following]
-        merge_into(run.params, merged, nodes[following] if place == NOTHING else segments[place])
+        merge_into(run.params, merged, nodes[following] if place == NO_NODE else segments[place])
         following = waiting[following]
     close(run.params, merged)
-    waiting[own] = NOTHING
-    run.links[NEWEST, own] = own
+    waiting[own] = NO_NODE
+    run.links[LAST_WAITING, own] = own
 
 
 @kernel

@@ -1,8 +1,8 @@
 """Rests: which key frames begin and end a hold or a rest, with the setting `rests=keep`.
 
-A rest is the time between two bouts of movement (activity.py) if it lasts `LEAST`. The candidate of Algorithm 2 nearest to
+A rest is the time between two bouts of movement (activity.py) if it lasts `SHORTEST_REST`. The candidate of Algorithm 2 nearest to
 its begin, and the one nearest to its end, are key frames at every named level; those between them are not. What is
-decided before a rest has lasted `LEAST` stays so. Where the sensor's noise alone is as fast as a movement no rest is judged:
+decided before a rest has lasted `SHORTEST_REST` stays so. Where the sensor's noise alone is as fast as a movement no rest is judged:
 what looks like a rest may be slow movement. With 5 mm of white noise that noise is 0.07 to 0.18 m/s on the labelled sets, as
 recorded at most 0.052.
 """
@@ -10,18 +10,18 @@ recorded at most 0.052.
 import numpy as np
 
 from mossar_stream.algorithm.activity import UPPER_LINE, noises_of_speed
+from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.algorithm.verdicts import ENDS, WITHIN
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.memory.event_buffer import OFFSET, ONSET
+from mossar_stream.memory.event_buffer import KIND_OFFSET, KIND_ONSET
 
-LEAST = 0.6  # s; shorter rests are part of the movement
+SHORTEST_REST = 0.6  # s; shorter rests are part of the movement
 # s, by which the activity shows the end, and the begin, of a movement later than key frames: by the holds that were made
 LATE_REST, LATE_BOUT = 0.05, 0.17
-NEAR = 0.35  # s, from there to a key frame
+NEAR_REST = 0.35  # s, from there to a key frame
 OTHER_KIND = 0.1  # s, that a key frame which is no crossing counts as farther off
-MARGIN = 1e-4  # s, for the rounding of timestamps
 UNSURE = 0.5  # s; while a rest goes on, key frames as new as this may belong to the next movement
-LEFT, NOWHERE = np.int64(-1), np.int64(-2)  # in place of a key frame: the window's left end; none
+LEFT_END, NO_KEY = np.int64(-1), np.int64(-2)  # in place of a key frame: the window's left end; none
 
 
 @kernel
@@ -46,15 +46,18 @@ def judge_rests(w, count):
         elif state.moving == 1:
             end = state.since
         begin, end = begin - LATE_REST, end - LATE_BOUT
-        if min(end, w.clock.time) - begin >= LEAST - MARGIN and end + NEAR >= w.state.left_time - MARGIN:
+        if (
+            min(end, w.clock.time) - begin >= SHORTEST_REST - MARGIN
+            and end + NEAR_REST >= w.state.left_time - MARGIN
+        ):
             _judge_rest(w, count, begin, end, b < 0)
 
 
 @kernel
 def _judge_rest(w, count, begin, end, is_first):
     """Set the verdicts on the key frames of one rest; the one that a take begins with has no key frame at its begin."""
-    first = NOWHERE if is_first else _nearest(w, count, begin, OFFSET)
-    last = _nearest(w, count, end, ONSET) if end < np.inf else NOWHERE
+    first = NO_KEY if is_first else _nearest(w, count, begin, KIND_OFFSET)
+    last = _nearest(w, count, end, KIND_ONSET) if end < np.inf else NO_KEY
     after = _time_of(w, first, begin)
     before = _time_of(w, last, min(end, w.clock.time - UNSURE))
     for i in range(count):
@@ -69,9 +72,9 @@ def _judge_rest(w, count, begin, end, is_first):
 @kernel
 def _nearest(w, count, time, kind):
     """Return the key frame that is nearest to a time, s, if there is one near; of two at the same distance the first."""
-    best, least = NOWHERE, NEAR
+    best, least = NO_KEY, NEAR_REST
     if w.state.left_ordinal >= 0 and abs(w.state.left_time - time) < least - MARGIN:
-        best, least = LEFT, abs(w.state.left_time - time)
+        best, least = LEFT_END, abs(w.state.left_time - time)
     for i in range(count):
         distance = abs(w.keys[i].at_time - time)
         if w.keys[i].kind != kind:
@@ -86,4 +89,4 @@ def _time_of(w, place, otherwise):
     """Return the reported time of a key frame, s; some other time where there is none."""
     if place >= 0:
         return w.keys[place].at_time
-    return w.state.left_time if place == LEFT else otherwise
+    return w.state.left_time if place == LEFT_END else otherwise

@@ -13,8 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.activity import BOUT
-from mossar_stream.algorithm.activity import STATE as ACTIVITY
+from mossar_stream.algorithm.activity import ACTIVITY_STATE, BOUT
 from mossar_stream.algorithm.candidate_features import CANDIDATE
 from mossar_stream.algorithm.clock import CLOCK, COUNTERS
 from mossar_stream.algorithm.joints import JOINTS
@@ -27,7 +26,7 @@ from mossar_stream.algorithm.scales import SCALES
 from mossar_stream.algorithm.splitter import CURVE
 from mossar_stream.algorithm.tempo import TEMPO
 from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
-from mossar_stream.algorithm.verdicts import CANDIDATES, NOTE, VERDICTS
+from mossar_stream.algorithm.verdicts import NOTE, NOTED_CANDIDATES, VERDICTS
 from mossar_stream.algorithm.window import KEY, WINDOW
 from mossar_stream.memory.joint_pages import body_size, pad
 from mossar_stream.memory.slots import SLOTS
@@ -54,7 +53,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
     ("bouts", "BOUT"),  # (bouts,) of movement, the latest that have ended
-    ("notes", "NOTE"),  # (CANDIDATES,) of the last candidates
+    ("notes", "NOTE"),  # (NOTED_CANDIDATES,) of the last candidates
     ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
     ("samples", "f4"),  # of them, see repetitions/state.py
     ("adopted", "HEADER"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
@@ -137,7 +136,7 @@ ROW = np.dtype(
         ("scales", SCALES),
         ("verdicts", VERDICTS),
         ("candidate", CANDIDATE),
-        ("activity", ACTIVITY),
+        ("activity", ACTIVITY_STATE),
         ("window", WINDOW),
         ("at", [(name, "i8") for name, _ in REGIONS]),
     ],
@@ -213,7 +212,7 @@ class Shape(msgspec.Struct, frozen=True):
             "marks": self.history,
             "poses": self.history * 3 * joints,
             "bouts": self.bouts,
-            "notes": CANDIDATES * self.features,
+            "notes": NOTED_CANDIDATES * self.features,
             "counted": int(self.repetitions),
             "samples": samples_size(self.joints) * self.repetitions,
             "adopted": int(self.adopts),

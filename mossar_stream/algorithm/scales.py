@@ -10,16 +10,15 @@ Metres stand only in that prior.
 
 import numpy as np
 
-from mossar_stream.algorithm.mean_pose import follow_mean, squared_distance, start_mean
+from mossar_stream.algorithm.mean_pose import MEAN_TIME, follow_mean, squared_distance, start_mean
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import HOME_X, MEAN_X
 
-HALF_LIFE, HOME_HALF_LIFE = 20.0, 30.0  # s
-MEAN_TIME = 5.0  # s, of the slow mean
+SCALES_HALF_LIFE, HOME_HALF_LIFE = 20.0, 30.0  # s
 PRIOR_EXTENT, PRIOR_SPEED = 0.05, 0.1  # m and m/s, as if seen for one second
 PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
 SLOW = 0.3  # share of V below which a performer dwells
-LEAST_SPEED, LEAST_EXTENT = 1e-4, 1e-5  # m/s and m, of those who never move
+LEAST_USUAL_SPEED, LEAST_EXTENT = 1e-4, 1e-5  # m/s and m, of those who never move
 ORDINARY = 0.25  # s, A / V of ordinary movements
 SPEED_OFFSET = 0.1  # V, added to speeds before the logarithm
 QUICKEST, SLOWEST = 0.5, 2.0  # limits of the tempo relative to it
@@ -57,7 +56,7 @@ def follow_scales(scales, squares, dt):
         squares: m²/s², mean over the joints of their squared speed.
         dt: s since the last frame.
     """
-    kept = np.exp2(-dt / HALF_LIFE)
+    kept = np.exp2(-dt / SCALES_HALF_LIFE)
     scales.speed = np.sqrt(squares)
     scales.squared_speed = scales.squared_speed * kept + squares * dt
     scales.speed_weight = scales.speed_weight * kept + dt
@@ -80,7 +79,7 @@ def follow_poses(scales, body, joints, dt):
     squares = squared_distance(body, MEAN_X)
     follow_mean(body, MEAN_X, share)
     follow_mean(body, HOME_X, toward_home)
-    kept = np.exp2(-dt / HALF_LIFE)
+    kept = np.exp2(-dt / SCALES_HALF_LIFE)
     scales.spread = scales.spread * kept + squares / joints * dt
     scales.spread_weight = scales.spread_weight * kept + dt
 
@@ -88,7 +87,7 @@ def follow_poses(scales, body, joints, dt):
 @inline_kernel
 def usual_speed(scales):
     """Return V, m/s."""
-    return max(np.sqrt(scales.squared_speed / scales.speed_weight), LEAST_SPEED)
+    return max(np.sqrt(scales.squared_speed / scales.speed_weight), LEAST_USUAL_SPEED)
 
 
 @inline_kernel

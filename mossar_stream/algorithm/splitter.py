@@ -49,9 +49,9 @@ import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
-CROSSED, CONFIRMED, PROMOTED, REPLACED, WITHDRAWN = 1, 2, 4, 8, 16  # what can be found in a frame
+CROSSED, ACCEPTED, PROMOTED, REPLACED, FORGOTTEN = 1, 2, 4, 8, 16  # what can be found in a frame
 
-FOUND = np.dtype(  # in the last frame
+FOUND_IN_FRAME = np.dtype(  # in the last frame
     [
         ("happened", "i8"),  # flags; 0 when dealt with
         ("former_frame", "i8"),  # the candidate that was replaced
@@ -81,7 +81,7 @@ CURVE = np.dtype(
         ("candidate_value", "f8"),  # V[c]
         ("candidate_share", "f8"),
         ("awaiting", "i8"),  # whether the maximum that accepts the newest minimum is still to come
-        ("found", FOUND),
+        ("found", FOUND_IN_FRAME),
     ],
 )
 
@@ -140,11 +140,11 @@ def follow_curve(curve, value, sig_threshold, scale, frame, time):
     moving = 1 if value > sig_threshold else 0
     crossed = moving != curve.moving
     if crossed:  # lines 9 and 10
-        happened |= CROSSED if curve.candidate < 0 else CROSSED | WITHDRAWN
+        happened |= CROSSED if curve.candidate < 0 else CROSSED | FORGOTTEN
         curve.moving = moving
         curve.awaiting = 0
     elif curve.candidate >= 0 and value >= ceiling:  # lines 16 to 18, early
-        happened |= CONFIRMED
+        happened |= ACCEPTED
         curve.awaiting = 1
     _follow_run(curve, value, scale, frame, time)
     if crossed:

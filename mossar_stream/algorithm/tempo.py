@@ -7,17 +7,16 @@ to an ordinary tempo, within limits. S follows the poses that are kept of the la
 
 import numpy as np
 
-from mossar_stream.algorithm.mean_pose import follow_mean, squared_distance, start_mean
+from mossar_stream.algorithm.mean_pose import MEAN_TIME, follow_mean, squared_distance, start_mean
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
 from mossar_stream.memory.joint_pages import LINES, MEAN_X, PAGE, STEP, page_of
 
-ORDINARY = 0.15  # s
-SLOWEST, QUICKEST = 4.0, 0.8  # limits of the factor
+ORDINARY_PACE = 0.15  # s
+SLOWEST_PACE, QUICKEST_PACE = 4.0, 0.8  # limits of the factor
 TIME_CONSTANT = 30.0  # s, of the sums
-MEAN_TIME = 5.0  # s, of the mean pose
 PRIOR_TIME = 2.0  # s, for which an ordinary performer is taken to have moved before the take
-PRIOR_SPEED = 0.5  # m/s
+PRIOR_PACE_SPEED = 0.5  # m/s
 
 TEMPO = np.dtype(
     [
@@ -38,8 +37,8 @@ def start_tempo(tempo, joints, moving, body):
         body: See joint_pages.py.
     """
     start_mean(body, joints, MEAN_X)
-    tempo.spread = moving * PRIOR_TIME * (PRIOR_SPEED * ORDINARY) ** 2
-    tempo.squared_speed = moving * PRIOR_TIME * PRIOR_SPEED**2
+    tempo.spread = moving * PRIOR_TIME * (PRIOR_PACE_SPEED * ORDINARY_PACE) ** 2
+    tempo.squared_speed = moving * PRIOR_TIME * PRIOR_PACE_SPEED**2
 
 
 @inline_kernel
@@ -76,4 +75,4 @@ def _kept(dt):
 @kernel
 def pace(tempo):
     """Return the factor that costs are divided by."""
-    return min(max(np.sqrt(tempo.spread / tempo.squared_speed) / ORDINARY, QUICKEST), SLOWEST)
+    return min(max(np.sqrt(tempo.spread / tempo.squared_speed) / ORDINARY_PACE, QUICKEST_PACE), SLOWEST_PACE)

@@ -11,11 +11,11 @@ depend on the order of additions, and equal velocities compare equal.
 
 import numpy as np
 
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
-UNIT = 2.0**-40  # m
-MARGIN = 1e-6  # s, for the rounding of timestamps
-MOST = 2**60  # of one displacement, in units: far beyond any body
+PATH_UNIT = 2.0**-40  # m
+MOST_UNITS = 2**60  # of one displacement, in units: far beyond any body
 
 
 VELOCITY = np.dtype(  # the displacements in the window: a ring of times, and of steps
@@ -50,7 +50,7 @@ def ring_is_full(velocity, ring_time, time, window):
     """Tell whether the window, s, holds more displacements than the ring has places."""
     if velocity.filled < len(ring_time):
         return False
-    return time - ring_time[_oldest(velocity, len(ring_time))] < window - MARGIN
+    return time - ring_time[_oldest(velocity, len(ring_time))] < window - TIME_ROUNDING
 
 
 @inline_kernel
@@ -76,9 +76,9 @@ def travel(velocity, ring_time, ring_step, time, displacement, window):
         Path within the window, summed over the joints, m.
     """
     places = len(ring_time)
-    units = min(np.int64(displacement / UNIT + 0.5), MOST)
+    units = min(np.int64(displacement / PATH_UNIT + 0.5), MOST_UNITS)
     tail = _oldest(velocity, places)
-    while velocity.filled > 0 and time - ring_time[tail] >= window - MARGIN:
+    while velocity.filled > 0 and time - ring_time[tail] >= window - TIME_ROUNDING:
         velocity.travelled -= ring_step[tail]
         velocity.filled -= 1
         tail = tail + 1 if tail + 1 < places else 0
@@ -87,7 +87,7 @@ def travel(velocity, ring_time, ring_step, time, displacement, window):
     velocity.travelled += units
     velocity.filled += 1
     velocity.head = velocity.head + 1 if velocity.head + 1 < places else 0
-    return velocity.travelled * UNIT
+    return velocity.travelled * PATH_UNIT
 
 
 @kernel
@@ -99,7 +99,7 @@ def moving_average(average, values, velocity):
         values: (smoothing_window,) 2^-40 m.
         velocity: m.
     """
-    units = np.int64(velocity / UNIT)
+    units = np.int64(velocity / PATH_UNIT)
     if average.filled == len(values):
         average.sum -= values[average.head]
     else:
@@ -107,4 +107,4 @@ def moving_average(average, values, velocity):
     values[average.head] = units
     average.sum += units
     average.head = (average.head + 1) % len(values)
-    return average.sum / average.filled * UNIT
+    return average.sum / average.filled * PATH_UNIT

@@ -18,16 +18,16 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART, Kept
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
-from mossar_stream.similarity.evidence import LEAST, WEIGHTS
+from mossar_stream.similarity.evidence import SPEED_FLOOR_OF_ODDS, WEIGHTS
 
-CANDIDATES = 32  # remembered
+NOTED_CANDIDATES = 32  # remembered
 JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
 # s, a longer period has no verdicts: half of it is more than the 3 s that a key frame waits, so what it would be compared
 # with is still to come.
-LONGEST = 6.0
-NEAREST = 0.75  # periods between two repetitions' ends, at least
+LONGEST_PERIOD = 6.0
+NEAREST_END = 0.75  # periods between two repetitions' ends, at least
 OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
-FREE, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
+NO_VERDICT, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
 
 VERDICTS = np.dtype(
     [
@@ -49,7 +49,7 @@ class Verdicts(NamedTuple):
     """What is needed to judge candidates, as the functions below need it."""
 
     state: np.void  # VERDICTS
-    notes: NDArray[np.void]  # (CANDIDATES,) NOTE, ring
+    notes: NDArray[np.void]  # (NOTED_CANDIDATES,) NOTE, ring
     counted: NDArray[np.void]  # (1,) HEADER of the performer's repetitions
 
 
@@ -79,10 +79,10 @@ def note_candidate(verdicts, time, reported, home, speed):
         home: Distance from the pose in which the performer dwells, in A.
         speed: In V.
     """
-    note = verdicts.notes[verdicts.state.candidates % CANDIDATES]
+    note = verdicts.notes[verdicts.state.candidates % NOTED_CANDIDATES]
     note.time = time
     note.reported = reported
-    note.cost = WEIGHTS.away * home + (WEIGHTS.stop - WEIGHTS.rest) * np.log(speed + LEAST)
+    note.cost = WEIGHTS.away * home + (WEIGHTS.stop - WEIGHTS.rest) * np.log(speed + SPEED_FLOOR_OF_ODDS)
     verdicts.state.candidates += 1
 
 
@@ -92,7 +92,7 @@ def due_verdict(verdicts, delay):
     state = verdicts.state
     if state.judged == state.candidates:
         return np.inf
-    return verdicts.notes[state.judged % CANDIDATES].time + delay
+    return verdicts.notes[state.judged % NOTED_CANDIDATES].time + delay
 
 
 @kernel
@@ -101,22 +101,22 @@ def judge(verdicts):
     state = verdicts.state
     number = state.judged
     state.judged += 1
-    if state.candidates - number > CANDIDATES:
-        return FREE
-    note = verdicts.notes[number % CANDIDATES]
+    if state.candidates - number > NOTED_CANDIDATES:
+        return NO_VERDICT
+    note = verdicts.notes[number % NOTED_CANDIDATES]
     period = _period_at(verdicts.counted[0], note.reported)
-    if not 0.0 < period <= LONGEST:
-        return FREE
+    if not 0.0 < period <= LONGEST_PERIOD:
+        return NO_VERDICT
     best, least = number, np.inf
-    for other in range(max(0, state.candidates - CANDIDATES), state.candidates):
-        candidate = verdicts.notes[other % CANDIDATES]
+    for other in range(max(0, state.candidates - NOTED_CANDIDATES), state.candidates):
+        candidate = verdicts.notes[other % NOTED_CANDIDATES]
         if abs(candidate.reported - note.reported) > 0.5 * period:
             continue
         off = _off_bound(verdicts.counted[0], candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost
-    if best != number or note.reported - state.last_time < NEAREST * period:
+    if best != number or note.reported - state.last_time < NEAREST_END * period:
         return WITHIN
     state.last_time = note.reported
     return ENDS

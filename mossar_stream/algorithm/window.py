@@ -20,7 +20,7 @@ from mossar_stream.algorithm.activity import Activity, active_span
 from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
-    UNKNOWN,
+    UNKNOWN_BOUNDARY,
     is_kept,
     is_known,
     prepared,
@@ -30,12 +30,12 @@ from mossar_stream.algorithm.remerging import (
 )
 from mossar_stream.algorithm.rests import judge_rests
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.algorithm.verdicts import FREE, Verdicts
+from mossar_stream.algorithm.verdicts import NO_VERDICT, Verdicts
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
-    CONFIRMED,
-    MERGED,
-    RESTORED,
+    KEY_CONFIRMED,
+    KEY_MERGED,
+    KEY_RESTORED,
     SEGMENT,
     SEGMENT_CLOSED,
     SEGMENT_FINAL,
@@ -88,14 +88,16 @@ KEY = np.dtype(
 )
 NOT_KEPT = np.int64(-2)  # in KEY.before
 BEFORE_WINDOW = np.int64(-3)  # identity of where the segment before the window begins
-OWN, PREVIOUS, BOTH, RIGHT, LEFT, NODES = np.arange(6)  # rows of the scratch's summaries, before the nodes
-SCRATCH_ROWS = 8  # more than W
+OWN, PREVIOUS, BOTH, RIGHT_OF_KEY, LEFT_OF_KEY, NODES = np.arange(
+    6
+)  # rows of the scratch's summaries, before the nodes
+SPARE_SUMMARIES = 8  # more than W
 
 
 class Scratch(NamedTuple):
     """Arrays to work in, shared by all performers of a plan; see remerging.py."""
 
-    summaries: NDArray[np.float64]  # (W + SCRATCH_ROWS, slot)
+    summaries: NDArray[np.float64]  # (W + SPARE_SUMMARIES, slot)
     pose: NDArray[np.float32]  # (4, padded_joints)
     places: NDArray[np.int64]  # (W + 4,)
     bounds: NDArray[np.int64]  # (W + 4,)
@@ -169,7 +171,7 @@ def add_key(w, slot, point, time, rev, reported):
     key.at_frame = point.frame
     key.at_time = point.time
     key.reported = reported
-    key.verdict = FREE
+    key.verdict = NO_VERDICT
     key.velocity = point.velocity
     key.strength = np.nan
     key.kind = point.kind
@@ -184,7 +186,7 @@ def add_key(w, slot, point, time, rev, reported):
     state.undecided += 1
     state.ordinal += 1
     if reported == 1:
-        put_key_frame(w.clock, w.events, point, CONFIRMED, rev, UNDECIDED)
+        put_key_frame(w.clock, w.events, point, KEY_CONFIRMED, rev, UNDECIDED)
 
 
 @kernel
@@ -198,7 +200,7 @@ def report_kept(w, count):
         key.reported = key.kept = any_reported = 1
         key.rev += 1
         point = point_of(key, key.at_frame, key.at_time, key.strength)
-        put_key_frame(w.clock, w.events, point, CONFIRMED, key.rev, UNDECIDED)
+        put_key_frame(w.clock, w.events, point, KEY_CONFIRMED, key.rev, UNDECIDED)
     if any_reported == 1 and w.plan.offline == 0:
         _update_segments(w, SEGMENT_WITHDRAWN)
         _update_segments(w, SEGMENT_CLOSED)
@@ -223,8 +225,8 @@ def rank(w, open_slot):
     scratch.bounds[0] = state.left_ordinal
     for i in range(count + 1):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot
-        scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN
-        scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else FREE
+        scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN_BOUNDARY
+        scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else NO_VERDICT
     if w.plan.rests == 1:
         judge_rests(w, count)
     nodes, both = scratch.summaries[NODES:], scratch.summaries[BOTH]
@@ -244,7 +246,7 @@ def relabel(w):
         if kept != key.kept and key.reported == 1:
             key.kept = kept
             key.rev += 1
-            status = RESTORED if kept == 1 else MERGED
+            status = KEY_RESTORED if kept == 1 else KEY_MERGED
             point = point_of(key, key.at_frame, key.at_time, key.strength)
             put_key_frame(w.clock, w.events, point, status, key.rev, UNDECIDED)
     if plan.offline == 0:
@@ -377,7 +379,7 @@ def describe(w, event, has_previous, status, bounds):
     event.strength = np.nan
     if has_previous:
         previous = w.scratch.summaries[PREVIOUS]
-        if right == UNKNOWN or not is_known(w.memo, left, middle, right):
+        if right == UNKNOWN_BOUNDARY or not is_known(w.memo, left, middle, right):
             close(w.params, own)
             close(w.params, previous)
             remember(w.memo, left, middle, right, merge_cost(w.params, previous, own, both))

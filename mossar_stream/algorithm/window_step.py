@@ -20,14 +20,20 @@ from mossar_stream.algorithm.open_segment import (
     settle,
 )
 from mossar_stream.algorithm.pose_history import MARK, REST_SPEED, PoseHistory
-from mossar_stream.algorithm.remerging import MEMO, UNKNOWN
+from mossar_stream.algorithm.remerging import MEMO, UNKNOWN_BOUNDARY
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
-from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, PROMOTED, REPLACED, forget_candidate
-from mossar_stream.algorithm.splitter import WITHDRAWN as FORGOTTEN
+from mossar_stream.algorithm.splitter import (
+    ACCEPTED,
+    CROSSED,
+    FORGOTTEN,
+    PROMOTED,
+    REPLACED,
+    forget_candidate,
+)
 from mossar_stream.algorithm.verdicts import (
-    CANDIDATES,
     NOTE,
+    NOTED_CANDIDATES,
     Verdicts,
     forget_newest,
     note_candidate,
@@ -38,7 +44,7 @@ from mossar_stream.algorithm.window import (
     NOT_KEPT,
     OWN,
     PREVIOUS,
-    SCRATCH_ROWS,
+    SPARE_SUMMARIES,
     Scratch,
     Window,
     add_key,
@@ -52,21 +58,21 @@ from mossar_stream.algorithm.window import (
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.views import part
 from mossar_stream.memory.event_buffer import (
-    CANDIDATE,
     DECIDED,
     EVENT,
     EVENT_BYTES,
     FIRST_MESSAGE,
-    MINIMUM,
-    OFFSET,
-    ONSET,
+    KEY_CANDIDATE,
+    KEY_WITHDRAWN,
+    KIND_MINIMUM,
+    KIND_OFFSET,
+    KIND_ONSET,
     SECOND_MESSAGE,
     SEGMENT,
     SEGMENT_FINAL,
     SEGMENT_WITHDRAWN,
     UNDECIDED,
     UNKNOWN_STRENGTH,
-    WITHDRAWN,
     Point,
     next_event,
     put_key_frame,
@@ -150,7 +156,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         Verdicts(
             state.verdicts,
-            part(row, at.notes, NOTE, (plan.has_features * CANDIDATES,)),
+            part(row, at.notes, NOTE, (plan.has_features * NOTED_CANDIDATES,)),
             part(row, repetitions, HEADER, (plan.has_features,)),
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
@@ -168,7 +174,7 @@ def _window_of(state, row, params, scratch, event_buffer):
 
 @inline_kernel(returns_views=True)
 def _scratch_of(plan, scratch):
-    rows, long = plan.capacity + SCRATCH_ROWS, plan.capacity + 4
+    rows, long = plan.capacity + SPARE_SUMMARIES, plan.capacity + 4
     at_pose = 8 * rows * plan.slot
     at_integers = at_pose + 16 * plan.padded_joints
     integers = part(scratch, at_integers, np.int64, (10, long))
@@ -210,22 +216,22 @@ def _say_what_was_found(w, segment, state):
     happened = found.happened
     found.happened = 0
     if happened & REPLACED:
-        _put_candidate(w, WITHDRAWN, found.former_frame, found.former_time, found.former_share)
+        _put_candidate(w, KEY_WITHDRAWN, found.former_frame, found.former_time, found.former_share)
     if happened & PROMOTED:
-        _put_candidate(w, CANDIDATE, found.frame, found.time, found.share)
+        _put_candidate(w, KEY_CANDIDATE, found.frame, found.time, found.share)
     if happened & FORGOTTEN:
-        _put_candidate(w, WITHDRAWN, found.frame, found.time, found.share)
-    if happened & (CROSSED | CONFIRMED) == 0:
+        _put_candidate(w, KEY_WITHDRAWN, found.frame, found.time, found.share)
+    if happened & (CROSSED | ACCEPTED) == 0:
         return
     flush_waiting(segment)
     slot = segment.state.closed
     segment.state.closed = NO_SLOT
     if happened & CROSSED:
-        kind, frame = ONSET if curve.moving == 1 else OFFSET, clock.used_frame
+        kind, frame = KIND_ONSET if curve.moving == 1 else KIND_OFFSET, clock.used_frame
         point = Point(kind, frame, frame, clock.time, curve.share, UNKNOWN_STRENGTH)
         _add_key(w, slot, state, point, FIRST_MESSAGE)
     else:
-        point = Point(MINIMUM, found.frame, found.frame, found.time, found.share, UNKNOWN_STRENGTH)
+        point = Point(KIND_MINIMUM, found.frame, found.frame, found.time, found.share, UNKNOWN_STRENGTH)
         _add_key(w, slot, state, point, SECOND_MESSAGE)
     if w.plan.offline == 0:
         rank(w, NO_SLOT)
@@ -260,9 +266,9 @@ def _add_key(w, slot, state, point, rev):
 
 @kernel
 def _put_candidate(w, status, frame, time, share):
-    rev = FIRST_MESSAGE if status == CANDIDATE else SECOND_MESSAGE
-    decided = UNDECIDED if status == CANDIDATE else DECIDED
-    point = Point(MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH)
+    rev = FIRST_MESSAGE if status == KEY_CANDIDATE else SECOND_MESSAGE
+    decided = UNDECIDED if status == KEY_CANDIDATE else DECIDED
+    point = Point(KIND_MINIMUM, frame, frame, time, share, UNKNOWN_STRENGTH)
     put_key_frame(w.clock, w.events, point, status, rev, decided)
 
 
@@ -322,7 +328,7 @@ def _close_take(w, segment, curve):
     place_last_frame(segment, curve.candidate, curve.run_length, curve.run_length < 0)
     flush_waiting(segment)
     if curve.candidate >= 0:
-        _put_candidate(w, WITHDRAWN, curve.candidate, curve.candidate_time, curve.candidate_share)
+        _put_candidate(w, KEY_WITHDRAWN, curve.candidate, curve.candidate_time, curve.candidate_share)
         forget_candidate(curve)
         settle(segment)
     if curve.awaiting == 1 and w.state.undecided > 0:
@@ -346,7 +352,7 @@ def _withdraw_newest(w, segment):
     if w.plan.offline == 0 and key.before != NOT_KEPT:
         put_segment(w, key.before, newest, SEGMENT_WITHDRAWN)
     point = point_of(key, key.at_frame, key.at_time, UNKNOWN_STRENGTH)
-    put_key_frame(w.clock, w.events, point, WITHDRAWN, key.rev + 1, DECIDED)
+    put_key_frame(w.clock, w.events, point, KEY_WITHDRAWN, key.rev + 1, DECIDED)
     slot = w.order[newest]
     merge_into(w.params, w.summaries[slot], w.summaries[segment.state.settled])
     free(w.slots, w.unused, segment.state.settled)
@@ -389,5 +395,5 @@ def _put_last_segment(w, settled):
         # A key frame in the last frame, merged: there were messages about a segment of the same name.
         places = w.plan.capacity + 2
         event.rev += w.counts[places, (state.ordinal - 1) % places]
-    bounds = BEFORE_WINDOW, state.left_ordinal, UNKNOWN
+    bounds = BEFORE_WINDOW, state.left_ordinal, UNKNOWN_BOUNDARY
     describe(w, event, state.has_before == 1, SEGMENT_FINAL, bounds)

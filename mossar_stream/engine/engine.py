@@ -26,7 +26,7 @@ from mossar_stream.repetitions.telling import Told
 
 T = TypeVar("T")
 NOBODY = "nobody seen"  # in the reason for which a take ended
-NONE: list[tuple[int, int]] = []
+NO_ENDS: list[tuple[int, int]] = []
 UNTOLD, NOT_STOPPED = Told(), np.zeros(1, np.int64)
 NO_POSITIONS = np.zeros((0, 3), np.float32)
 UNCHANGED = -1  # the first cycle that a look changed, if it changed none
@@ -52,7 +52,7 @@ def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float6
     try:
         buffers.is_busy = True
         stop = run(desk.memory, buffers.tools, desk.params, positions, times)
-        ended = _go_on(desk, stop, positions, times) if stop != DONE else NONE
+        ended = _go_on(desk, stop, positions, times) if stop != DONE else NO_ENDS
         buffers.is_busy = False
     except BaseException:
         buffers.is_busy = False

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm import pose_history
 from mossar_stream.algorithm.activity import BOUTS
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
-from mossar_stream.algorithm.window import SCRATCH_ROWS
+from mossar_stream.algorithm.window import SPARE_SUMMARIES
 from mossar_stream.errors import SettingsError
 from mossar_stream.events import BODY, Event
 from mossar_stream.memory.event_buffer import Source
@@ -27,9 +28,8 @@ SMOOTHINGS = ("none", "moving_average", "one_euro")
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
 KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
-MARGIN = 1e-6  # s, for the rounding of timestamps: where the clock's origin lies must not matter
 # Minimum interval of processed frames, as a share of 1 / rate_limit: frames come with jitter.
-EARLY = 0.8
+LEAST_INTERVAL = 0.8
 FRAMES_OF_GAP = 1.5  # a step in time is no gap if it is shorter, at the nominal rate
 
 
@@ -101,7 +101,7 @@ class Plan:
     def spacing(self) -> float:
         """Minimum interval of processed frames, s; the others are skipped."""
         limit = self.settings.rate_limit
-        return EARLY / limit - pose_history.MARGIN if limit > 0.0 else 0.0
+        return LEAST_INTERVAL / limit - pose_history.MARGIN if limit > 0.0 else 0.0
 
     @property
     def most_rate(self) -> float:
@@ -184,10 +184,10 @@ class Plan:
             "noise_margin": chosen.noise_margin if noisy else 0.0,
             "spacing": self.spacing,
             # A source of few frames per second has no gaps for that.
-            "max_gap": max(chosen.max_gap, FRAMES_OF_GAP / self.fps if self.fps else 0.0) + MARGIN,
+            "max_gap": max(chosen.max_gap, FRAMES_OF_GAP / self.fps if self.fps else 0.0) + TIME_ROUNDING,
             "max_speed": chosen.max_speed,
             "max_pause": math.inf if self.offline else chosen.max_pause,
-            "hold": chosen.remerge_seconds - MARGIN,
+            "hold": chosen.remerge_seconds - TIME_ROUNDING,
             "alpha": 0,
             "beta": self.strength(chosen.level),
             "location": LOCATIONS.index(chosen.location),
@@ -283,5 +283,5 @@ def new_scratch(shape: Shape) -> NDArray[np.uint8]:
     Bytes like the rows themselves, because arrays of another kind would make numba compile everything twice.
     """
     window, slot, joints = shape.window, shape.slot, shape.padded_joints
-    numbers = (window + SCRATCH_ROWS) * slot + 2 * joints + 12 * (window + 4)
+    numbers = (window + SPARE_SUMMARIES) * slot + 2 * joints + 12 * (window + 4)
     return np.zeros(8 * numbers, np.uint8)

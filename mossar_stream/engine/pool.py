@@ -12,7 +12,7 @@ from mossar_stream.memory.event_buffer import Source
 from mossar_stream.repetitions.state import adopt_counted
 from mossar_stream.repetitions.telling import Telling
 
-ROWS = 64  # of a pool for many
+ROWS_AT_ONCE = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
 MOST_BYTES = 1 << 26  # of a pool for many, unless one row is larger
 
@@ -271,7 +271,7 @@ class Pools:
         for pool in self._pools:
             if not pool.is_full:
                 return pool.allocate(name, pending)
-        most = ROWS if self._pools else FIRST_ROWS
+        most = ROWS_AT_ONCE if self._pools else FIRST_ROWS
         rows = max(1, min(most, MOST_BYTES // self._plan.row_bytes))
         self._pools.append(Pool(self._plan, self._buffers, self._plan.new_memory(rows)))
         return self._pools[-1].allocate(name, pending)

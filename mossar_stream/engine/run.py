@@ -50,7 +50,7 @@ from mossar_stream.repetitions.state import HEADER, adopt
 ADVANCE, UPDATE = "mossar.advance", "mossar.update_window"
 advance_by_name = linked(ADVANCE, int64)(advance)
 update_window_by_name = linked(UPDATE, void)(update_window)
-FOLLOWS = np.int64(FOLLOW)
+AFTER_A_FRAME = np.int64(FOLLOW)
 ONE, NOTHING = np.int64(1), np.int64(0)
 POINT_BYTES = 12
 BUFFER_FULL, LOOKED, READ, PHASE, SAID = range(
@@ -171,7 +171,7 @@ def _step(channel: Any, buffers: Any, params: Any, positions: Any, times: Any) -
     if was_open == 0 and clock.open == 1 and channel.first < 0:
         put_start(clock, events)  # type: ignore[no-untyped-call]
     if code % STOPS == HAPPENED:
-        update_window_by_name(row, params, scratch, event_buffer, FOLLOWS)
+        update_window_by_name(row, params, scratch, event_buffer, AFTER_A_FRAME)
         code += DONE - HAPPENED
     return code
 

@@ -26,8 +26,8 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-VERSION = 24  # the next one whenever rows are laid out, or their numbers are meant, otherwise
-HEAD_BYTES = len(MAGIC) + 1 + 32
+SNAPSHOT_VERSION = 24  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
 class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -98,7 +98,7 @@ def pack_snapshot(
         following,
     )
     body = msgspec.msgpack.encode(content)
-    return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
+    return MAGIC + bytes([SNAPSHOT_VERSION]) + hashlib.sha256(body).digest() + body
 
 
 def unpack_snapshot(
@@ -115,11 +115,13 @@ def unpack_snapshot(
     Raises:
         SnapshotError: If the bytes are damaged, truncated, of a newer version, or made to do harm.
     """
-    if len(blob) < HEAD_BYTES or not blob.startswith(MAGIC):
+    if len(blob) < HEADER_BYTES or not blob.startswith(MAGIC):
         raise SnapshotError("these bytes are not a snapshot, or the beginning of one is missing")
-    version, digest, body = blob[len(MAGIC)], blob[len(MAGIC) + 1 : HEAD_BYTES], blob[HEAD_BYTES:]
-    if version != VERSION:
-        raise SnapshotError(f"the snapshot has version {version}; this program reads version {VERSION}")
+    version, digest, body = blob[len(MAGIC)], blob[len(MAGIC) + 1 : HEADER_BYTES], blob[HEADER_BYTES:]
+    if version != SNAPSHOT_VERSION:
+        raise SnapshotError(
+            f"the snapshot has version {version}; this program reads version {SNAPSHOT_VERSION}"
+        )
     if hashlib.sha256(body).digest() != digest:
         raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
     try:

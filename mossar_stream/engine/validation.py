@@ -16,8 +16,8 @@ from mossar_stream.repetitions.preparing import prepare
 from mossar_stream.repetitions.state import HEADER
 from mossar_stream.similarity import protocol as similarity
 
-FARTHEST = 1e9  # m, that somebody may be from the origin
-MOST_WAITING = 100_000  # candidates without a verdict
+FARTHEST_ORIGIN = 1e9  # m, that somebody may be from the origin
+MOST_UNJUDGED = 100_000  # candidates without a verdict
 
 
 def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
@@ -48,7 +48,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
         ("verdicts", "candidates"): (candidates, candidates),
-        ("verdicts", "judged"): (max(0, candidates - MOST_WAITING), candidates),
+        ("verdicts", "judged"): (max(0, candidates - MOST_UNJUDGED), candidates),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),
@@ -59,7 +59,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     if state["curve"]["found"]["happened"] != 0 or not all(within):
         return False
     origin = [float(state["joints"][name]) for name in ("origin_x", "origin_y", "origin_z")]
-    if not np.abs(origin).max() <= FARTHEST:
+    if not np.abs(origin).max() <= FARTHEST_ORIGIN:
         return False
     prepared = np.zeros(1, HEADER)[0]
     prepare(prepared, plan.skeleton, plan.channel)

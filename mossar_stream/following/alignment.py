@@ -27,9 +27,9 @@ from mossar_stream.following.layout import (
 )
 from mossar_stream.following.tracking import (
     BEGAN,
-    DONE,
     GAVE_UP,
     GOES_ON,
+    IS_DONE,
     NOTHING,
     finish_take,
     follow_frame,
@@ -42,7 +42,7 @@ from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
-STATUSES: dict[int, FollowStatus] = {BEGAN: "begun", GOES_ON: "progress", DONE: "done", GAVE_UP: "left"}
+STATUSES: dict[int, FollowStatus] = {BEGAN: "begun", GOES_ON: "progress", IS_DONE: "done", GAVE_UP: "left"}
 MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
 FAIR = 15.0  # degrees of deviation at which the score is a half
 
@@ -268,7 +268,7 @@ class Alignment:
 
     def _event(self, m: int, take: int, what: int) -> FollowEvent:
         report = self._reports[m].tolist()
-        done = what == DONE
+        done = what == IS_DONE
         deviation = report[7]
         return FollowEvent(
             performer=self._performer,

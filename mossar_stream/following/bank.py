@@ -33,15 +33,15 @@ from mossar_stream.moves.rules import Facing
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
-LONGEST = 60.0  # s, of a movement that is followed
-SHORTEST = 4  # phases
+LONGEST_EXAMPLE = 60.0  # s, of a movement that is followed
+SHORTEST_EXAMPLE = 4  # phases
 UPWARDS = {"auto": (1, 1.0), "x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0)} | {
     f"-{axis}": (place, -1.0) for place, axis in enumerate("xyz")
 }
 LEAST_MOVED = 1e-4  # mean square of the chord by which an example moves
 SPREAD_PHASES = 32  # at which examples of one move are compared
 LEAST_SPREAD = 0.05  # chord: 3 degrees, which any two performances differ by
-SMALLEST = 1e-6  # m, of a bone
+SMALLEST_BONE = 1e-6  # m, of a bone
 
 
 def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) -> NDArray[np.uint8]:
@@ -68,7 +68,7 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
     followed = sorted((e for e in examples if e.name in names), key=lambda e: names.index(e.name))
     phases = [_phases_of(example, shown, bones, up, facing) for example in followed]
     strides = sorted({stride for stride, _ in phases})
-    longest = max((len(directions) for _, directions in phases), default=SHORTEST)
+    longest = max((len(directions) for _, directions in phases), default=SHORTEST_EXAMPLE)
     store = np.zeros(_bytes_of(bones, phases, len(names)), np.uint8)
     axis, sign = UPWARDS[up]
     girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
@@ -141,12 +141,12 @@ def _phases_of(
     """Return how many samples make a phase, and the directions of bones at each phase, (n, B, 3)."""
     positions, rate = example.followed(len(shown), shown.root)
     seconds = (len(positions) - 1) / rate
-    if seconds > LONGEST:
+    if seconds > LONGEST_EXAMPLE:
         raise MovesError(
-            f"the movement in an example of {example.name!r} takes {seconds:.0f} s; what is followed takes at most {LONGEST:.0f} s"
+            f"the movement in an example of {example.name!r} takes {seconds:.0f} s; what is followed takes at most {LONGEST_EXAMPLE:.0f} s"
         )
     stride = max(1, int(np.ceil(seconds / PERIOD / (MOST_PHASES - 1))))
-    count = max(SHORTEST, round(seconds / (PERIOD * stride)) + 1)
+    count = max(SHORTEST_EXAMPLE, round(seconds / (PERIOD * stride)) + 1)
     places = np.linspace(0, len(positions) - 1, count)
     below = np.minimum(places.astype(np.int64), len(positions) - 2)
     share = (places - below).reshape(-1, 1, 1)
@@ -182,7 +182,7 @@ def directions_of(
     """
     begins, ends = [bone.begin for bone in bones.bones], [bone.end for bone in bones.bones]
     found = points[:, ends] - points[:, begins]
-    found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), SMALLEST)
+    found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), SMALLEST_BONE)
     turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     return np.asarray(found @ turn)
 

@@ -7,7 +7,7 @@ MOST_PHASES = 150  # 10 s; of longer examples a phase lasts several samples
 LANES = 8  # phases that are computed at once
 LAYERS = 2  # of cells: ways that have come on with the latest sample, and those that have stayed
 LONGER = 16  # samples beyond twice an example that are remembered
-RECENT = 16  # samples of which the progress is remembered, for the tempo
+RECENT_SAMPLES = 16  # samples of which the progress is remembered, for the tempo
 TEMPO_SAMPLES = 15  # over which it is taken: 1 s
 
 # What is reported of a move, as numbers; then the deviation of each limb.
@@ -94,7 +94,7 @@ MOVE = np.dtype(
         ("done", "f8"),  # rank of the latest performance that was done, inf if there is none
         ("done_first", "i8"),  # its samples
         ("done_last", "i8"),
-        ("recent", "f4", (RECENT,)),  # progress at the last samples
+        ("recent", "f4", (RECENT_SAMPLES,)),  # progress at the last samples
         ("recents", "i8"),
     ]
 )

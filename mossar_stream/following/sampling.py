@@ -12,7 +12,7 @@ from mossar_stream.moves.points import place_points
 FACING_TIME = 1.0  # s, time constant with which the facing follows
 SMALLEST = np.float32(1e-6)  # m, of a bone
 EARLY = 1e-6  # s by which a frame may come before the sample that is due
-SPACING = 1e-9  # s, frames nearer than this are one
+LEAST_SPACING = 1e-9  # s, frames nearer than this are one
 
 
 @inline_kernel

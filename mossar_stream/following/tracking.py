@@ -9,8 +9,8 @@ compared with the costs of a performer who stands still. Once a performer has do
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.layout import LAYERS, PERIOD, RECENT, REPORT, TEMPO_SAMPLES
-from mossar_stream.following.sampling import EARLY, SPACING, place_pose, take_sample
+from mossar_stream.following.layout import LAYERS, PERIOD, RECENT_SAMPLES, REPORT, TEMPO_SAMPLES
+from mossar_stream.following.sampling import EARLY, LEAST_SPACING, place_pose, take_sample
 from mossar_stream.following.views import (
     mean_of_example,
     open_bank,
@@ -37,10 +37,10 @@ WENT = 0.25  # share of the example's farthest pose that a performer has gone by
 DEAREST = 4.0  # cost above which nothing is being made
 DEAREST_END = 8.0  # cost above which nothing was done, relative to the gain
 MOST_SAMPLES = 1 << 30
-LEFT = 0.5  # s of that after which a performance is given up
+GIVEN_UP_AFTER = 0.5  # s of that after which a performance is given up
 
-NOTHING, BEGAN, GOES_ON, DONE, GAVE_UP = 0, 1, 2, 3, 4
-NUMBERS = len(REPORT)
+NOTHING, BEGAN, GOES_ON, IS_DONE, GAVE_UP = 0, 1, 2, 3, 4
+REPORT_SIZE = len(REPORT)
 
 
 @entry_point(makes_arrays=False)
@@ -60,7 +60,7 @@ def follow_frame(
     """
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
-    if not is_new(known.state[0].frames, time, known.state[0].time, SPACING):
+    if not is_new(known.state[0].frames, time, known.state[0].time, LEAST_SPACING):
         return 0
     _take(memory, known, bank, positions, time)
     return 1 if known.state[0].happened else 0
@@ -164,9 +164,9 @@ def write_report(known, bank, m, what):
     """Write what is reported of a move, rounded."""
     move, strays, report = known.moves[m], known.strays[m], known.reports[m]
     weights, bones = weights_of_bones(bank), bank.bones
-    limbs = report.size - NUMBERS
+    limbs = report.size - REPORT_SIZE
     for limb in range(limbs):
-        report[NUMBERS + limb] = 0.0
+        report[REPORT_SIZE + limb] = 0.0
     farthest, joint, deviation = -1.0, 0, 0.0
     for b in range(strays.size):
         chord = np.sqrt(min(max(np.float64(strays[b]), 0.0), 4.0))
@@ -175,12 +175,12 @@ def write_report(known, bank, m, what):
         if angle > farthest:
             farthest, joint = angle, b
         if bones[b].limb >= 0:
-            report[NUMBERS + bones[b].limb] += angle
+            report[REPORT_SIZE + bones[b].limb] += angle
     for limb in range(limbs):
         count = 0
         for b in range(bones.size):
             count += bones[b].limb == limb
-        report[NUMBERS + limb] = _rounded(report[NUMBERS + limb] / count, 100.0)
+        report[REPORT_SIZE + limb] = _rounded(report[REPORT_SIZE + limb] / count, 100.0)
     report[0], report[1], report[2] = move.number, move.rev, move.count
     report[3], report[4] = _rounded(move.start, 1e6), _rounded(move.time, 1e6)
     report[5], report[6] = _rounded(move.progress, 1e4), _rounded(_tempo(move, bank, what), 1e3)
@@ -198,12 +198,15 @@ def _tempo(move, bank, what):
     """Return the tempo relative to the example over the last second, of what is done that of the whole."""
     example = bank.examples[move.example]
     seconds = (example.phases - 1) * example.stride * PERIOD
-    if what == DONE:
+    if what == IS_DONE:
         return seconds / max(move.time - move.start, PERIOD)
     if move.recents < 2:
         return 1.0
     back = min(move.recents - 1, TEMPO_SAMPLES)
-    way = move.recent[(move.recents - 1) % RECENT] - move.recent[(move.recents - 1 - back) % RECENT]
+    way = (
+        move.recent[(move.recents - 1) % RECENT_SAMPLES]
+        - move.recent[(move.recents - 1 - back) % RECENT_SAMPLES]
+    )
     return max(0.0, np.float64(way)) * seconds / (back * PERIOD)
 
 
@@ -341,7 +344,7 @@ def _go_on(memory, known, bank, m, lead):
     if move.active and first == move.first and leader == move.example:
         went = max(went, move.went)
     if not (cost < DEAREST and progress >= BEGUN and went >= WENT):
-        if move.active and state.sampled - move.seen > LEFT and known.happened[m] == NOTHING:
+        if move.active and state.sampled - move.seen > GIVEN_UP_AFTER and known.happened[m] == NOTHING:
             _give_up(memory, known, bank, m)
         return
     move.example, move.layer, move.phase = leader, layer, phase
@@ -349,7 +352,7 @@ def _go_on(memory, known, bank, m, lead):
     move.start = state.sampled - (state.samples - first * example.stride) * PERIOD
     move.time, move.progress, move.cost, move.went = state.sampled, progress, cost, went
     move.gain = cells.gains[layer, phase] / cells.costs.shape[1]
-    move.recent[move.recents % RECENT] = progress
+    move.recent[move.recents % RECENT_SAMPLES] = progress
     move.recents += 1
     move.seen = state.sampled
     if known.happened[m] != NOTHING:
@@ -397,7 +400,7 @@ def _finish(memory, known, bank, m):
     move.best = np.inf
     move.count += 1
     _box(known.boxes[m], known.rings[example.ring], move.first, move.last)
-    _tell(known, bank, m, DONE)
+    _tell(known, bank, m, IS_DONE)
     for t in range(bank.examples.size):
         other = bank.examples[t]
         if other.move == m:

@@ -14,11 +14,11 @@ import numpy as np
 from mossar_stream.following.layout import LAYERS, LONGER
 from mossar_stream.jit.decorators import inline_kernel, kernel
 
-NEVER = np.float32(np.inf)
+NO_PATH = np.float32(np.inf)
 CAME, STAYED = 0, 1  # layers of cells
 CAP = np.float32(0.1)  # square of a chord: 18 degrees
 # Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
-STAYS = np.float32(0.5)  # weight of a sample that stays
+WEIGHT_OF_STAYING = np.float32(0.5)  # weight of a sample that stays
 STAYING, SKIPPING = np.float32(0.2), np.float32(0.05)  # costs of a step that is not from phase to phase
 
 
@@ -68,9 +68,9 @@ def advance(cells, known, sample, at):
     distances, products = known.distances, known.products
     for j in range(costs.shape[1] - 1, 0, -1):
         distance = distances[j]
-        costs[STAYED, j] = costs[CAME, j] + STAYS * distance + STAYING
+        costs[STAYED, j] = costs[CAME, j] + WEIGHT_OF_STAYING * distance + STAYING
         gains[STAYED, j] = gains[CAME, j]
-        weights[STAYED, j] = weights[CAME, j] + STAYS
+        weights[STAYED, j] = weights[CAME, j] + WEIGHT_OF_STAYING
         firsts[STAYED, j] = firsts[CAME, j]
         layer, back = CAME, 1
         cost = costs[CAME, j - 1] + distance
@@ -87,9 +87,9 @@ def advance(cells, known, sample, at):
         weights[CAME, j] = weights[layer, j - back] + np.float32(back)
         firsts[CAME, j] = firsts[layer, j - back]
         steps[at, j] = 2 * layer + back - 1
-    costs[STAYED, 0] = costs[CAME, 0] + STAYS * distances[0] + STAYING
+    costs[STAYED, 0] = costs[CAME, 0] + WEIGHT_OF_STAYING * distances[0] + STAYING
     gains[STAYED, 0] = gains[CAME, 0]
-    weights[STAYED, 0] = weights[CAME, 0] + STAYS
+    weights[STAYED, 0] = weights[CAME, 0] + WEIGHT_OF_STAYING
     firsts[STAYED, 0] = firsts[CAME, 0]
     costs[CAME, 0] = distances[0]
     gains[CAME, 0] = products[0]
@@ -103,7 +103,7 @@ def forget(cells, before):
     for layer in range(LAYERS):
         for j in range(cells.costs.shape[1]):
             if cells.firsts[layer, j] < before:
-                cells.costs[layer, j] = NEVER
+                cells.costs[layer, j] = NO_PATH
 
 
 @kernel

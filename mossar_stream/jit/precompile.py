@@ -15,7 +15,7 @@ from pathlib import Path
 from mossar_stream.jit.cache import Cache, open_cache
 from mossar_stream.jit.listening import on_first_compile
 
-LONGEST = 120.0  # s; a process that takes longer is given up
+LONGEST_WAIT = 120.0  # s; a process that takes longer is given up
 _PROGRAM = """
 import os, sys, _thread
 def end_with_parent():
@@ -52,7 +52,7 @@ def other_processes(module: str, parts: Sequence[str]) -> Iterator[None]:
             yield
         for other in others:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                other.wait(LONGEST)
+                other.wait(LONGEST_WAIT)
     finally:
         for other in others:
             other.kill()

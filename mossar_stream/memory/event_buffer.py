@@ -28,7 +28,7 @@ PATH_JOINTS = 5  # joints named as active in a segment
 EVENT = np.dtype(
     [
         ("row", "i8"),  # whose it is, a key of the sources; in record 0 the number of records in use
-        ("code", "i8"),  # KEY_FRAME, SEGMENT, ACTIVITY or START
+        ("code", "i8"),  # KEY_FRAME, SEGMENT, ACTIVITY_CHANGE or TAKE_START
         ("status", "i8"),  # index into KEY_FRAME_STATUSES or SEGMENT_STATUSES
         ("nature", "i8"),  # index into KEY_FRAME_KINDS, or into SEGMENT_STATES
         ("take", "i8"),
@@ -52,10 +52,10 @@ _NONE = bytes(8)  # no records
 NO_JOINT = np.int64(-1)  # in place of a joint; after it there is none either
 _COUNT = struct.Struct("=q")
 _RECORD = struct.Struct("=" + "".join("d" if EVENT[name].kind == "f" else "q" for name in EVENT.names or ()))
-KEY_FRAME, SEGMENT, ACTIVITY, START = np.arange(4)
+KEY_FRAME, SEGMENT, ACTIVITY_CHANGE, TAKE_START = np.arange(4)
 # As numpy integers: a Python integer would make numba compile a version for each value.
-CANDIDATE, WITHDRAWN, CONFIRMED, MERGED, RESTORED, FINAL = np.arange(6)
-ONSET, OFFSET, MINIMUM = np.arange(3)
+KEY_CANDIDATE, KEY_WITHDRAWN, KEY_CONFIRMED, KEY_MERGED, KEY_RESTORED, KEY_FINAL = np.arange(6)
+KIND_ONSET, KIND_OFFSET, KIND_MINIMUM = np.arange(3)
 SEGMENT_CLOSED, SEGMENT_WITHDRAWN, SEGMENT_FINAL = np.arange(3)
 FIRST_MESSAGE, SECOND_MESSAGE = np.int64(1), np.int64(2)  # about a key frame: revisions
 UNDECIDED, DECIDED = np.int64(0), np.int64(1)
@@ -65,7 +65,7 @@ UNKNOWN_STRENGTH = np.float64(np.nan)
 class Point(NamedTuple):
     """A key frame as a message tells of it."""
 
-    kind: np.signedinteger  # ONSET, OFFSET or MINIMUM
+    kind: np.signedinteger  # KIND_ONSET, KIND_OFFSET or KIND_MINIMUM
     id: int  # Algorithm 2's frame
     frame: int  # where it is now
     time: float  # s
@@ -124,7 +124,7 @@ def put_key_frame(clock, events, point, status, rev, decided):
 @kernel
 def put_start(clock, events):
     """Put a message that a take has begun into the buffer."""
-    next_event(clock, events, START)
+    next_event(clock, events, TAKE_START)
 
 
 def hand_out(buffer: memoryview, sources: Mapping[int, Source]) -> None:

@@ -21,7 +21,7 @@ MAX_DISTANCE = 1000.0  # m from the origin
 LEAST_SPEED = 0.015  # m/s, mean over the joints at the peak: slower is no movement
 PAUSE = 0.5  # s, of rest that a move may have inside
 UNIT = 1e-4  # m, to which positions are rounded
-MAX_NAME = 64
+MAX_MOVE_NAME = 64
 NUMBERS = (float, int, np.floating, np.integer)  # what a rate may be
 
 Coordinate = Annotated[int, msgspec.Meta(ge=-round(MAX_DISTANCE / UNIT), le=round(MAX_DISTANCE / UNIT))]
@@ -39,7 +39,7 @@ class Example(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         whole: Everything that was shown, in the same form; empty if that is `positions`.
     """
 
-    name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_NAME)]
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_MOVE_NAME)]
     fps: Annotated[float, msgspec.Meta(gt=0, le=10_000)]
     positions: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=MAX_FRAMES * 3 * 1024)]
     whole_fps: Annotated[float, msgspec.Meta(ge=0, le=10_000)] = 0.0
@@ -85,8 +85,10 @@ def check_name(name: str) -> str:
     """
     if not isinstance(name, str):
         raise MovesError(f"a move's name is text, not {type(name).__name__}")
-    if not 1 <= len(name) <= MAX_NAME or not name.isprintable() or name != name.strip():
-        raise MovesError(f"a move's name has 1 to {MAX_NAME} printable characters, not {str(name)[:80]!r}")
+    if not 1 <= len(name) <= MAX_MOVE_NAME or not name.isprintable() or name != name.strip():
+        raise MovesError(
+            f"a move's name has 1 to {MAX_MOVE_NAME} printable characters, not {str(name)[:80]!r}"
+        )
     return name
 
 

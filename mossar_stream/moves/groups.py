@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import FrameError
-from mossar_stream.moves.joints import REMEMBERED, known_joints
+from mossar_stream.moves.joints import MEAN, REMEMBERED, known_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.settings.limb_groups import parse_groups
 from mossar_stream.skeleton import Skeleton
 
-MEAN = -1  # in place of a joint: the mean of all
 _ANCHORS = ("left_shoulder", "right_shoulder", "left_hip", "right_hip")
 
 

@@ -34,7 +34,7 @@ _MIDDLES = {"hips": ("left_hip", "right_hip"), "chest": ("left_shoulder", "right
 _OPTIONAL = frozenset(
     {"spine", "chest", "neck", "left_hand", "right_hand", "left_foot", "right_foot"},
 )
-ENOUGH = 8  # joints known by name: then the others are details, too
+ENOUGH_NAMES = 8  # joints known by name: then the others are details, too
 CENTRE = "hips"
 MEAN = -1  # in place of a joint: the mean of all
 REMEMBERED = 64  # skeletons of which is remembered what was found
@@ -49,7 +49,7 @@ _DETAIL = re.compile(
 def details(skeleton: Skeleton) -> int:
     """Return a bit for each of the first 64 joints of a skeleton that is part of a face or of the fingers.
 
-    None if fewer than `ENOUGH` joints would be left, as of a glove.
+    None if fewer than `ENOUGH_NAMES` joints would be left, as of a glove.
 
     Example:
         >>> details(Skeleton(("left_wrist", "left_pinky")))
@@ -57,7 +57,7 @@ def details(skeleton: Skeleton) -> int:
     """
     plain = [re.sub("[^a-z]", "", name.lower()) for name in skeleton.names]
     found = [j for j, name in enumerate(plain) if _DETAIL.fullmatch(name) and "foot" not in name]
-    if len(plain) - len(found) < ENOUGH:
+    if len(plain) - len(found) < ENOUGH_NAMES:
         return 0
     return sum(1 << j for j in found if j < 64)
 
@@ -135,7 +135,7 @@ def shared_joints(shown: Skeleton, streamed: Skeleton) -> tuple[list[str], list[
         FrameError: If the stream lacks joints that examples need; it names them.
     """
     ours, theirs = _places(shown), _places(streamed)
-    known = len(known_joints(shown)) >= ENOUGH
+    known = len(known_joints(shown)) >= ENOUGH_NAMES
     names, missing = [], []
     for name in _wanted(shown):
         if name in theirs:

@@ -1,7 +1,7 @@
 """Kinds: which examples show the same move, where nobody has named them.
 
 The cost by which the recogniser compares a movement with an example is taken between all pairs, and examples are joined
-by average linkage until the mean logarithm of the cost between two groups is above `FARTHEST`.
+by average linkage until the mean logarithm of the cost between two groups is above `KINDS_APART`.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from mossar_stream.moves.recogniser import STORE, STORE_BYTES
 from mossar_stream.moves.rules import USUAL, Facing
 from mossar_stream.skeleton import Skeleton
 
-FARTHEST = -0.5  # natural logarithm of the mean cost between two kinds
+KINDS_APART = -0.5  # natural logarithm of the mean cost between two kinds
 
 
 def kinds_of(skeleton: Skeleton, examples: Sequence[Example], facing: Facing) -> list[list[int]]:
@@ -77,7 +77,7 @@ def _joined(costs: NDArray[np.float64]) -> list[list[int]]:
     np.fill_diagonal(between, np.inf)
     while len(groups) > 1:
         a, b = sorted(divmod(int(np.argmin(between)), len(groups)))
-        if between[a, b] > FARTHEST:
+        if between[a, b] > KINDS_APART:
             break
         p, q = len(groups[a]), len(groups[b])
         between[a] = between[:, a] = (p * between[a] + q * between[b]) / (p + q)

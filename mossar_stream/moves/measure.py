@@ -21,7 +21,7 @@ from mossar_stream.moves.padding import scale_to_one
 POINTS = 16
 DIRECTIONS = POINTS - 1
 REACH = 2  # directions by which warping may go astray
-LEAST = np.float32(0.05)  # mean of 1 - cos that no two performances go below
+LEAST_COST = np.float32(0.05)  # mean of 1 - cos that no two performances go below
 SIZE_FREE = 1.1  # by which sizes may differ at no cost
 CARRIED_FREE = 2.0  # the same for how far the centre of the body is carried
 CARRIED_LEAST = np.float32(0.1)  # m, that is added to both: less is sway

@@ -25,7 +25,7 @@ from mossar_stream.moves.pose import Pose
 from mossar_stream.moves.rules import Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
-VERSION = 3
+FILE_VERSION = 3
 WITHOUT_POSES = 2  # version of files without held poses, which older programs read, too
 MAX_EXAMPLES = 500
 MAX_BYTES = 128 << 20
@@ -58,7 +58,7 @@ def write_moves(
     poses: Sequence[Pose],
 ) -> bytes:
     """Return moves as text, one example or pose a line."""
-    version = VERSION if poses else WITHOUT_POSES
+    version = FILE_VERSION if poses else WITHOUT_POSES
     head, said = msgspec.json.encode(skeleton).decode(), msgspec.json.encode(rules).decode()
     lines = ",\n".join(msgspec.json.encode(example).decode() for example in examples)
     held = ",\n".join(msgspec.json.encode(pose).decode() for pose in poses)
@@ -79,8 +79,10 @@ def read_moves(text: bytes) -> Content:
         raise MovesError(f"a file of moves has at most {MAX_BYTES >> 20} megabytes")
     try:
         kind = msgspec.json.decode(text, type=_Kind)
-        if kind.version > VERSION:
-            raise MovesError(f"these moves have version {kind.version}; this program reads up to {VERSION}")
+        if kind.version > FILE_VERSION:
+            raise MovesError(
+                f"these moves have version {kind.version}; this program reads up to {FILE_VERSION}"
+            )
         content = msgspec.json.decode(text, type=Content)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, FrameError) as error:
         raise MovesError(f"this is not a file of moves: {error}") from None

@@ -12,7 +12,7 @@ import numpy as np
 
 Difference = Literal["duration", "posture", "movement"]
 
-LONGER = 2.0  # times the median duration of the others, or that many times shorter
+LONGER_THAN_OTHERS = 2.0  # times the median duration of the others, or that many times shorter
 LEAST_POSTURE = 0.93  # cosine between the mean postures of an example and of the nearest other
 MOST_COST = 1.0  # of taking an example for the nearest other
 
@@ -53,7 +53,7 @@ def oddity_of(
     posture, cost = float(postures.max()), float(costs.min())
     nearer = nearest[0] if nearest[1] < cost else ""
     differences: list[Difference] = []
-    if not 1.0 / LONGER <= seconds / middle <= LONGER:
+    if not 1.0 / LONGER_THAN_OTHERS <= seconds / middle <= LONGER_THAN_OTHERS:
         differences.append("duration")
     if posture < LEAST_POSTURE:
         differences.append("posture")

@@ -12,7 +12,7 @@ from mossar_stream.memory.joint_pages import FARTHEST
 LATE = 1.0  # s, frames that are so late are repeated or out of order
 MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
 Y_UP = (1, 1.0)  # axis and sign
-MOST = np.float32(FARTHEST)
+FARTHEST_SUM = np.float32(FARTHEST)  # m, of the three coordinates
 
 
 @inline_kernel
@@ -63,7 +63,7 @@ def place_points(pose, points, positions, up):
             x, y, z = px, py, pz
         else:
             px, py, pz = px - x, py - y, pz - z
-        if not abs(px) + abs(py) + abs(pz) < MOST:
+        if not abs(px) + abs(py) + abs(pz) < FARTHEST_SUM:
             whole = False
             continue
         if axis == 0:

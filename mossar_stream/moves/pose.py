@@ -10,7 +10,7 @@ from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import (
     LONGEST_TAKEN,
     MAX_DISTANCE,
-    MAX_NAME,
+    MAX_MOVE_NAME,
     NUMBERS,
     UNIT,
     Coordinate,
@@ -34,7 +34,7 @@ class Pose(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
         hold: s after which it counts as held.
     """
 
-    name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_NAME)]
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=MAX_MOVE_NAME)]
     positions: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=3 * 1024)]
     hold: Annotated[float, msgspec.Meta(ge=0, le=MOST_HOLD)] = 1.0
 

@@ -20,7 +20,7 @@ from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, star
 from mossar_stream.moves.explaining import BY_AGREEMENT, BY_COST, BY_LEAD, BY_NOTHING, BY_PAUSE, BY_POSTURE
 from mossar_stream.moves.measure import (
     DIRECTIONS,
-    LEAST,
+    LEAST_COST,
     NEVER,
     POINTS,
     Description,
@@ -397,10 +397,10 @@ def _compare(state, bank, first, best):
         factor = strangeness(scratch, rows[at + DIRECTIONS + 2])
         if revision:
             factor *= HANDICAP
-        if LEAST * factor >= limit:
+        if LEAST_COST * factor >= limit:
             continue
         factor *= correction(scratch, rows[at + DIRECTIONS], rows[at + DIRECTIONS + 1], examples[t].size)
-        if LEAST * factor >= limit:
+        if LEAST_COST * factor >= limit:
             continue
         cost = factor * warped(scratch, rows[at : at + DIRECTIONS], limit / factor)
         if cost < examples[t].cost:

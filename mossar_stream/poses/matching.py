@@ -8,19 +8,19 @@ when the body has strayed farther, by a margin, for `PATIENCE`, or when another 
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.sampling import SPACING, place_pose
+from mossar_stream.following.sampling import LEAST_SPACING, place_pose
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, smooth_facing, turned_back
 from mossar_stream.moves.points import follows, is_new
 from mossar_stream.poses.layout import open_bank, open_memory
 
 EVERY = 0.06  # s between two samples
-SMOOTHED = 0.1  # s, time constant of the directions that are compared
-SETTLED = 0.4  # s, of those by which rest is judged
+POSE_SMOOTHED = 0.1  # s, time constant of the directions that are compared
+POSE_SETTLED = 0.4  # s, of those by which rest is judged
 FIRST = 5  # samples after a gap before rest is judged
 PATIENCE = 0.3  # s, so long a pose is kept while the body strays farther
 # Squares of chords between directions; 2 sin(angle / 2) is the chord of an angle.
-NEAR, NEAR_OF_LIMB = 0.068, 0.187  # 15 degrees over all bones, 25 of each limb: a pose is entered
+NEAR_POSE, NEAR_OF_LIMB = 0.068, 0.187  # 15 degrees over all bones, 25 of each limb: a pose is entered
 FAR, FAR_OF_LIMB = 0.12, 0.362  # 20 and 35: it is left
 RESTING = 0.0248  # 9 degrees between the two averages of a limb's directions: it turns by 30 degrees a second
 NEARER = 0.02  # by so much another pose must be nearer than the one that is held
@@ -47,7 +47,7 @@ def match_frame(
     known = open_memory(memory, bank.head[0])
     state = known.state[0]
     state.happened = NOTHING
-    if not is_new(state.frames, time, state.time, SPACING) or state.due - EVERY < time < state.due:
+    if not is_new(state.frames, time, state.time, LEAST_SPACING) or state.due - EVERY < time < state.due:
         return 0
     continues = follows(state.frames, time, state.time)
     if not continues and state.active >= 0:
@@ -87,8 +87,8 @@ def _measure(known, bank, positions, seconds):
 def _average(known, bank, seconds, started):
     """Let both averages of the directions follow."""
     cosine, sine = heading(known.state[0].facing[0], known.state[0].facing[1])
-    quick = 1.0 - np.exp(-seconds / SMOOTHED) if started else 1.0
-    slow = 1.0 - np.exp(-seconds / SETTLED) if started else 1.0
+    quick = 1.0 - np.exp(-seconds / POSE_SMOOTHED) if started else 1.0
+    slow = 1.0 - np.exp(-seconds / POSE_SETTLED) if started else 1.0
     for b in range(bank.bones.size):
         begin, end = bank.bones[b].begin, bank.bones[b].end
         x = np.float64(known.pose[end, 0] - known.pose[begin, 0])
@@ -135,7 +135,7 @@ def _nearest(known, bank):
     found, least = -1, np.inf
     for p in range(bank.shown.size):
         mean, worst = _compare(known, bank, p)
-        if mean < NEAR and worst < NEAR_OF_LIMB and mean < least:
+        if mean < NEAR_POSE and worst < NEAR_OF_LIMB and mean < least:
             found, least = p, mean
     return found, least
 

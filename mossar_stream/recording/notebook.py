@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import msgspec
 
 _Row = TypeVar("_Row", bound=msgspec.Struct)
-SHOWN = 12  # rows of a table that are shown
+ROWS_SHOWN = 12  # rows of a table that are shown
 _COLOURS = {"moving": "#f6d28b", "resting": "#d5e2ec"}
 
 
@@ -27,8 +27,8 @@ def segments_summary(segmentation: Any) -> str:
     """Return a line on a level and one on each segment, the first ones of many."""
     parts = segmentation.segments
     lines = [f"Segmentation: {_counted(segmentation.key_frames, 'key frame')}, {_counted(parts, 'segment')}"]
-    lines += [f"  {p.start_time:9.2f} to {p.end_time:9.2f} s  {p.state}" for p in parts[:SHOWN]]
-    return "\n".join([*lines, f"  and {len(parts) - SHOWN} more"] if len(parts) > SHOWN else lines)
+    lines += [f"  {p.start_time:9.2f} to {p.end_time:9.2f} s  {p.state}" for p in parts[:ROWS_SHOWN]]
+    return "\n".join([*lines, f"  and {len(parts) - ROWS_SHOWN} more"] if len(parts) > ROWS_SHOWN else lines)
 
 
 def _counted(things: Sequence[Any], name: str) -> str:
@@ -44,11 +44,11 @@ def segments_html(segmentation: Any) -> str:
     """Return the segments of a level as an HTML table, the first ones of many."""
     parts = segmentation.segments
     rows = [_row("th", ("start", "end", "state", "most active joints", "similarity"))]
-    for part in parts[:SHOWN]:
+    for part in parts[:ROWS_SHOWN]:
         alike = "" if part.similarity is None else f"{part.similarity:.2f}"
         times = (f"{part.start_time:.2f} s", f"{part.end_time:.2f} s")
         rows.append(_row("td", (*times, part.state, ", ".join(part.active_joints[:3]), alike)))
-    more = f"<p>and {len(parts) - SHOWN} more</p>" if len(parts) > SHOWN else ""
+    more = f"<p>and {len(parts) - ROWS_SHOWN} more</p>" if len(parts) > ROWS_SHOWN else ""
     return f"<table>{''.join(rows)}</table>{more}"
 
 

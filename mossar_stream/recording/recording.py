@@ -42,7 +42,8 @@ from mossar_stream.events import (
 )
 from mossar_stream.following.alignment import Follow, alignment_of, checked_follow
 from mossar_stream.frames import constant_times, plain_array
-from mossar_stream.moves.groups import MEAN, groups_of, leading_limb, limbs_by_joint, positions_of
+from mossar_stream.moves.groups import groups_of, leading_limb, limbs_by_joint, positions_of
+from mossar_stream.moves.joints import MEAN
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
 from mossar_stream.poses.holding import holding_of

@@ -12,13 +12,13 @@ import numpy as np
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import COMPONENTS, POSTURES, ring_place
 
-SHORTEST = 4  # samples, of a cycle
+SHORTEST_CYCLE = 4  # samples, of a cycle
 LONGEST_RATIO = 2.0  # of the durations of neighbours
 LEAST_AMPLITUDE_RATIO = 0.6
 LEAST_AGREEMENT = 0.26  # of two neighbours
-ENOUGH = 0.79  # of a run's pairs together
+ENOUGH_AGREEMENT = 0.79  # of a run's pairs together
 STRONG = 0.93  # one such pair makes clear that this is a repeated movement,
-SAME = 0.3  # of the way between the extremes, by which postures differ that are the same
+SAME_POSTURE = 0.3  # of the way between the extremes, by which postures differ that are the same
 LONGEST_STOP = 0.5  # cycles, within what goes on
 MUCH = 1.5  # or as much of a run's pairs together
 
@@ -134,7 +134,7 @@ def _pair(scores, cycles, i):
     other = cycles[2, i + 1] - cycles[0, i + 1]
     if max(one, other) > LONGEST_RATIO * min(one, other):
         return False
-    if min(one, other) < SHORTEST:
+    if min(one, other) < SHORTEST_CYCLE:
         return False
     a = abs(scores[cycles[1, i]] - 0.5 * (scores[cycles[0, i]] + scores[cycles[2, i]]))
     b = abs(scores[cycles[1, i + 1]] - 0.5 * (scores[cycles[0, i + 1]] + scores[cycles[2, i + 1]]))
@@ -225,7 +225,7 @@ def keep_alike(scores, cycles, count, alike):
             agreed += alike[j]
             strongest = max(strongest, alike[j])
             j += 1
-        if j > i and agreed >= ENOUGH:
+        if j > i and agreed >= ENOUGH_AGREEMENT:
             clear |= strongest >= STRONG or agreed >= MUCH
             covered += agreed / (j - i) * (cycles[2, j] - cycles[0, i])
             for q in range(i, j + 1):
@@ -285,7 +285,7 @@ def goes_on(header, n, smooth, cycle, step, last):
     here, there, goal = (end, start, end) if step == 1 else (start, end, start)
     begun = there
     most, lasted = (
-        SAME * distance(smooth, start, far),
+        SAME_POSTURE * distance(smooth, start, far),
         header.at[ring_place(header, n, end)] - header.left[ring_place(header, n, start)],
     )
     while here != last and there != goal:

@@ -12,7 +12,7 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.alike import dwelling_of, home_distances
 from mossar_stream.repetitions.state import ring_place, window_size
 
-DWELL, HOMEWARD = (
+DWELL, BOUT_HOMEWARD = (
     0.3,
     0.7,
 )  # how much speaks for an extreme where the movement dwells, and that is nearer to home
@@ -38,7 +38,7 @@ def weigh(header, samples, component, cycle, row):
     home, away = dwelling_of(header, n, samples.smooth[component], start, far, end)
     near, distant = home_distances(samples, start, far)
     row.resting = DWELL * (home - away) / max(home + away, 1e-3)
-    row.resting += HOMEWARD * (distant - near) / max(near + distant, 1e-9)
+    row.resting += BOUT_HOMEWARD * (distant - near) / max(near + distant, 1e-9)
     ends = 0.5 * (_straightness(header, samples, start) + _straightness(header, samples, end))
     row.straighter = ends - _straightness(header, samples, far)
 

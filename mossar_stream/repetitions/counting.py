@@ -44,7 +44,7 @@ from mossar_stream.repetitions.state import (
 from mossar_stream.repetitions.timing import time_at, time_cycles
 from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_points
 
-PROPOSING, SMOOTHED = 3, 2  # components, and of those how many smoothed, too
+PROPOSING, SMOOTHED_PROPOSING = 3, 2  # components, and of those how many smoothed, too
 OPEN_TO_CHANGE = 0.5  # of the window
 HOMEWARD = 0.4  # for beginning nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
@@ -55,17 +55,17 @@ MOST_PREFERRED = (1.0 + BONUS) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + REC
 MUCH_LESS = (
     0.6  # of the range of the window, which the last `RECENT` samples swing if they followed another posture
 )
-NEAR = 0.15  # of a cycle
+NEAR_BOUNDARY = 0.15  # of a cycle
 OVERLAP = 0.45  # of the shorter of two cycles, by which they may overlap
 LEAST_LEAD = 0.2  # of a cycle, that is shown before the first one,
 WHOLE = 0.75  # and with what is shown after the last one makes up one more
 LEAST_GAP, LONGEST_GAP = 0.76, 2.1  # cycles, that were missed if the movement went on
-GOES_ON = 0.54  # of a swing
+SWING_GOES_ON = 0.54  # of a swing
 DOUBTFUL = 5  # windows, for which unreported cycles are kept
 
 WIDTHS = (1, 3, 7)  # samples over which scores are smoothed: what is uneven within a cycle is not its end
 LEAST_WIDTHS = 3.0  # that a cycle lasts: of shorter ones, smoothing leaves too little
-SHARE = 0.32  # power of the share of the movement that a component has
+SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
 @entry_point(makes_arrays=False)
@@ -142,8 +142,8 @@ def _choose_proposal(header, samples, n, scratch):
         spread += _square(samples.scores[k], n)
     for width in WIDTHS:
         smooth_scores(samples, n, width)
-        for k in range(PROPOSING if width == 1 else SMOOTHED):
-            share = (_square(samples.smooth[k], n) / spread) ** SHARE
+        for k in range(PROPOSING if width == 1 else SMOOTHED_PROPOSING):
+            share = (_square(samples.smooth[k], n) / spread) ** SHARE_POWER
             if n * share * MOST_PREFERRED <= winner.covered:
                 continue  # it cannot win
             before = winner.covered
@@ -246,7 +246,7 @@ def _agreeing(header, n, cycles, count):
     hits = 0
     oldest = header.open - n
     for i in range(count):
-        slack = max(2.0, NEAR * (cycles[2, i] - cycles[0, i]))
+        slack = max(2.0, NEAR_BOUNDARY * (cycles[2, i] - cycles[0, i]))
         for q in range(header.cycles - 1, -1, -1):
             apart = cycles[0, i] + oldest - header.cycle[q].start
             if abs(apart) <= slack:
@@ -343,7 +343,7 @@ def _missed(scores, cycle, begin):
     low = high = scores[begin]
     for i in range(begin, cycle[0]):
         low, high = min(low, scores[i]), max(high, scores[i])
-    if high - low < np.float32(GOES_ON) * abs(scores[cycle[1]] - scores[cycle[0]]):
+    if high - low < np.float32(SWING_GOES_ON) * abs(scores[cycle[1]] - scores[cycle[0]]):
         return 0
     return int(gap / period + 0.5)
 

@@ -10,7 +10,7 @@ from mossar_stream.skeleton import Skeleton
 CHAIN_NAMES = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"), ("shoulder", "hip", "knee"))
 SIDES = ("left", "right")
 LEAST_SWING = 0.03  # m, rms over a limb's joints
-FARTHEST = 2**48  # samples; no take is as long
+LONGEST_TAKE = 2**48  # samples; no take is as long
 
 
 def prepare(header: np.void, skeleton: Skeleton, channel: str) -> None:
@@ -55,7 +55,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
     times = [float(header[name]) for name in ("origin", "latest", "wanted", "middle", "noise", "step")]
     return bool(
         same
-        and all(0 <= count < FARTHEST for count in counts)
+        and all(0 <= count < LONGEST_TAKE for count in counts)
         and header["cycles"] <= CYCLES
         and max(header["first"], header["looked"]) <= header["open"]
         and (not header["begun"] or header["frames"] == 0 or header["open"] > header["first"])
@@ -69,6 +69,6 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         and not np.isnan(header["due"])
         and np.isfinite(header["at"]).all()
         and np.isfinite(header["left"]).all()
-        and np.all(np.abs(places) < FARTHEST)
+        and np.all(np.abs(places) < LONGEST_TAKE)
         and np.all((cycles["joint"] >= 0) & (cycles["joint"] < header["joints"]))
     )

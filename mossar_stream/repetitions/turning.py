@@ -6,7 +6,7 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.repetitions.state import BINS, SAMPLES
 
 HYSTERESIS = 0.37  # of the range from the 10th to the 90th percentile
-RETURNED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
+SWING_REACHED = 0.7  # of the last swing, after which the extreme that is being made counts as reached
 
 
 @kernel
@@ -79,7 +79,7 @@ def _with_the_last(scores, turns, found, latest):
     if found < 2 or found >= SAMPLES:
         return found
     last, before = turns[0, found - 1], turns[0, found - 2]
-    if abs(scores[latest] - scores[last]) <= RETURNED * abs(scores[last] - scores[before]):
+    if abs(scores[latest] - scores[last]) <= SWING_REACHED * abs(scores[last] - scores[before]):
         return found
     turns[0, found], turns[1, found] = latest, -turns[1, found - 1]
     return found + 1

@@ -25,7 +25,7 @@ from mossar_stream.segmenter.steps import Steps
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
 
-COUNTERS = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
+COUNTER_NAMES = ("frames", "out_of_order", "outliers", "held", "gaps", "unseen")
 
 
 class Segmenter:
@@ -152,7 +152,7 @@ class Segmenter:
     @property
     def stats(self) -> dict[str, int]:
         """Processed frames; those out of order, after a gap, or without a single joint; joints too fast or far off, or held."""
-        return {name: int(self.row.state["counters"][name]) for name in COUNTERS}
+        return {name: int(self.row.state["counters"][name]) for name in COUNTER_NAMES}
 
     @property
     def counts(self) -> dict[str, int]:

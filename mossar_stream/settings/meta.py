@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import msgspec
 
-WIDTH = 120  # characters of a line of a docstring
+LINE_WIDTH = 120  # characters of a line of a docstring
 
 
 def setting(
@@ -123,5 +123,5 @@ def document(record: type[msgspec.Struct], metas: dict[str, SettingMeta]) -> Non
     for name, meta in metas.items():
         first, stop, rest = meta.text.partition(". ")
         text = f"{name}: {first}{f', {meta.unit}' if meta.unit else ''}{stop}{rest}."
-        lines += textwrap.wrap(text, WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12)
+        lines += textwrap.wrap(text, LINE_WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12)
     record.__doc__ = (record.__doc__ or "").replace("        FIELDS", "\n".join(lines))

@@ -25,12 +25,12 @@ from mossar_stream.jit.simd import spread_product
 from mossar_stream.memory.joint_pages import PADDING
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.similarity import sums
-from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST, TERM, Traits
-from mossar_stream.similarity.sums import add_all, add_features, add_pose_sums, add_resting_joint
+from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST_SEGMENT, TERM, Traits
+from mossar_stream.similarity.sums import LOG_OF_2, add_all, add_features, add_pose_sums, add_resting_joint
 
 # A summary's own part begins with the segment's peak speed u, m/s, and `Features` of the key frame that ends it.
-PEAK, SPEED, HOME, EXTENT, USUAL_SPEED, TEMPO, NOISE, JOINTS = range(8)
-FEATURES = -(-(JOINTS + 1) // PADDING) * PADDING  # numbers
+AT_PEAK, AT_SPEED, AT_HOME, AT_EXTENT, AT_USUAL_SPEED, AT_TEMPO, AT_NOISE, AT_JOINTS = range(8)
+FEATURES = -(-(AT_JOINTS + 1) // PADDING) * PADDING  # numbers
 
 
 class Features(NamedTuple):
@@ -74,15 +74,16 @@ LARGEST = Weights(change_of_pose=6.0, change_of_speed=14.0, stop=6.0, rest=2.0, 
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
-LEAST = 0.1  # V, added to the speeds in a prominence
+SPEED_FLOOR_OF_ODDS = 0.1  # V, added to the speeds in a prominence
 MOST_PROMINENT = 3.0
-AXES, ONE = np.int64(3), np.int64(1)  # lines of the positions, and of the log speeds, in a summary
+POSITION_LINES, SPEED_LINES = (
+    np.int64(3),
+    np.int64(1),
+)  # lines of the positions, and of the log speeds, in a summary
 MOST_FACTORS = 24  # variances that are multiplied before a logarithm is taken
-LOG_2 = np.log(2.0)
-ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
+PEAK_ABOVE_NOISE = 1.0  # times what the noise adds to u, which a peak must reach
 CERTAIN = 4.0  # strength of a key frame that ends a repetition
 
-TRAITS = Traits(is_filtered=True, is_rms=True, has_features=True)
 EVIDENCE = np.dtype(
     [
         ("features", "i8"),  # where peak and features begin in a summary
@@ -110,6 +111,11 @@ def make_params(
     return p
 
 
+def traits() -> Traits:
+    """Return what frames and key frames must be like."""
+    return Traits(is_filtered=True, is_rms=True, has_features=True)
+
+
 def takes_pose(_params: NDArray[np.void]) -> bool:
     """Tell whether `add_frame` looks at the pose as one array: it does not."""
     return False
@@ -124,7 +130,7 @@ def are_sound(_params: NDArray[np.void], _slots: NDArray[np.float64]) -> bool:
 def add_frame(params, summary, frame):
     """Add one frame, a `SummaryFrame`, to a summary, and to the sums in the body that wait."""
     add_features(summary, frame)
-    summary[params.features + PEAK] = max(summary[params.features + PEAK], frame.speed)
+    summary[params.features + AT_PEAK] = max(summary[params.features + AT_PEAK], frame.speed)
 
 
 @kernel
@@ -142,21 +148,21 @@ def add_joint(params, summary, pose, joints, j):
 @kernel
 def write_features(params, summary, features):
     """Write `Features` of the key frame that ends a segment into its summary."""
-    summary[params.features + SPEED] = features.speed
-    summary[params.features + HOME] = features.home
-    summary[params.features + EXTENT] = features.extent
-    summary[params.features + USUAL_SPEED] = features.usual_speed
-    summary[params.features + TEMPO] = features.tempo
-    summary[params.features + NOISE] = features.noise
-    summary[params.features + JOINTS] = features.joints
+    summary[params.features + AT_SPEED] = features.speed
+    summary[params.features + AT_HOME] = features.home
+    summary[params.features + AT_EXTENT] = features.extent
+    summary[params.features + AT_USUAL_SPEED] = features.usual_speed
+    summary[params.features + AT_TEMPO] = features.tempo
+    summary[params.features + AT_NOISE] = features.noise
+    summary[params.features + AT_JOINTS] = features.joints
 
 
 @kernel
 def merge_into(params, target, other):
     """Make `target` the summary of both segments: with the higher peak, and the features of the later one's key frame."""
     at = params.features
-    target[at + PEAK] = max(target[at + PEAK], other[at + PEAK])
-    for i in range(at + SPEED, at + FEATURES):
+    target[at + AT_PEAK] = max(target[at + AT_PEAK], other[at + AT_PEAK])
+    for i in range(at + AT_SPEED, at + FEATURES):
         target[i] = other[i]
     add_all(target[:at], other)
     add_all(target[params.start :], other[params.start :])
@@ -186,20 +192,20 @@ def merge_cost(params, left, right, both):
         right: Of the later one.
         both: Sums of both.
     """
-    if left[DURATION] <= SHORTEST or right[DURATION] <= SHORTEST:
+    if left[DURATION] <= SHORTEST_SEGMENT or right[DURATION] <= SHORTEST_SEGMENT:
         return 0.0
     known = left[params.features : params.features + FEATURES]
-    peak = min(known[PEAK], right[params.features + PEAK])
-    if peak < ABOVE_NOISE * known[NOISE]:
+    peak = min(known[AT_PEAK], right[params.features + AT_PEAK])
+    if peak < PEAK_ABOVE_NOISE * known[AT_NOISE]:
         return 0.0
-    pose, speed = _change(params, left, right, both, (POSE_FLOOR * known[EXTENT]) ** 2)
-    usual = known[USUAL_SPEED]
+    pose, speed = _change(params, left, right, both, (POSE_FLOOR * known[AT_EXTENT]) ** 2)
+    usual = known[AT_USUAL_SPEED]
     odds = WEIGHTS.change_of_pose * pose + WEIGHTS.change_of_speed * speed - WEIGHTS.bias
-    least = LEAST * usual
-    odds += WEIGHTS.stop * min(MOST_PROMINENT, np.log((peak + least) / (known[SPEED] + least)))
-    odds += WEIGHTS.rest * np.log((known[SPEED] + least) / (2.0 * usual))
-    odds -= WEIGHTS.away * known[HOME]
-    return np.logaddexp(0.0, odds) / LOG_2
+    least = SPEED_FLOOR_OF_ODDS * usual
+    odds += WEIGHTS.stop * min(MOST_PROMINENT, np.log((peak + least) / (known[AT_SPEED] + least)))
+    odds += WEIGHTS.rest * np.log((known[AT_SPEED] + least) / (2.0 * usual))
+    odds -= WEIGHTS.away * known[AT_HOME]
+    return np.logaddexp(0.0, odds) / LOG_OF_2
 
 
 @kernel
@@ -214,8 +220,8 @@ def _change(params, left, right, both, floor):
     pose, speed = _terms(params, both, floor)
     pose_left, speed_left = _terms(params, left, floor)
     pose_right, speed_right = _terms(params, right, floor)
-    share = 1.0 / (left[params.features + JOINTS] * left[params.features + TEMPO])
-    most = MOST_CHANGE / left[params.features + TEMPO]
+    share = 1.0 / (left[params.features + AT_JOINTS] * left[params.features + AT_TEMPO])
+    most = MOST_CHANGE / left[params.features + AT_TEMPO]
     return min(most, (pose - pose_left - pose_right) * share), min(
         most, (speed - speed_left - speed_right) * share
     )
@@ -236,7 +242,7 @@ def _terms(params, slot, floor):
     pose = speed = 0.0
     for first in range(0, joints, MOST_FACTORS):  # one logarithm of a product of many variances
         end = min(first + MOST_FACTORS, joints)
-        pose += np.log(spread_product(sums, squares, first, end, AXES, joints, scale, floor))
-        first, end = first + AXES * joints, end + AXES * joints
-        speed += np.log(spread_product(sums, squares, first, end, ONE, joints, scale, SPEED_FLOOR))
+        pose += np.log(spread_product(sums, squares, first, end, POSITION_LINES, joints, scale, floor))
+        first, end = first + POSITION_LINES * joints, end + POSITION_LINES * joints
+        speed += np.log(spread_product(sums, squares, first, end, SPEED_LINES, joints, scale, SPEED_FLOOR))
     return duration * pose, duration * speed

@@ -18,8 +18,9 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.jit.simd import FACTORS, variance_product
 from mossar_stream.settings import ResolvedSettings
 from mossar_stream.similarity import sums
-from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST, TERM, Traits
+from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST_SEGMENT, TERM, Traits
 from mossar_stream.similarity.sums import (
+    LOG_OF_2,
     add_all,
     add_features,
     add_pose_sums,
@@ -27,9 +28,7 @@ from mossar_stream.similarity.sums import (
     set_constant,
 )
 
-TRAITS = Traits(is_mean=True)
 slot_size, flush_sums = sums.slot_size, sums.flush_sums
-LOG_2 = np.log(2.0)
 
 # m and m²; joints in one place lie as far apart at least, so that only pairs that do not count have sums of 0.
 LEAST_DISTANCE = 1e-12
@@ -85,6 +84,11 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
     p["distance_floor"] = floors.distances
     p["short"] = settings.short_segment
     return p
+
+
+def traits() -> Traits:
+    """Return what frames and key frames must be like."""
+    return Traits(is_mean=True)
 
 
 def takes_pose(params: NDArray[np.void]) -> bool:
@@ -197,7 +201,7 @@ def close(params, summary):
     """Set a summary's TERM: T Σ_d w_d log(σ²_d + r)."""
     summary[TERM] = 0.0
     duration = summary[DURATION]
-    if duration <= SHORTEST:
+    if duration <= SHORTEST_SEGMENT:
         return
     sums = summary[params.start : params.start + params.dimensions]
     squares = summary[params.start + params.dimensions : params.start + 2 * params.dimensions]
@@ -254,7 +258,7 @@ def _log_sum(sums, squares, duration, floor):
     for begin in range(0, len(sums), 24 * FACTORS):
         end = min(begin + 24 * FACTORS, len(sums))
         mantissa, exponent = variance_product(sums, squares, begin, end, scale, floor)
-        total += np.log(mantissa) + exponent * LOG_2
+        total += np.log(mantissa) + exponent * LOG_OF_2
     return total
 
 
@@ -277,7 +281,7 @@ def strength(params, left, right, both):
 @kernel
 def merge_cost(params, left, right, both):
     """Return the same where `both` is the summary of both already."""
-    if not (left[DURATION] > SHORTEST and right[DURATION] > SHORTEST):
+    if not (left[DURATION] > SHORTEST_SEGMENT and right[DURATION] > SHORTEST_SEGMENT):
         return 0.0
     cost = both[TERM] - left[TERM] - right[TERM]
     if params.short > 0.0:

@@ -18,7 +18,7 @@ A measure is a module with
 
 all kernels, on summaries as described in `summary.py`; in plain Python `slot_size(params)`,
 `takes_pose(params)`, whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks
-through summaries that come from outside; `TRAITS`, what frames and key frames must be like for it; and a numpy record
+through summaries that come from outside; `traits()`, what frames and key frames must be like; and a numpy record
 type for its parameters. The type of the record that is passed selects the module when a kernel is compiled, so that using
 one measure does not compile the others. A new measure is one such module and one row in `MEASURES`.
 """
@@ -34,7 +34,7 @@ from mossar_stream.jit.decorators import kernel
 from mossar_stream.settings import ResolvedSettings, SimilarityName
 from mossar_stream.similarity import evidence, likelihood
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
-from mossar_stream.similarity.summary import DURATION, SHORTEST, Traits
+from mossar_stream.similarity.summary import DURATION, SHORTEST_SEGMENT, Traits
 
 MEASURES: dict[SimilarityName, tuple[ModuleType, np.dtype[np.void]]] = {
     "evidence": (evidence, evidence.EVIDENCE),
@@ -55,7 +55,7 @@ def slot_size(settings: ResolvedSettings, params: NDArray[np.void]) -> int:
 
 def traits(settings: ResolvedSettings) -> Traits:
     """Return what frames and key frames must be like for the measure that the settings name."""
-    return MEASURES[settings.similarity][0].TRAITS  # type: ignore[no-any-return]
+    return MEASURES[settings.similarity][0].traits()  # type: ignore[no-any-return]
 
 
 def takes_pose(settings: ResolvedSettings, params: NDArray[np.void]) -> bool:
@@ -75,7 +75,7 @@ def are_sound(settings: ResolvedSettings, params: NDArray[np.void], slots: NDArr
         slots: (n, slot).
     """
     durations = slots[:, DURATION]
-    if not (np.isfinite(durations) & (durations > -SHORTEST)).all():
+    if not (np.isfinite(durations) & (durations > -SHORTEST_SEGMENT)).all():
         return False
     return MEASURES[settings.similarity][0].are_sound(params, slots)  # type: ignore[no-any-return]
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 FRAMES = 0  # number of frames
-MOVING = 1  # of them in a moving period
+MOVING_FRAMES = 1  # of them in a moving period
 DURATION = 2  # s, the sum of their time steps
 TERM = 3  # what the similarity keeps about the closed segment as a whole
 PATH = 4  # (padded joints,) m, path of each joint relative to the centre; then the similarity's own part
 
-SHORTEST = 1e-6  # s; a segment that lasts no longer says nothing
+SHORTEST_SEGMENT = 1e-6  # s; a segment that lasts no longer says nothing
 
 
 class SummaryFrame(NamedTuple):

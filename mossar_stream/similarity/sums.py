@@ -28,7 +28,9 @@ from mossar_stream.memory.joint_pages import (
     SUM_Z,
     page_of,
 )
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH
+from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING_FRAMES, PATH
+
+LOG_OF_2 = np.log(2.0)
 
 
 def slot_size(params: NDArray[np.void]) -> int:
@@ -45,7 +47,7 @@ def add_features(summary, frame):
         frame: `SummaryFrame`.
     """
     summary[FRAMES] += 1.0
-    summary[MOVING] += frame.moving
+    summary[MOVING_FRAMES] += frame.moving
     summary[DURATION] += frame.weight
     for first in range(0, frame.pose.shape[1], PAGE):
         _gather(page_of(frame.body, first), np.float32(frame.weight))

@@ -7,7 +7,7 @@ import numpy as np
 
 from mossar_stream.events import Side, StepEvent
 
-LONGEST = 3.0  # s between two strikes; a longer time is a pause, not a step
+LONGEST_STEP = 3.0  # s between two strikes; a longer time is a pause, not a step
 SIDES: tuple[Side, Side] = ("left", "right")
 
 
@@ -63,12 +63,14 @@ def step_table(events: Sequence[StepEvent]) -> list[Step]:
     found = []
     for number, strike in enumerate(strikes):
         end = next((e.time for e in strikes[number + 1 :] if e.side == strike.side), None)
-        end = None if end is None or end - strike.time > LONGEST else end
+        end = None if end is None or end - strike.time > LONGEST_STEP else end
         offs = [e.time for e in events if (e.status, e.side) == ("off", strike.side) and e.time > strike.time]
         off = min((time for time in offs if end is None or time < end), default=None)
-        off = None if off is None or off - strike.time > LONGEST else off
+        off = None if off is None or off - strike.time > LONGEST_STEP else off
         before = strikes[number - 1] if number else None
-        is_next = before is not None and before.side != strike.side and strike.time - before.time <= LONGEST
+        is_next = (
+            before is not None and before.side != strike.side and strike.time - before.time <= LONGEST_STEP
+        )
         step_time = length = None
         if before is not None and is_next:
             step_time = strike.time - before.time

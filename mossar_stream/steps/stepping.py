@@ -13,13 +13,20 @@ from mossar_stream.steps.feet import feet_of, tops_of
 from mossar_stream.steps.tracking import (
     LEAST_WAY,
     LEAST_WAY_OF_ANKLES,
-    NONE,
+    NO_NEWS,
     STEPS,
     STRIKE,
     follow_feet,
 )
 
-AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
+UPWARD_AXES = {
+    "x": (1, 0, 0),
+    "y": (0, 1, 0),
+    "z": (0, 0, 1),
+    "-x": (-1, 0, 0),
+    "-y": (0, -1, 0),
+    "-z": (0, 0, -1),
+}
 
 
 class Stepping:
@@ -49,7 +56,7 @@ class Stepping:
         rich = min(len(joints) for joints in feet.values()) > 1
         state["way"] = (LEAST_WAY if rich else LEAST_WAY_OF_ANKLES) / settings.step_sensitivity
         if settings.up != "auto":
-            state["up"], state["is_up_given"] = AXES[settings.up], 1
+            state["up"], state["is_up_given"] = UPWARD_AXES[settings.up], 1
         state["time"] = state["sample"] = -np.inf
         state["due"] = -np.inf
         self.told = (-1, 0)  # take, and number of its latest event
@@ -69,7 +76,7 @@ class Stepping:
         found = sorted(
             (float(foot["time"]), side)
             for side, foot in enumerate(self._state[0]["feet"])
-            if foot["event"] != NONE
+            if foot["event"] != NO_NEWS
         )
         events = [
             self._event((take, number + k), side, time, origin) for k, (time, side) in enumerate(found, 1)

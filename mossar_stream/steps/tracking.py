@@ -13,8 +13,8 @@ from mossar_stream.jit.views import part
 from mossar_stream.settings.feet import MOST_POINTS
 from mossar_stream.steps.feet import MOST_TOPS
 
-RING = 256  # samples, a power of two: 1.9 s or more
-TICK = 0.0075  # s, least time between two samples: at most 133 Hz
+FOOT_RING = 256  # samples, a power of two: 1.9 s or more
+FOOT_TICK = 0.0075  # s, least time between two samples: at most 133 Hz
 BASE = 0.045  # s over which a speed is measured: two frames at 30 Hz
 LATE = 1.0  # s, frames that are so late are repeated or out of order
 EARLY = 1e-6  # s, for the rounding of times
@@ -26,9 +26,9 @@ LEAVES, LANDS = 0.16, 0.11
 LEAST_WAY = 0.06  # m that a foot goes in a step; of feet without toes and heels more, because ankles rise with the heel
 LEAST_WAY_OF_ANKLES = 0.08  # m
 LEAST_PEAK = 0.35  # m/s, the greatest speed of a step
-STARTS = 0.25  # m/s, from which a foot may be about to leave
-QUIET = 0.08, 0.30  # m/s: what counts as standing still, at least and at most
-NOISE = 3.0  # times the speed that a standing foot seems to have
+MAY_LEAVE = 0.25  # m/s, from which a foot may be about to leave
+QUIET_SPEED = 0.08, 0.30  # m/s: what counts as standing still, at least and at most
+TIMES_NOISE = 3.0  # times the speed that a standing foot seems to have
 REST = 0.05  # s that a foot has been down before it is reported
 WIGGLE = 0.1  # s of rest that end a movement which was no step
 AIR = 0.45  # m above the standing foot: a foot that rests there hangs in the air
@@ -36,18 +36,18 @@ LIFTED, BESIDE = 0.04, 0.15  # m above where it stood, less than so far beside t
 HOP = 0.12  # m above where it stood, while the other foot is not standing
 UP_TIME = 1.0  # s, over which the direction upwards is averaged
 
-UNKNOWN, STANDING, MOVING, SWINGING = 0, 1, 2, 3
-NONE, STRIKE, OFF = 0, 1, 2
+FOOT_UNKNOWN, FOOT_STANDING, FOOT_MOVING, FOOT_SWINGING = 0, 1, 2, 3
+NO_NEWS, STRIKE, OFF = 0, 1, 2
 
 FOOT = np.dtype(
     [
         ("points", "i8", (MOST_POINTS,)),  # joints, -1 for none
         ("state", "i8"),
-        ("count", "i8"),  # samples so far; sample n lies at n % RING
-        ("times", "f8", (RING,)),  # s, when each sample was
-        ("middles", "f8", (RING,)),  # s, the middle of the time over which its speed was measured
-        ("speeds", "f8", (RING,)),  # m/s
-        ("places", "f4", (RING, MOST_POINTS, 3)),  # m
+        ("count", "i8"),  # samples so far; sample n lies at n % FOOT_RING
+        ("times", "f8", (FOOT_RING,)),  # s, when each sample was
+        ("middles", "f8", (FOOT_RING,)),  # s, the middle of the time over which its speed was measured
+        ("speeds", "f8", (FOOT_RING,)),  # m/s
+        ("places", "f4", (FOOT_RING, MOST_POINTS, 3)),  # m
         ("centre", "f8", (3,)),  # m, mean of the points that are seen, of the latest sample
         ("base", "f8", (3,)),  # m, where it stood
         ("noise", "f8"),  # m/s, that it seems to have while it stands
@@ -56,7 +56,7 @@ FOOT = np.dtype(
         ("way", "f8"),  # m, farthest from the base in this movement
         ("rest", "f8"),  # s, since when it has been slow; NaN if it is not
         ("first", "i8"),  # sample behind the last gap
-        # What is reported: written when `event` is not NONE.
+        # What is reported: written when `event` is not NO_NEWS.
         ("event", "i8"),
         ("time", "f8"),  # s
         ("place", "f8", (3,)),  # m
@@ -102,17 +102,17 @@ def follow_feet(
             return 0
         _forget(own, time)  # time was set back: another take
     own.time = time
-    if time - own.sample < TICK:
+    if time - own.sample < FOOT_TICK:
         return 0
     _find_up(own, positions, min(time - own.sample, 0.1))
     own.sample = time
-    own.due = time + TICK - EARLY
+    own.due = time + FOOT_TICK - EARLY
     news = 0
     for f in range(2):
-        own.feet[f].event = NONE
+        own.feet[f].event = NO_NEWS
         if _sample(own.feet[f], positions, time):
             _judge(own, f)
-            if own.feet[f].event != NONE:
+            if own.feet[f].event != NO_NEWS:
                 news = 1
     return news
 
@@ -122,7 +122,7 @@ def _forget(own, time):
     own.time = time
     own.sample = -np.inf
     for f in range(2):
-        own.feet[f].state = UNKNOWN
+        own.feet[f].state = FOOT_UNKNOWN
         own.feet[f].first = own.feet[f].count
         own.feet[f].rest = np.nan
 
@@ -151,7 +151,7 @@ def _find_up(own, positions, step):
 def _sample(foot, positions, time):
     """Note where a foot is and how fast; return whether its speed is known."""
     number = foot.count
-    here = number % RING
+    here = number % FOOT_RING
     seen = 0
     for d in range(3):
         foot.centre[d] = 0.0
@@ -168,22 +168,26 @@ def _sample(foot, positions, time):
         return False
     for d in range(3):
         foot.centre[d] /= seen
-    if number > foot.first and time - foot.times[(number - 1) % RING] > MAX_STEP:
+    if number > foot.first and time - foot.times[(number - 1) % FOOT_RING] > MAX_STEP:
         foot.first = number
-        foot.state = UNKNOWN
+        foot.state = FOOT_UNKNOWN
         foot.rest = np.nan
     foot.times[here] = time
     foot.count = number + 1
     before = number - 1
-    while before > foot.first and time - foot.times[before % RING] < BASE and number - before < RING - 1:
+    while (
+        before > foot.first
+        and time - foot.times[before % FOOT_RING] < BASE
+        and number - before < FOOT_RING - 1
+    ):
         before -= 1
-    if before < foot.first or time - foot.times[before % RING] < 0.5 * BASE:
+    if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE:
         foot.middles[here] = time
         foot.speeds[here] = np.nan
         return False
-    speed = _speed(foot, here, before % RING, time - foot.times[before % RING])
+    speed = _speed(foot, here, before % FOOT_RING, time - foot.times[before % FOOT_RING])
     foot.speeds[here] = speed
-    foot.middles[here] = 0.5 * (time + foot.times[before % RING])
+    foot.middles[here] = 0.5 * (time + foot.times[before % FOOT_RING])
     return np.isfinite(speed)
 
 
@@ -208,26 +212,26 @@ def _judge(own, f):
     """Go on with the state of a foot after a sample, and note an event."""
     foot = own.feet[f]
     number = foot.count - 1
-    here = number % RING
+    here = number % FOOT_RING
     speed, middle = foot.speeds[here], foot.middles[here]
-    quiet = min(max(NOISE * foot.noise, QUIET[0]), QUIET[1])
-    if foot.state == UNKNOWN:
+    quiet = min(max(TIMES_NOISE * foot.noise, QUIET_SPEED[0]), QUIET_SPEED[1])
+    if foot.state == FOOT_UNKNOWN:
         _begin(foot, speed, number, quiet)
         return
-    if foot.state == STANDING:
+    if foot.state == FOOT_STANDING:
         if speed < quiet:
             for d in range(3):
                 foot.base[d] += 0.2 * (foot.centre[d] - foot.base[d])
-        foot.noise += 0.03 * (min(speed, QUIET[1]) - foot.noise)
-        if speed > max(STARTS / own.sensitivity, 1.2 * quiet):
-            foot.state = MOVING
+        foot.noise += 0.03 * (min(speed, QUIET_SPEED[1]) - foot.noise)
+        if speed > max(MAY_LEAVE / own.sensitivity, 1.2 * quiet):
+            foot.state = FOOT_MOVING
             foot.peak, foot.peak_at, foot.way = speed, number, 0.0
             foot.rest = np.nan
         return
     if speed > foot.peak:
         foot.peak, foot.peak_at = speed, number
     foot.way = max(foot.way, _distance(foot))
-    if foot.state == MOVING:
+    if foot.state == FOOT_MOVING:
         _leave(own, foot, speed, middle, quiet)
     else:
         _land(own, f, foot, speed, number, quiet)
@@ -237,11 +241,11 @@ def _judge(own, f):
 def _begin(foot, speed, number, quiet):
     """Let a foot that is seen for the first time stand or swing."""
     if speed < quiet:
-        foot.state = STANDING
+        foot.state = FOOT_STANDING
         for d in range(3):
             foot.base[d] = foot.centre[d]
     elif speed > 2.0 * LEAST_PEAK:
-        foot.state = SWINGING
+        foot.state = FOOT_SWINGING
         foot.peak, foot.peak_at, foot.way = speed, number, 1.0
         for d in range(3):
             foot.base[d] = foot.centre[d]
@@ -263,10 +267,14 @@ def _leave(own, foot, speed, middle, quiet):
     if is_step and speed < 0.9 * foot.peak:
         level = max(LEAVES * foot.peak, quiet)
         at = foot.peak_at
-        while at - 1 >= foot.first and foot.peak_at - at < RING - 8 and foot.speeds[(at - 1) % RING] > level:
+        while (
+            at - 1 >= foot.first
+            and foot.peak_at - at < FOOT_RING - 8
+            and foot.speeds[(at - 1) % FOOT_RING] > level
+        ):
             at -= 1
         _report(own, foot, OFF, _crossing(foot, at, level))
-        foot.state = SWINGING
+        foot.state = FOOT_SWINGING
         foot.rest = np.nan
         return
     if speed >= quiet:
@@ -274,7 +282,7 @@ def _leave(own, foot, speed, middle, quiet):
     elif not np.isfinite(foot.rest):
         foot.rest = middle
     elif middle - foot.rest >= WIGGLE:
-        foot.state = STANDING
+        foot.state = FOOT_STANDING
         for d in range(3):
             foot.base[d] = foot.centre[d]
 
@@ -288,12 +296,12 @@ def _land(own, f, foot, speed, number, quiet):
         return
     if speed <= level and not np.isfinite(foot.rest):
         foot.rest = _crossing(foot, number, level)
-    if not np.isfinite(foot.rest) or foot.middles[number % RING] - foot.rest < REST:
+    if not np.isfinite(foot.rest) or foot.middles[number % FOOT_RING] - foot.rest < REST:
         return
     if _hangs(own, f):
         return
     _report(own, foot, STRIKE, foot.rest)
-    foot.state = STANDING
+    foot.state = FOOT_STANDING
     for d in range(3):
         foot.base[d] = foot.centre[d]
 
@@ -301,7 +309,7 @@ def _land(own, f, foot, speed, number, quiet):
 @kernel
 def _crossing(foot, at, level):
     """Return when the speed crossed a level between sample `at` and the one before, s."""
-    b, a = at % RING, (at - 1) % RING
+    b, a = at % FOOT_RING, (at - 1) % FOOT_RING
     if at - 1 < foot.first or not np.isfinite(foot.speeds[a]) or foot.speeds[a] == foot.speeds[b]:
         return foot.middles[b]
     share = (level - foot.speeds[a]) / (foot.speeds[b] - foot.speeds[a])
@@ -322,7 +330,7 @@ def _hangs(own, f):
         squares += (foot.centre[d] - foot.base[d]) ** 2
     if above_base > LIFTED and squares - above_base**2 < BESIDE**2 and foot.way < 1.0:
         return True
-    if other.state == STANDING:
+    if other.state == FOOT_STANDING:
         return above_other > AIR
     return above_base > HOP
 
@@ -335,5 +343,5 @@ def _report(own, foot, event, time):
     for d in range(3):
         foot.place[d] = foot.centre[d] if event == STRIKE else foot.base[d]
     far = 1.0 - 0.5 * own.way / max(foot.way, own.way)
-    clear = foot.peak / (foot.peak + NOISE * foot.noise)
+    clear = foot.peak / (foot.peak + TIMES_NOISE * foot.noise)
     foot.confidence = min(far, 1.0) * clear

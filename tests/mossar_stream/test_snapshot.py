@@ -19,7 +19,7 @@ from mossar_stream.algorithm.remerging import MEMO
 from mossar_stream.algorithm.row import REGIONS, ROW, records, region
 from mossar_stream.algorithm.window import KEY
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.snapshot import HEAD_BYTES, MAGIC, VERSION
+from mossar_stream.engine.snapshot import HEADER_BYTES, MAGIC, SNAPSHOT_VERSION
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.moves.recogniser import STATE as MOVES
 from mossar_stream.repetitions.state import HEADER
@@ -46,12 +46,12 @@ def segmenter(core, request):
 
 
 def sealed(body):
-    return MAGIC + bytes([VERSION]) + hashlib.sha256(body).digest() + body
+    return MAGIC + bytes([SNAPSHOT_VERSION]) + hashlib.sha256(body).digest() + body
 
 
 def forged(blob, **changes):
     """Return a snapshot with other contents and the right checksum."""
-    content = msgspec.msgpack.decode(blob[HEAD_BYTES:])
+    content = msgspec.msgpack.decode(blob[HEADER_BYTES:])
     return sealed(msgspec.msgpack.encode({**content, **changes}))
 
 
@@ -70,7 +70,7 @@ def test_what_is_no_snapshot_is_refused(wrong):
 
 def test_a_truncated_snapshot_is_refused(segmenter):
     blob = segmenter.snapshot()
-    for size in [*range(0, HEAD_BYTES, 7), HEAD_BYTES, len(blob) // 2, len(blob) - 1]:
+    for size in [*range(0, HEADER_BYTES, 7), HEADER_BYTES, len(blob) // 2, len(blob) - 1]:
         with pytest.raises(SnapshotError):
             Segmenter.restore(blob[:size])
     with pytest.raises(SnapshotError):
@@ -88,27 +88,31 @@ def test_a_damaged_snapshot_is_refused(segmenter):
 
 def test_a_newer_snapshot_is_refused_by_its_version(segmenter):
     blob = bytearray(segmenter.snapshot())
-    blob[len(MAGIC)] = VERSION + 1
-    with pytest.raises(SnapshotError, match=f"version {VERSION + 1}; this program reads version {VERSION}"):
+    blob[len(MAGIC)] = SNAPSHOT_VERSION + 1
+    with pytest.raises(
+        SnapshotError, match=f"version {SNAPSHOT_VERSION + 1}; this program reads version {SNAPSHOT_VERSION}"
+    ):
         Segmenter.restore(bytes(blob))
 
 
 def test_a_snapshot_of_an_earlier_version_is_refused_by_its_version(segmenter):
     blob = bytearray(segmenter.snapshot())
-    blob[len(MAGIC)] = VERSION - 1
-    with pytest.raises(SnapshotError, match=f"version {VERSION - 1}; this program reads version {VERSION}"):
+    blob[len(MAGIC)] = SNAPSHOT_VERSION - 1
+    with pytest.raises(
+        SnapshotError, match=f"version {SNAPSHOT_VERSION - 1}; this program reads version {SNAPSHOT_VERSION}"
+    ):
         Segmenter.restore(bytes(blob))
 
 
 def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
-    # Does this fail? Then raise VERSION, and take the new digest down beside it.
+    # Does this fail? Then raise SNAPSHOT_VERSION, and take the new digest down beside it.
     kinds = [ROW.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, EVIDENCE.descr, PATH_KERNEL.descr,
              MOVES.descr, HEADER.descr]  # fmt: skip
     lines = [sorted((n, v) for n, v in vars(module).items() if n.isupper() and isinstance(v, int))
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (VERSION, digest) == (24, "00873256b1499712")
+    assert (SNAPSHOT_VERSION, digest) == (24, "00873256b1499712")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from mossar_adapters.files.units import Scale, height
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
 
-FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
+FARTHEST = 1e5  # m; whatever is farther away is damage: as for the core
 
 
 def skeleton_of(path: Path, names: Sequence[str], parents: Sequence[int] = (), root: int = 0) -> Skeleton:

@@ -18,7 +18,7 @@ from mossar_adapters.source import Left, Meta
 from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
-FARTHEST = 1e6  # m; whatever is farther away is damage, and would overflow sums of squares in float32
+FARTHEST = 1e5  # m; whatever is farther away is damage: as for the core
 
 
 class _Line(msgspec.Struct):

@@ -29,7 +29,7 @@ FIRST_MATE = np.int64(3)  # FIRST_MATE + k: one tip of a piece whose other tip s
 CODE = np.int64(15)  # the bits of a slot
 ONE_END = np.int64(1 << 52)  # added once for each settled end
 OPEN_PIECES = np.int64(0xEEEEEEEEEEEEE)  # bits set only where a slot is neither UNUSED nor INNER
-SETTLED = np.int64(-1)  # in place of a slot: the tip is a settled end
+SETTLED_END = np.int64(-1)  # in place of a slot: the tip is a settled end
 EMPTY = np.int64(-1)  # in place of a key: nothing stored here
 TOO_SMALL = np.int64(-1)  # in place of a number of states: the table is too small
 SCATTER = np.int64(0x1E3779B97F4A7C15)  # odd, near 2^61 · golden ratio: spreads the keys
@@ -216,9 +216,9 @@ def _settle(keys, sums, vertex, after):
         ended, ended_slope = x * vertex.end, x if vertex.is_first else slope * vertex.end
         x *= vertex.inner
         slope *= vertex.inner
-        tip = SETTLED if code == LOOSE else code - FIRST_MATE
+        tip = SETTLED_END if code == LOOSE else code - FIRST_MATE
         if may_end and not unused:
-            stored += _join(after, key + ONE_END, tip, SETTLED, (ended, ended_slope))
+            stored += _join(after, key + ONE_END, tip, SETTLED_END, (ended, ended_slope))
         # An unused vertex takes two edges, the later one first, or one and ends; on a piece it takes one.
         for i in range(1 if unused else d, d + 1):
             led, gain = key, 1.0
@@ -227,12 +227,12 @@ def _settle(keys, sums, vertex, after):
                 if code == INNER:
                     continue
                 gain = vertex.gains[i, 0 if code == UNUSED else 1]
-                tip = reach[i] if code == UNUSED else SETTLED if code == LOOSE else code - FIRST_MATE
+                tip = reach[i] if code == UNUSED else SETTLED_END if code == LOOSE else code - FIRST_MATE
                 led = key if code == UNUSED else key ^ (code ^ INNER) << 4 * reach[i]
             elif unused:
                 if not may_end:
                     continue
-                led, tip, x, slope = key + ONE_END, SETTLED, ended, ended_slope
+                led, tip, x, slope = key + ONE_END, SETTLED_END, ended, ended_slope
             stored += _extend(after, vertex, i, led, tip, (x * gain, slope * gain))
     return stored
 
@@ -257,7 +257,7 @@ def _extend(after, vertex, stop, key, tip, weight):
         if code == INNER or slot == tip:  # taken, or it would close a cycle
             continue
         gain = vertex.gains[i, 0 if code == UNUSED else 1]
-        other = slot if code == UNUSED else SETTLED if code == LOOSE else code - FIRST_MATE
+        other = slot if code == UNUSED else SETTLED_END if code == LOOSE else code - FIRST_MATE
         led = key if code == UNUSED else key ^ (code ^ INNER) << 4 * slot
         stored += _join(after, led, tip, other, (x * gain, slope * gain))
     return stored
@@ -276,15 +276,15 @@ def _join(after, key, tip, other, weight):
         other: The other one.
         weight: Of the state, and its derivative.
     """
-    if tip == SETTLED:
+    if tip == SETTLED_END:
         tip, other = other, tip
-    if tip == SETTLED:
+    if tip == SETTLED_END:
         if key & OPEN_PIECES == 0:  # a second piece could never be joined to this path
             after.complete[0] += weight[0]
             after.complete[1] += weight[1]
         return 0
     key &= ~(CODE << 4 * tip)
-    if other == SETTLED:
+    if other == SETTLED_END:
         key |= LOOSE << 4 * tip
     else:
         key = key & ~(CODE << 4 * other) | FIRST_MATE + other << 4 * tip | FIRST_MATE + tip << 4 * other

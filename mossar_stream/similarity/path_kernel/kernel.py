@@ -49,7 +49,15 @@ from mossar_stream.similarity.path_kernel.pyramid import (
     rest_in_moments,
     set_covariances,
 )
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, SHORTEST, TERM, Traits
+from mossar_stream.similarity.summary import (
+    DURATION,
+    FRAMES,
+    MOVING_FRAMES,
+    PATH,
+    SHORTEST_SEGMENT,
+    TERM,
+    Traits,
+)
 
 DAMPED, NORMALISED, SUM = range(3)
 FORMS: tuple[KernelForm, ...] = ("damped", "normalised", "sum")
@@ -79,7 +87,6 @@ PATH_KERNEL = np.dtype(
         ("size", "i8"),  # of a summary
     ],
 )
-TRAITS = Traits()
 _PARAMS = numba.from_dtype(PATH_KERNEL)
 _SUMMARY = float64[::1]
 
@@ -130,6 +137,11 @@ def make_params(settings: ResolvedSettings, joints: int, padded_joints: int, cen
 def slot_size(params: NDArray[np.void]) -> int:
     """Return the length of a summary, float64 numbers."""
     return int(params["size"][0])
+
+
+def traits() -> Traits:
+    """Return what frames and key frames must be like."""
+    return Traits()
 
 
 def takes_pose(_params: NDArray[np.void]) -> bool:
@@ -184,7 +196,7 @@ def add_frame(params, summary, frame):
         frame: `SummaryFrame`.
     """
     summary[FRAMES] += 1.0
-    summary[MOVING] += frame.moving
+    summary[MOVING_FRAMES] += frame.moving
     for j in range(frame.joints):
         summary[PATH + j] += frame.body[place(j) + STEP_BEFORE]
     _add(params, summary, frame.pose, frame.time, frame.weight)
@@ -254,7 +266,7 @@ def _add(params, summary, pose, time, weight):
 @linked("mossar.merge", void(_PARAMS, _SUMMARY, _SUMMARY))
 def _merge(params, target, other):
     target[FRAMES] += other[FRAMES]
-    target[MOVING] += other[MOVING]
+    target[MOVING_FRAMES] += other[MOVING_FRAMES]
     for j in range(params.joints):
         target[PATH + j] += other[PATH + j]
     if other[DURATION] == 0.0:
@@ -314,7 +326,7 @@ def _vertex_kernel(params, left, right, at):
 @linked("mossar.close", void(_PARAMS, _SUMMARY))
 def _close(params, summary):
     summary[TERM] = 0.0
-    if summary[DURATION] > SHORTEST:
+    if summary[DURATION] > SHORTEST_SEGMENT:
         set_covariances(params, summary)
         set_edges(params, summary)
         if params.form != SUM:
@@ -323,7 +335,7 @@ def _close(params, summary):
 
 @linked("mossar.strength", float64(_PARAMS, _SUMMARY, _SUMMARY))
 def _strength(params, left, right):
-    if not (left[DURATION] > SHORTEST and right[DURATION] > SHORTEST):
+    if not (left[DURATION] > SHORTEST_SEGMENT and right[DURATION] > SHORTEST_SEGMENT):
         return 0.0
     alike = _kernel(params, left, right)
     if params.form == SUM:

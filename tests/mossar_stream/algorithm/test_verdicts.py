@@ -5,10 +5,10 @@ import pytest
 
 from checks.reference import motion as reference_motion
 from mossar_stream.algorithm.verdicts import (
-    CANDIDATES,
     ENDS,
-    FREE,
+    NO_VERDICT,
     NOTE,
+    NOTED_CANDIDATES,
     VERDICTS,
     WITHIN,
     Verdicts,
@@ -56,7 +56,7 @@ def bouts(*periods):
 def judged(headers, times):
     """Return the verdicts on candidates at rest at home."""
     state, found = records(VERDICTS), np.zeros(len(times), np.int64)
-    judge_all(state, records(NOTE, CANDIDATES), headers, np.asarray(times, np.float64), found)
+    judge_all(state, records(NOTE, NOTED_CANDIDATES), headers, np.asarray(times, np.float64), found)
     return found.tolist()
 
 
@@ -71,12 +71,12 @@ def test_in_an_even_bout_one_candidate_a_period_ends_a_repetition():
 def test_in_an_uneven_bout_no_candidate_is_judged(periods):
     headers, table = bouts(periods)
     ends = ORIGIN + np.cumsum(periods)
-    assert judged(headers, ends) == [FREE] * len(periods)
+    assert judged(headers, ends) == [NO_VERDICT] * len(periods)
     assert [reference_motion._period_at(table, time) for time in ends] == [0.0] * len(periods)
 
 
 def test_bouts_are_even_each_by_itself():
     headers, table = bouts([0.6, 0.6], [2.5, 2.5, 2.5], [1.0, 3.0])
     times = ORIGIN + np.array([1.1, 26.2, 52.6])
-    assert judged(headers, times) == [ENDS, ENDS, FREE]
+    assert judged(headers, times) == [ENDS, ENDS, NO_VERDICT]
     assert [reference_motion._period_at(table, time) for time in times] == [0.6, 2.5, 0.0]

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.velocity import MARGIN
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.events import KeyFrameKind
 
 
@@ -83,7 +83,7 @@ def velocity_curve(
     """
     curve = np.empty(len(displacements))
     for t, now in enumerate(times):
-        first = np.searchsorted(times, now - (window - MARGIN), side="right")
+        first = np.searchsorted(times, now - (window - TIME_ROUNDING), side="right")
         curve[t] = displacements[first : t + 1].sum()
     return np.array([curve[max(0, t + 1 - smoothing_window) : t + 1].mean() for t in range(len(curve))])
 

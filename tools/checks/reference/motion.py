@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
-from mossar_stream.algorithm import candidate_features, pose_history, scales, verdicts
+from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, scales, verdicts
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import LOOKS_APART
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
@@ -108,13 +108,13 @@ class Motion:
         if min(durations[k] - durations[begin], durations[end] - durations[k]) <= 0.0:
             return None
         peak = min(self.speed[begin:k].max(), self.speed[k:end].max())
-        if peak < evidence.ABOVE_NOISE * candidate.noise:
+        if peak < evidence.PEAK_ABOVE_NOISE * candidate.noise:
             return None
         floor = (evidence.POSE_FLOOR * candidate.extent) ** 2
         change = self._terms(begin, end, floor) - self._terms(begin, k, floor) - self._terms(k, end, floor)
         change /= self.moving_joints * candidate.tempo
         pose, speed = np.minimum(change, evidence.MOST_CHANGE / candidate.tempo)
-        least = evidence.LEAST * usual
+        least = evidence.SPEED_FLOOR_OF_ODDS * usual
         stop = min(evidence.MOST_PROMINENT, np.log((peak + least) / (candidate.speed + least)))
         rest = np.log((candidate.speed + least) / (2.0 * usual))
         return [float(kind) for kind in (pose, speed, stop, rest, -candidate.home)]
@@ -147,11 +147,13 @@ class Motion:
 
     def reported(self) -> list[int]:
         """Return the reported frames of the key frames that are reported when Algorithm 2 accepts them."""
-        reported, first, before, speed = [], 0, self.times[0] + candidate_features.SETTLING, 0.0
+        reported, first, before, speed = [], 0, self.times[0] + candidate_features.SPEED_SETTLING, 0.0
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
             peak = self.speed[since[self.times[since] > before + pose_history.MARGIN]].max(initial=0.0)
-            rose = peak >= max(candidate_features.ABOVE_NOISE * c.noise, candidate_features.RISEN * c.speed)
+            rose = peak >= max(
+                candidate_features.REPORTED_ABOVE_NOISE * c.noise, candidate_features.RISEN * c.speed
+            )
             interval = (
                 candidate_features.SHORT_INTERVAL
                 if c.speed <= candidate_features.RISEN * speed
@@ -186,7 +188,7 @@ class Motion:
         """Return the log odds of a candidate between two frames, as the verdict on it leaves them before `end`."""
         verdict, known = self.verdicts[number]
         if known >= end:
-            verdict = int(verdicts.FREE)
+            verdict = int(verdicts.NO_VERDICT)
         if verdict == verdicts.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
@@ -211,17 +213,19 @@ class Motion:
         """Return the verdict on a candidate, and when the last repetition ended."""
         time = self._reported(number)
         period = _period_at(counted, time)
-        if not 0.0 < period <= verdicts.LONGEST:
-            return int(verdicts.FREE), last
+        if not 0.0 < period <= verdicts.LONGEST_PERIOD:
+            return int(verdicts.NO_VERDICT), last
 
         def cost(other: int) -> float:
             c = self.candidates[other]
             slowness = WEIGHTS.stop - WEIGHTS.rest
-            unlike = WEIGHTS.away * c.home + slowness * np.log(c.speed / c.usual + evidence.LEAST)
+            unlike = WEIGHTS.away * c.home + slowness * np.log(
+                c.speed / c.usual + evidence.SPEED_FLOOR_OF_ODDS
+            )
             return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._reported(other)) / period)
 
         near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period]
-        if min(near, key=cost) != number or time - last < verdicts.NEAREST * period:
+        if min(near, key=cost) != number or time - last < verdicts.NEAREST_END * period:
             return int(verdicts.WITHIN), last
         return int(verdicts.ENDS), time
 
@@ -344,9 +348,9 @@ def usual_speeds(speed: Array, dt: Array) -> Array:
     usual = np.empty(len(speed))
     squares, weight = scales.PRIOR_SPEED**2, 1.0
     for t in range(len(speed)):
-        left = np.exp2(-dt[t] / scales.HALF_LIFE)
+        left = np.exp2(-dt[t] / scales.SCALES_HALF_LIFE)
         squares, weight = squares * left + speed[t] ** 2 * dt[t], weight * left + dt[t]
-        usual[t] = max(np.sqrt(squares / weight), scales.LEAST_SPEED)
+        usual[t] = max(np.sqrt(squares / weight), scales.LEAST_USUAL_SPEED)
     return usual
 
 
@@ -361,10 +365,10 @@ def surroundings(motion: Motion) -> tuple[Array, Array]:
         if dt > 0.0:
             dwelling = dt / (1.0 + (motion.speed[t] / (scales.SLOW * motion.usual[t])) ** 2)
             dwelt = dwelt * np.exp2(-dt / scales.HOME_HALF_LIFE) + dwelling
-            left = np.exp2(-dt / scales.HALF_LIFE)
+            left = np.exp2(-dt / scales.SCALES_HALF_LIFE)
             spread = spread * left + ((pose - mean) ** 2).sum() / joints * dt
             weight = weight * left + dt
-            mean += min(dt / scales.MEAN_TIME, 1.0) * (pose - mean)
+            mean += min(dt / mean_pose.MEAN_TIME, 1.0) * (pose - mean)
             home += dwelling / dwelt * (pose - home)
         extent[t] = max(np.sqrt(spread / weight), scales.LEAST_EXTENT)
         away[t] = np.sqrt(((pose - home) ** 2).sum() / joints)

@@ -76,7 +76,7 @@ class _Ear:
         self.heard += dt
         if self.span > noise.BEGINNING:
             self.quietest = min(self.quietest * 2.0 ** (dt / noise.DOUBLING), self.path / self.span)
-        turning = self.turn < noise.TURNED * self.span
+        turning = self.turn < noise.TURNED_BACK * self.span
         self.known = self.known or turning
         if turning or (not self.known and self.heard < noise.BEGINNING):
             self.estimate = self.path / self.span * (1.0 + noise.DOUBT * dt / self.span)

@@ -12,7 +12,7 @@ from mossar_stream import Settings
 from mossar_stream.algorithm.joints import Joints, start_joints, step_joints
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.row import ROW, ROW_BYTES
-from mossar_stream.algorithm.splitter import CONFIRMED, CROSSED, follow_curve, forget_candidate, start_curve
+from mossar_stream.algorithm.splitter import ACCEPTED, CROSSED, follow_curve, forget_candidate, start_curve
 from mossar_stream.algorithm.velocity import travel
 from mossar_stream.engine.plan import Plan
 from mossar_stream.jit.decorators import entry_point
@@ -74,7 +74,7 @@ def split_frames(
             theta = plan.theta * scale
             if first:
                 start_curve(curve, value, theta, scale, clock.next_frame, time)
-            elif follow_curve(curve, value, theta, scale, clock.next_frame, time) & (CROSSED | CONFIRMED):
+            elif follow_curve(curve, value, theta, scale, clock.next_frame, time) & (CROSSED | ACCEPTED):
                 forget_candidate(curve)
                 found += 1
         clock.time = time

@@ -16,7 +16,7 @@ from mossar_stream.memory.joint_pages import PAGE, PAGE_SIZE, STEP_BEFORE, pad, 
 from mossar_stream.settings import Settings
 from mossar_stream.similarity import protocol as similarity
 from mossar_stream.similarity.path_kernel import kernel as path_kernel
-from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING, PATH, TERM, SummaryFrame
+from mossar_stream.similarity.summary import DURATION, FRAMES, MOVING_FRAMES, PATH, TERM, SummaryFrame
 
 FORMS = ("damped", "normalised", "sum")
 STEP = 1.0 / 64.0
@@ -272,7 +272,7 @@ def test_a_segment_without_duration_says_nothing(form, frames):
     assert b[FRAMES] == frames
     before = a.copy()
     merge_into(params, a, b)
-    a[FRAMES], a[MOVING] = before[FRAMES], before[MOVING]
+    a[FRAMES], a[MOVING_FRAMES] = before[FRAMES], before[MOVING_FRAMES]
     a[PATH : PATH + 6] = before[PATH : PATH + 6]
     np.testing.assert_array_equal(a, before)
 
