@@ -3,7 +3,7 @@
 import contextlib
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import mossar_stream
 from mossar_stream import Settings
@@ -13,15 +13,25 @@ from mossar_tools.signals import interruptibly
 MEASURED = "20 to 60"  # s, for one set of options on two cores, idle and busy
 _EVERY = 10.0  # s between two messages
 
+Tell = Callable[[str], None]
+
+
+def _tell_nobody(_text: str) -> None:
+    pass
+
 
 class Compiling:
     """Logs, from the first kernel that must be compiled on, which part of how many is being compiled.
+
+    Args:
+        tell: Gets what is logged, too, and an empty text at the end.
 
     Attributes:
         is_cold: Whether something had to be compiled.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, tell: Tell = _tell_nobody) -> None:
+        self._tell = tell
         self.is_cold = False
         self._part = ""
         self._began = 0.0  # monotonic s
@@ -37,13 +47,14 @@ class Compiling:
         """Take note that a kernel must be compiled."""
         self.is_cold = True
         self._began = time.monotonic()
-        LOGGER.info("compiling kernels (once for each installation, %s s)", MEASURED)
+        self._log(f"compiling kernels (once for each installation, {MEASURED} s)")
         threading.Thread(target=self._go_on_saying, name="compiling", daemon=True).start()
 
     def end(self) -> None:
         """Say how long it took, if there was anything to compile."""
         if self.is_cold and not self._ended.is_set():
             LOGGER.info("kernels compiled, %.0f s", time.monotonic() - self._began)
+            self._tell("")
         self._ended.set()
 
     def _go_on_saying(self) -> None:
@@ -51,18 +62,26 @@ class Compiling:
             self._say()
 
     def _say(self) -> None:
-        LOGGER.info("compiling kernels: %s, %.0f s", self._part, time.monotonic() - self._began)
+        self._log(f"compiling kernels: {self._part}, {time.monotonic() - self._began:.0f} s")
+
+    def _log(self, text: str) -> None:
+        LOGGER.info("%s", text)
+        if not self._ended.is_set():
+            self._tell(text)
 
 
 @contextlib.contextmanager
-def saying_if_cold(settings: Settings | None = None, *, moves: bool = False) -> Iterator[Compiling]:
+def saying_if_cold(
+    settings: Settings | None = None, *, moves: bool = False, tell: Tell = _tell_nobody
+) -> Iterator[Compiling]:
     """Compile, or load, the kernels before the block runs; log it if they, or others in the block, are compiled.
 
     Args:
         settings: See `mossar_stream.precompile`.
         moves: Whether moves are recognised.
+        tell: See `Compiling`.
     """
-    said = Compiling()
+    said = Compiling(tell)
     with mossar_stream.on_first_compile(said.begin):
         try:
             interruptibly(lambda: mossar_stream.precompile(settings, moves=moves, progress=said.part))

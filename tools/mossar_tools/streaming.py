@@ -15,7 +15,7 @@ from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import FrameError, Moves, Settings, Skeleton
-from mossar_tools.compiling import saying_if_cold
+from mossar_tools.compiling import Tell, saying_if_cold
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
@@ -80,7 +80,8 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        if warm_up(settings, moves, follow, teaches=show is not None):
+        tell = show.say if show is not None else (lambda _text: None)
+        if warm_up(settings, moves, follow, teaches=show is not None, tell=tell):
             _skip_waiting(sources)
         with (
             _controls(options, pipeline, listeners),
@@ -126,7 +127,12 @@ def _opened_dashboard(
 
 
 def warm_up(
-    settings: Settings, moves: Moves | None = None, follow: Follow = (), *, teaches: bool = False
+    settings: Settings,
+    moves: Moves | None = None,
+    follow: Follow = (),
+    *,
+    teaches: bool = False,
+    tell: Tell = lambda _: None,
 ) -> bool:
     """Compile, or load, the kernels before frames come; log it if it takes long, and return whether it did.
 
@@ -135,6 +141,7 @@ def warm_up(
         moves: That are recognised.
         follow: Which of them are followed.
         teaches: Whether moves may be shown later.
+        tell: Gets what is being compiled, and an empty text at the end.
 
     Raises:
         ValueError: If a stream cannot have these settings.
@@ -143,7 +150,7 @@ def warm_up(
     from mossar_stream import Segmenter
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
-    with saying_if_cold(settings, moves=teaches or moves is not None) as said:
+    with saying_if_cold(settings, moves=teaches or moves is not None, tell=tell) as said:
         body = settings.replace(limbs=False, steps=False)
         interruptibly(lambda: Segmenter(anybody, body, moves=moves, follow=follow))
     return said.is_cold

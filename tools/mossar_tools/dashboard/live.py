@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from mossar_adapters.people import PeopleSource
+from mossar_adapters.pipeline.counting import explanation
 from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings
 from mossar_tools.console import LOGGER
@@ -17,6 +18,7 @@ from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.pursuits import States
 from mossar_tools.dashboard.recorder import Recorder
+from mossar_tools.dashboard.tables import WAITING
 from mossar_tools.dashboard.teaching import Teaching
 from mossar_tools.dashboard.track import RATE, Track
 from mossar_tools.figures import check_picture
@@ -31,6 +33,7 @@ MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
 _UNREAD = 256  # looks kept for the page
 _BURST = 240.0  # Hz, of looks after a stall
 _FOLLOWS_EVERY = 0.1  # s, looks at the settings in force
+_EXPLAINS_EVERY = 1.0  # s
 _REMEMBERED = 64  # performers whose last look is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
@@ -84,6 +87,8 @@ class LiveShow:
         self.recorder = Recorder()
         self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)
         self.frozen = False
+        self._said = ""  # what keeps frames from coming
+        self._explained = 0.0  # monotonic s, when the sources are asked next
         self.settings = settings  # as changed since
         self.level: LevelName | float = settings.level
         self._asked: list[_Task] = []  # before there was a pipeline
@@ -142,6 +147,8 @@ class LiveShow:
         After a stall, when frames come in a burst, they may come quicker, so that the curve has no holes.
         """
         now = time.monotonic()
+        if not self._tracks and now >= self._explained:
+            self._explain(pipeline, now)
         if now < self._due:
             return
         self._due = now + 1.0 / _BURST
@@ -165,6 +172,16 @@ class LiveShow:
         while len(self._looked) > _REMEMBERED:
             self._looked.pop(next(iter(self._looked)))
 
+    def _explain(self, pipeline: "Pipeline", now: float) -> None:
+        """Say what the sources know of why no frames come."""
+        if self._explained:
+            self.say("; ".join(filter(None, (explanation(feed.source) for feed in pipeline.feeds))))
+        self._explained = now + _EXPLAINS_EVERY
+
+    def say(self, text: str) -> None:
+        """Show why there is nothing to see yet; an empty text stands for frames that are waited for."""
+        self._said = text
+
     def _follow(self, pool: "Pool") -> None:
         """Take over settings that others changed, as by `control`, once nothing that the page asked for is to be done."""
         found = pool.settings, pool.level
@@ -177,6 +194,11 @@ class LiveShow:
         self.settings, self.level = settings, level
 
     # What the page calls.
+
+    @property
+    def waits_for(self) -> str:
+        """Why there is nothing to see yet."""
+        return self._said or WAITING
 
     def glimpses(self) -> list[Glimpse]:
         """Return what there is to see, one performer each."""

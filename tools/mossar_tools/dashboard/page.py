@@ -22,7 +22,7 @@ from mossar_tools.dashboard.overview import overview, place
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.rings import rings
 from mossar_tools.dashboard.style import PANEL, sheet
-from mossar_tools.dashboard.tables import facts_card, marks_card, state_card
+from mossar_tools.dashboard.tables import WAITING, facts_card, marks_card, state_card
 from mossar_tools.dashboard.visitors import HERE, Visitors
 from mossar_tools.palette import DARK, LIGHT
 
@@ -204,6 +204,7 @@ class Page:
             frozen=not isinstance(self._show, RecordedShow) and self._show.frozen,
             recording=recorder.path.name if recorder and running and recorder.path else "",
             frames=recorder.frames if recorder else 0,
+            waits_for=WAITING if isinstance(self._show, RecordedShow) else self._show.waits_for,
         )
         self._facts.content = facts_card(glimpses)
         self._marks.content = marks_card(glimpses, seeks=self._seeks)

@@ -7,9 +7,12 @@ from mossar_tools.dashboard.glimpse import Glimpse, Mark, Repeated
 from mossar_tools.dashboard.rings import followed_rows
 
 ROWS = 8  # key frames listed
+WAITING = "waiting for frames …"
 
 
-def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames: int) -> str:
+def state_card(
+    glimpses: list[Glimpse], *, frozen: bool, recording: str, frames: int, waits_for: str = WAITING
+) -> str:
     """Return who does what now.
 
     Args:
@@ -17,9 +20,10 @@ def state_card(glimpses: list[Glimpse], *, frozen: bool, recording: str, frames:
         frozen: Whether the picture stands still.
         recording: Name of the file being recorded; empty if none is.
         frames: Recorded so far.
+        waits_for: Why there is no performer yet.
     """
     if not glimpses:
-        return '<div class="mossar m-card state"><span class="dim">waiting for frames …</span></div>'
+        return f'<div class="mossar m-card state"><span class="dim" id="mossar-waiting">{escape(waits_for)}</span></div>'
     rows = []
     for glimpse in glimpses:
         word = "moving" if glimpse.moving else "resting"

@@ -1,0 +1,53 @@
+"""What is said while kernels are compiled, in the terminal and on the dashboard."""
+
+from mossar_adapters.pipeline import Pipeline
+from mossar_adapters.source import Meta
+from mossar_stream import Settings, Skeleton
+from mossar_tools.compiling import Compiling
+from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.tables import WAITING, state_card
+
+
+def card(show):
+    return state_card(show.glimpses(), frozen=False, recording="", frames=0, waits_for=show.waits_for)
+
+
+def test_the_dashboard_says_that_kernels_are_compiled_and_then_waits_for_frames():
+    show = LiveShow(Settings())
+    said = Compiling(show.say)
+    said.begin()
+    said.part("decisions", 0, 2)
+    assert "compiling kernels: decisions, part 1 of 2" in card(show)
+    said.end()
+    assert WAITING in card(show)
+
+
+class Empty:
+    """A live source that knows why nothing comes."""
+
+    name = "webcam:"
+    live = True
+
+    def items(self):
+        for _ in range(40):
+            yield None
+
+    def explain(self):
+        return "webcam: 7 pictures came without a <person>"
+
+    def close(self):
+        pass
+
+
+def test_the_dashboard_says_what_a_source_knows_of_why_nobody_is_seen(monkeypatch):
+    show, times = LiveShow(Settings()), iter(range(1000))
+    monkeypatch.setattr("mossar_tools.dashboard.live.time.monotonic", lambda: float(next(times)))
+    pipeline = Pipeline([Empty()], [], Settings(), views=[show])
+    show.tick(pipeline)
+    assert WAITING in card(show)  # not yet: a source may need a moment
+    show.tick(pipeline)
+    assert "7 pictures came without a &lt;person&gt;" in card(show)
+    show.announce(Meta("p1", Skeleton(("hip", "hand"), (-1, 0))))
+    show.say("")
+    show.tick(pipeline)
+    assert WAITING in card(show)
