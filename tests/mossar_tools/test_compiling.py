@@ -1,5 +1,8 @@
 """What is said while kernels are compiled, in the terminal and on the dashboard."""
 
+import pytest
+
+import mossar_stream
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
 from mossar_stream import Settings, Skeleton
@@ -20,6 +23,19 @@ def test_the_dashboard_says_that_kernels_are_compiled_and_then_waits_for_frames(
     assert "compiling kernels: decisions, part 1 of 2" in card(show)
     said.end()
     assert WAITING in card(show)
+
+
+@pytest.mark.parametrize("name", ["there_is_none.bvh", "text.mp4", "empty.c3d"])
+def test_nothing_is_compiled_for_a_file_that_cannot_be_read(mossar, monkeypatch, tmp_path, name):
+    compiled = []
+    monkeypatch.setattr(mossar_stream, "precompile", lambda *_, **__: compiled.append(1))
+    path = tmp_path / name
+    if name != "there_is_none.bvh":
+        path.write_bytes(b"no motion" * (name == "text.mp4"))
+    status, _, err = mossar("segment", path)
+    assert status == 2
+    assert name in err
+    assert not compiled
 
 
 class Empty:

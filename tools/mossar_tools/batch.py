@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import msgspec.structs
@@ -32,6 +32,7 @@ from mossar_adapters.spans import Spanning
 from mossar_stream import (
     BODY,
     MossarError,
+    Moves,
     RangeOfMotion,
     RepetitionEvent,
     Result,
@@ -46,7 +47,7 @@ from mossar_stream import (
 from mossar_tools.console import LOGGER
 from mossar_tools.excerpt import chosen_of
 from mossar_tools.loaded_recording import load_recording
-from mossar_tools.moves_file import moves_to_follow
+from mossar_tools.moves_file import Follow, moves_to_follow
 from mossar_tools.options import Options
 from mossar_tools.sessions import columns_of_names, values_of_name
 
@@ -83,23 +84,51 @@ class Segmented(msgspec.Struct, frozen=True):
     error: str = ""
 
 
-def segment_whole(
-    options: Options, tell: Tell = lambda _: None, *, curves: bool = False
-) -> tuple[LoadedRecording, Result, Segmentation]:
-    """Return the recording that `options.file` names, what was found in it, and the level that is wanted.
+class Task(NamedTuple):
+    """A recording, and what is looked for in it.
+
+    Args:
+        loaded: The recording.
+        moves: That are recognised, if any.
+        follow: Which of them are followed.
+    """
+
+    loaded: LoadedRecording
+    moves: Moves | None
+    follow: Follow
+
+
+def read_task(options: Options, tell: Tell = lambda _: None) -> Task:
+    """Return the recording that `options.file` names, and what the options have looked for in it; nothing is compiled.
 
     Args:
         options: Which file, and how to segment it.
         tell: Is told how reading goes.
-        curves: Whether to keep the velocity curve.
 
     Raises:
-        MossarError: If it cannot be read, or the options do not fit it.
+        MossarError: If it cannot be read.
     """
-    settings = options.settings(range="file")
     moves, follow = moves_to_follow(options.moves, options.follow)
     loaded = load_recording(options, tell)
     _say_what_is_left_out(loaded)
+    return Task(loaded, moves, follow)
+
+
+def segment_whole(
+    options: Options, task: Task, *, curves: bool = False
+) -> tuple[LoadedRecording, Result, Segmentation]:
+    """Return a recording, what was found in it, and the level that is wanted.
+
+    Args:
+        options: How to segment it.
+        task: The recording.
+        curves: Whether to keep the velocity curve.
+
+    Raises:
+        MossarError: If the options do not fit it.
+    """
+    settings = options.settings(range="file")
+    loaded, moves, follow = task
     if settings.steps and settings.up == "auto":
         settings = settings.replace(up=loaded.up)
     result = segment_recording(
@@ -293,7 +322,7 @@ def _leave_ctrl_c_to_the_parent() -> None:
 def _segmented(options: Options, name: str) -> Segmented:
     own = msgspec.structs.replace(options, file=name)
     try:
-        loaded, result, chosen = segment_whole(own)
+        loaded, result, chosen = segment_whole(own, read_task(own))
     except MossarError as error:
         return Segmented(name, error=str(error))
     report = msgspec.to_builtins(report_of(own, loaded, result, chosen))

@@ -183,18 +183,18 @@ def _files(options: Options) -> list[str]:
 
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
-    from mossar_tools.batch import report_of, rows_of, segment_whole
+    from mossar_tools.batch import read_task, report_of, rows_of, segment_whole
     from mossar_tools.compiling import saying_if_cold
     from mossar_tools.signals import interruptibly
 
     settings = options.settings(range="file")
+    # Read first: kernels are not compiled for a file that cannot be read.
+    task = interruptibly(
+        lambda: read_task(options, lambda share: console.progress(share, f"reading {options.file}"))
+    )
     with saying_if_cold(settings):
         loaded, result, chosen = interruptibly(
-            lambda: segment_whole(
-                options,
-                lambda share: console.progress(share, f"reading {options.file}"),
-                curves=outputs.picture is not None,
-            )
+            lambda: segment_whole(options, task, curves=outputs.picture is not None)
         )
     console.clear()
     outputs.write_json(report_of(options, loaded, result, chosen), console)
