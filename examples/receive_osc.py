@@ -4,6 +4,7 @@ Start `mossar run SOURCE --to osc://127.0.0.1:9000`, then this program; it ends 
 """
 
 import sys
+from contextlib import suppress
 
 from pythonosc.dispatcher import Dispatcher
 from pythonosc.osc_server import BlockingOSCUDPServer
@@ -27,6 +28,6 @@ ended: list[object] = []
 dispatcher = Dispatcher()
 dispatcher.map("/mossar/key_frame", key_frame)
 dispatcher.map("/mossar/stream", stream)
-with BlockingOSCUDPServer(("127.0.0.1", PORT), dispatcher) as server:
+with suppress(KeyboardInterrupt), BlockingOSCUDPServer(("127.0.0.1", PORT), dispatcher) as server:
     while not ended:
         server.handle_request()
