@@ -296,16 +296,18 @@ class Segmenter:
             and isinstance(times, NUMBERS)
             and confidence is None
             and first_frame is None
-            and positions.dtype.kind in "fiu"
+            and ((kind := positions.dtype) is FLOAT32 or kind.kind in "fiu")
         ):
             try:
-                frame, single.time[0] = single.frame, times
-                if row.origin is not None:
-                    less(positions, row.origin, frame[0])
-                elif positions.dtype is FLOAT32 and positions.flags.carray:
+                single.time[0] = times
+                if kind is FLOAT32 and row.origin is None and positions.flags.carray:
                     frame = positions[None]
                 else:
-                    frame[0] = positions
+                    frame = single.frame
+                    if row.origin is not None:
+                        less(positions, row.origin, frame[0])
+                    else:
+                        frame[0] = positions
                 if not engine.process(self._followers.desk, frame, single.time):
                     return row.take_pending() if row.pending else []
             except BaseException:
