@@ -53,6 +53,8 @@ class PeopleSource:
         self._slots = Slots(people, remember)
         self._lock = threading.Lock()  # requests come from other threads
         self._metas: OrderedDict[str, Meta] = OrderedDict()  # by id
+        self._ranks: dict[str, int] = {}  # by id, in the order in which they were announced first
+        self._announced = 0
         self._sent: dict[str, Meta] = {}  # the latest of each slot
         self._begun: set[str] = set()  # slots that frames were passed on of
         self._pending: dict[str, Frames] = {}  # by id, from the first moment on that has to be decided
@@ -193,8 +195,10 @@ class PeopleSource:
         self._slots.announce(meta.performer, meta.skeleton)
         self._metas[meta.performer] = meta
         self._metas.move_to_end(meta.performer)
+        self._ranks.setdefault(meta.performer, self._announced)
+        self._announced += 1
         if len(self._metas) > _IDS:
-            self._metas.popitem(last=False)
+            self._ranks.pop(self._metas.popitem(last=False)[0])
 
     def _leave(self, left: Left) -> Iterator[Item]:
         """Keep a farewell back for as long as another id may go on with the take."""
@@ -245,6 +249,8 @@ class PeopleSource:
         while pending:
             moment = min(float(frames.times[0]) for frames in pending.values())
             found = [ident for ident, frames in pending.items() if float(frames.times[0]) == moment]
+            # Of one moment the sender's first is the first, in whatever order the chunks were filled.
+            found.sort(key=lambda ident: self._ranks.get(ident, self._announced))
             verdicts = self._slots.decide(moment, [(ident, pending[ident].positions[0]) for ident in found])
             for ident, slot in zip(found, verdicts, strict=True):
                 frames = pending.pop(ident)

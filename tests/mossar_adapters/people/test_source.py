@@ -35,6 +35,18 @@ def test_slots_are_given_in_the_order_of_times_whatever_the_chunks(tracked, play
     ]
 
 
+@pytest.mark.parametrize("chunk", [1, 7, 64])
+def test_of_two_who_come_in_one_moment_the_one_announced_first_is_the_first(tracked, played, chunk):
+    items = tracked(cut, chunk=chunk)
+    metas, frames = ([item for item in items if isinstance(item, kind)] for kind in (Meta, Frames))
+    frames.sort(
+        key=lambda item: (item.times[0] // (chunk / 60), item.performer == "p1")
+    )  # chunks filled later first
+    slots, _ = played([*metas, *frames])
+    assert (slots[0] == 1).all()
+    assert (slots[1] == 2).all()
+
+
 def test_all_that_is_known_goes_on_at_once(tracked):
     items = tracked(lambda k, _: f"p{k + 1}", frames=10)
     seen = []
