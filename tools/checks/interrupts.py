@@ -34,6 +34,7 @@ MOVES = ("punch_left", "squat", "wave_left", "rest:1.2", "kick_right", "squat", 
 FOLLOWING = 40  # frames that are compared after each exception
 ROUNDS = 16  # exceptions in the life of a segmenter
 READERS = ("move", "follow", "pose", "step", "phase")
+LIVES_A_LINE = 100  # of what was found so far
 SHOWN = 5  # failures that are printed
 
 
@@ -311,6 +312,8 @@ def main() -> int:
         except Exception:  # noqa: BLE001 - finding these is the point
             tally.wrong.append(f"seed {seed}: {traceback.format_exc(limit=-4)}")
         seed += 1
+        if seed % LIVES_A_LINE == 0:
+            print(f"{sum(tally.struck.values())} exceptions, {len(tally.wrong)} wrong", flush=True)
     for line in tally.wrong[:SHOWN]:
         print(line[:1500])
     print(

@@ -12,6 +12,7 @@ import random
 import sys
 import time
 import warnings
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.demo import performance
 from mossar_stream import (
+    BODY,
     Event,
     FrameError,
     Frames,
@@ -54,6 +56,20 @@ CHANGES: tuple[tuple[str, tuple[object, ...]], ...] = (
     ("end", (None,)),
     ("remerge_window", (1, 3, 20)),
 )
+# What events may be; of so many takes some have each.
+TYPES = [
+    "key_frame",
+    "segment",
+    "activity",
+    "stream",
+    "repetition",
+    "phase",
+    "move",
+    "follow",
+    "pose",
+    "step",
+]
+ENOUGH = 100
 SHOWN = 5  # failures that are printed
 
 
@@ -284,11 +300,26 @@ def lives(events: list[bytes]) -> list[str]:
             final.add(key)
         if kind == "segment" and event["start_time"] > event["end_time"]:
             wrong.append(f"ends before it begins: {line!r}")
+    return wrong + holes(events)
+
+
+def holes(events: list[bytes]) -> list[str]:
+    """Return where the final segments of a take, of body and limbs each, do not lie end to end."""
+    wrong, own = [], defaultdict[tuple[int, str], list[tuple[int, int, str]]](list)
+    for line in events:
+        if line.startswith(b'{"type":"segment"') and b'"status":"final"' in line:
+            event = json.loads(line)
+            place = event["start_frame"], event["end_frame"], event["id"]
+            own[event["take"], event.get("channel", BODY)].append(place)
+    for segments in own.values():
+        for one, other in itertools.pairwise(sorted(segments)):
+            if one[1] != other[0]:
+                wrong.append(f"between {one[2]} and {other[2]} there is a hole, or they overlap")
     return wrong
 
 
-def check(seed: int, seconds: float) -> tuple[int, list[str]]:
-    """Return the number of events of a take, and what is wrong."""
+def check(seed: int, seconds: float) -> tuple[Counter[str], list[str]]:
+    """Return how many events of which type a take has, and what is wrong."""
     take = random_take(seed, seconds)
     expected = alone(take, 64, seed)
     ways: dict[str, Callable[[], list[bytes]]] = {
@@ -310,7 +341,8 @@ def check(seed: int, seconds: float) -> tuple[int, list[str]]:
             pairs = itertools.zip_longest(expected, found)
             place, (one, other) = next((k, pair) for k, pair in enumerate(pairs) if pair[0] != pair[1])
             wrong.append(f"{name}: event {place} is {other!r}, not {one!r}")
-    return len(expected), wrong
+    types = (json.loads(line)["type"] for line in expected if not line.startswith(b"refused"))
+    return Counter(types), wrong
 
 
 def main() -> int:
@@ -321,20 +353,23 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=6.0, help="length of a take at most")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    begun, events, bad = time.perf_counter(), 0, 0
+    begun, events, bad = time.perf_counter(), Counter[str](), 0
     for seed in range(options.seed, options.seed + options.takes):
         try:
             count, wrong = check(seed, options.seconds)
         except (MovesError, ValueError, ArithmeticError, LookupError, TypeError) as error:
-            count, wrong = 0, [f"{type(error).__name__}: {error}"]
+            count, wrong = Counter(), [f"{type(error).__name__}: {error}"]
         events += count
         bad += bool(wrong)
         if wrong and bad <= SHOWN:
             print(f"take {seed}:", *(line[:600] for line in wrong[:3]), sep="\n  ")
     seconds = time.perf_counter() - begun
-    print(
-        f"{options.takes} takes, {events} events, 7 ways and 2 as a recording each: {bad} differ ({seconds:.0f} s)"
-    )
+    print(f"{options.takes} takes, 7 ways and 2 as a recording each: {bad} differ ({seconds:.0f} s)")
+    print("events:", ", ".join(f"{count} {kind}" for kind, count in events.most_common()))
+    missing = {*TYPES} - {*events}
+    if missing and options.takes >= ENOUGH:
+        print("no take has events of the type", ", ".join(sorted(missing)))
+        return 1
     return 1 if bad else 0
 
 
