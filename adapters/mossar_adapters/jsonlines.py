@@ -16,7 +16,7 @@ from mossar_adapters.live import OutputClosedError
 from mossar_adapters.maps.codec import to_json
 from mossar_adapters.maps.frame_maps import map_of_meta, maps_of_frames
 from mossar_adapters.maps.lines import LineDecoder
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import Event, Frames, MossarError
 from mossar_stream import to_json as event_to_json
 
@@ -54,7 +54,7 @@ class JsonLinesSource:
         self._started = time.monotonic()
         self._closed = False
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas and chunks of frames until the input ends; None when nothing came for a tenth of a second.
 
         Raises:

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
@@ -62,7 +62,7 @@ class Skipped:
         self._frames = 0
         self._span: tuple[float, float] | None = None  # times of the first and the last one, s
 
-    def without_frames(self, found: Sequence[Meta | Frames | Left]) -> Iterator[Meta | Left]:
+    def without_frames(self, found: Sequence[Meta | Frames | Departure]) -> Iterator[Meta | Departure]:
         """Yield what is no frame, and count the frames."""
         for item in found:
             if isinstance(item, Frames):
@@ -93,7 +93,7 @@ class Skipped:
 
 
 class Listener(Protocol):
-    """Is told, on the reader's thread, what a source hears besides frames."""
+    """Receives, on the reader's thread, the messages of a source that are no frames."""
 
     def control(self, address: str, arguments: Sequence[Any]) -> None:
         """Act on `/mossar/set/<name> value` or `/mossar/reset`."""

@@ -15,7 +15,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.extras import needed
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.options import ReadOptions, plausible_rate
-from mossar_adapters.files.units import Scale, given, guessed, height, metres_of
+from mossar_adapters.files.units import Scale, guessed_scale, height, metres_of, stated_scale
 from mossar_adapters.files.xdf import channel_headings, unnamed_columns
 from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.live import Counters
@@ -130,7 +130,9 @@ class LslSource:
         raw = samples[:, [column for xyz in columns.xyz for column in xyz]].reshape(len(samples), -1, 3)
         if self._scale is None:
             stated = metres_of(unit)
-            self._scale = given(self._options, stated) if stated else guessed(self._options, height(raw))
+            self._scale = (
+                stated_scale(self._options, stated) if stated else guessed_scale(self._options, height(raw))
+            )
         positions = raw * self._scale.metres
         with np.errstate(invalid="ignore"):
             positions[~(np.abs(positions) < FARTHEST).all(axis=2)] = np.nan

@@ -29,7 +29,7 @@ class Metrics:
     """Serves `/metrics` in a thread of its own until it is closed.
 
     Args:
-        pipeline: What is told about.
+        pipeline: Whose counters are served.
         port: 0 takes a free one.
         host: Where to listen.
 

@@ -1,4 +1,4 @@
-"""Regular files: what is read as a whole has an end; a pipe that nobody writes to would be waited for without end."""
+"""Regular files: files that are read whole must end; reading a pipe without a writer would never return."""
 
 import errno
 import os

@@ -1,5 +1,6 @@
 """What every source of frames looks like to the pipeline."""
 
+import warnings
 from collections.abc import Iterator
 from typing import Any, Protocol
 
@@ -32,8 +33,8 @@ class Meta(msgspec.Struct, frozen=True):
     assumed: bool = False
 
 
-class Left(msgspec.Struct, frozen=True):
-    """Says that a performer has left: comes behind the last of its frames and ends its take.
+class Departure(msgspec.Struct, frozen=True):
+    """A performer has left: follows the last of its frames and ends its take.
 
     Args:
         performer: Name of the performer.
@@ -44,8 +45,8 @@ class Left(msgspec.Struct, frozen=True):
     reason: str
 
 
-class Came(msgspec.Struct, frozen=True):
-    """Says whose frames follow under a performer's name, where the sender's ids are not the names.
+class Occupant(msgspec.Struct, frozen=True):
+    """The person whose frames follow under a performer's name, where the sender's ids are not the names.
 
     Args:
         performer: Name of the performer.
@@ -58,7 +59,7 @@ class Came(msgspec.Struct, frozen=True):
     another: bool = False
 
 
-Item = Meta | Frames | Left | Came | None  # what a source yields
+Item = Meta | Frames | Departure | Occupant | None  # what a source yields
 
 
 class Source(Protocol):
@@ -107,3 +108,14 @@ class Chunks(Protocol):
 
     def __call__(self) -> Iterator[Frames]:
         """Yield the frames in chunks of a few hundred."""
+
+
+_FORMER = {"Left": "Departure", "Came": "Occupant"}  # names before 0.2
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FORMER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    now = _FORMER[name]
+    warnings.warn(f"{name} is called {now} now; the next release has no {name}", DeprecationWarning, 2)
+    return globals()[now]

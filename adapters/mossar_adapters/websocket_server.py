@@ -87,7 +87,7 @@ class WebSocketServer:
         self.call(self._stop.set)
         self._thread.join(2 * _CLOSE + _DRAIN)
 
-    def arrived(self, transport: Any) -> None:
+    def connection_made(self, transport: Any) -> None:
         """Take note of a connection; called by the server's thread."""
         self._waiting[transport] = None
         if len(self._waiting) > MAX_WAITING:
@@ -95,7 +95,7 @@ class WebSocketServer:
             del self._waiting[oldest]
             oldest.abort()
 
-    def went(self, transport: Any) -> None:
+    def connection_lost(self, transport: Any) -> None:
         """Forget a connection that has ended, or has become a client."""
         self._waiting.pop(transport, None)
 
@@ -154,7 +154,7 @@ class WebSocketServer:
         return connection.respond(HTTPStatus.FORBIDDEN, "this page may not connect; see the option origin\n")
 
     async def _client(self, connection: "ServerConnection") -> None:
-        self.went(connection.transport)
+        self.connection_lost(connection.transport)
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, "too many clients")
             return
@@ -166,7 +166,7 @@ class WebSocketServer:
 
 
 def _counted_by(server: WebSocketServer) -> Any:
-    """Return what makes connections that tell the server of themselves before they have said a word.
+    """Return the class of connections that report to the server as soon as they are made.
 
     A silent client occupies a descriptor all the same, and a process has few.
     """
@@ -175,10 +175,10 @@ def _counted_by(server: WebSocketServer) -> Any:
     class Counted(ServerConnection):
         def connection_made(self, transport: asyncio.BaseTransport) -> None:
             super().connection_made(transport)
-            server.arrived(transport)
+            server.connection_made(transport)
 
         def connection_lost(self, exc: Exception | None) -> None:
-            server.went(self.transport)
+            server.connection_lost(self.transport)
             super().connection_lost(exc)
 
     return Counted

@@ -17,7 +17,7 @@ from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.receiving.batch import Batch
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_adapters.websocket_server import OPTIONS as SERVER_OPTIONS
 from mossar_adapters.websocket_server import WebSocketServer
 from mossar_stream import FrameError, Frames
@@ -34,7 +34,7 @@ OPTIONS: Final = {
 MAX_MESSAGE: Final = 128 << 10  # bytes, as over ZeroMQ
 QUEUE: Final = 4096  # messages that wait to be read; then the oldest go
 DRAIN: Final = 512  # messages read before their frames are handed on
-_IDLE: Final = 0.1  # s without anything after which the reader is told so
+_IDLE: Final = 0.1  # s without a message after which the reader gets None
 GONE: Final = "disconnected"  # reason of takes that end because the sender went away
 
 
@@ -84,7 +84,7 @@ class WebSocketSource:
         self._server = WebSocketServer(address, self._serve, max_in=MAX_MESSAGE)
         self.port = self._server.port
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
         while not self._closed:
             try:
@@ -146,7 +146,7 @@ class WebSocketSource:
     def _receive(self, message: Message) -> None:
         if message.text is None:
             for performer in self._performers.pop(message.client, ()):
-                self._batch.put(Left(performer, GONE))
+                self._batch.put(Departure(performer, GONE))
             return
         self.counters.received += 1
         try:

@@ -6,7 +6,7 @@ import pytest
 
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.receiving.selection import SelectedSource
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_adapters.urls import open_frame_sink, open_sink, open_source
 from mossar_stream import FrameError, Frames, MossarError, Skeleton
 
@@ -66,11 +66,11 @@ def test_a_newcomer_without_the_joints_is_left_out_and_the_others_go_on(caplog):
             for name, joints in (("p1", ("hip", "head")), ("p2", ("hip", "tail"))):
                 yield Meta(name, Skeleton(joints, (-1, 0)))
                 yield Frames(np.zeros((1, 2, 3), np.float32), np.zeros(1), performer=name)
-            yield Left("p2", "gone")
-            yield Left("p1", "gone")
+            yield Departure("p2", "gone")
+            yield Departure("p1", "gone")
 
     found = list(SelectedSource(Two(), ReadOptions(joints=("hip", "head"))).items())
-    assert [type(item).__name__ for item in found] == ["Meta", "Frames", "Left"]
+    assert [type(item).__name__ for item in found] == ["Meta", "Frames", "Departure"]
     assert "two: p2 is left out: no joint called 'head'" in caplog.text
 
 

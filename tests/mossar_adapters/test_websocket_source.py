@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from mossar_adapters.source import Left
+from mossar_adapters.source import Departure
 from mossar_adapters.urls import open_sink, open_source
 from mossar_adapters.websocket_source import MAX_MESSAGE
 from mossar_stream import MossarError
@@ -49,7 +49,7 @@ def test_frames_of_a_program_arrive(source, hear):
     assert heard.metas[0].skeleton.names == ("hips", "hand")
     assert np.allclose(heard.times("ann"), np.arange(20) / 30)
     assert heard.positions("ann").shape == (20, 2, 3)
-    assert [item.reason for item in heard.items if isinstance(item, Left)] == ["disconnected"]
+    assert [item.reason for item in heard.items if isinstance(item, Departure)] == ["disconnected"]
 
 
 def test_a_frame_of_33_joints_fits_and_one_of_a_thousand(source, hear):

@@ -39,10 +39,10 @@ def glimpses_of(take, moves, positions):
     )
     for i, time in enumerate(take.frames.times.tolist()):
         for event in segmenter.push(positions[i], time):
-            track.take_event(event)
-        track.take_frames(Frames(positions[i : i + 1], np.array([time]), performer="p1"))
-        track.take_sample(segmenter.state)
-        track.take_following(segmenter.following, moves)
+            track.add_event(event)
+        track.add_frames(Frames(positions[i : i + 1], np.array([time]), performer="p1"))
+        track.add_sample(segmenter.state)
+        track.set_following(segmenter.following, moves)
         if i % 6 == 5:
             yield track.glimpse(1.0, [])
 

@@ -17,17 +17,17 @@ def test_the_count_and_the_tempo_of_repetitions_are_shown_large():
     said = []
     for i in range(300):
         for event in segmenter.push(positions[i], float(times[i])):
-            track.take_event(event)
+            track.add_event(event)
             said += [event] if isinstance(event, RepetitionEvent) else []
-        track.take_sample(segmenter.state)
-    track.take_frames(Frames(positions, times, performer="p1"))
+        track.add_sample(segmenter.state)
+    track.add_frames(Frames(positions, times, performer="p1"))
     glimpse = track.glimpse(1.0, [])
     assert (glimpse.repeated.total, glimpse.repeated.tempo) == (said[-1].total, said[-1].tempo)
     card = state_card([glimpse], frozen=False, recording="", frames=0)
     assert f'<span class="count">{said[-1].total}<' in card
     assert f'<span class="count">{said[-1].tempo:.0f}<' in card
     for event in segmenter.reset():
-        track.take_event(event)
+        track.add_event(event)
     for event in segmenter.push(positions[0], 20.0):
-        track.take_event(event)
+        track.add_event(event)
     assert track.glimpse(1.0, []).repeated is None

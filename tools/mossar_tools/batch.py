@@ -16,7 +16,7 @@ import msgspec
 import msgspec.structs
 import numpy as np
 
-from mossar_adapters.files.loaded import LoadedRecording, Tell
+from mossar_adapters.files.loaded import LoadedRecording, OnProgress
 from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS
 from mossar_adapters.segment_csv import (
     COLUMNS,
@@ -98,19 +98,19 @@ class Task(NamedTuple):
     follow: Follow
 
 
-def read_task(options: Options, tell: Tell = lambda _: None) -> Task:
+def read_task(options: Options, on_progress: OnProgress = lambda _: None) -> Task:
     """Return the recording that `options.file` names, and what the options have looked for in it; nothing is compiled.
 
     Args:
         options: Which file, and how to segment it.
-        tell: Is told how reading goes.
+        on_progress: Gets the share that is read.
 
     Raises:
         MossarError: If it cannot be read.
     """
     moves, follow = moves_to_follow(options.moves, options.follow)
-    loaded = load_recording(options, tell)
-    _say_what_is_left_out(loaded)
+    loaded = load_recording(options, on_progress)
+    _warn_of_dropped_frames(loaded)
     return Task(loaded, moves, follow)
 
 
@@ -146,8 +146,8 @@ def segment_whole(
     return loaded, result, chosen_of(result, options.keep)
 
 
-def _say_what_is_left_out(loaded: LoadedRecording) -> None:
-    """Warn of a recording in which nobody is seen, or some of whose frames are dropped."""
+def _warn_of_dropped_frames(loaded: LoadedRecording) -> None:
+    """Warn of a recording without any joint, or with frames that are dropped."""
     times = loaded.times
     late = int(np.count_nonzero(times[1:] <= np.fmax.accumulate(times)[:-1])) if len(times) else 0
     if late:

@@ -261,7 +261,7 @@ def _run_without_command(arguments: list[str], terminal: Console) -> int:
 
 
 def _leave_standard_output() -> None:
-    """Let the interpreter's last flush go nowhere: nobody reads our output any more."""
+    """Discard the interpreter's last flush: standard output is closed."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

@@ -71,7 +71,7 @@ class Compiling:
 
 
 @contextlib.contextmanager
-def saying_if_cold(
+def reporting_compilation(
     settings: Settings | None = None, *, moves: bool = False, tell: Tell = _tell_nobody
 ) -> Iterator[Compiling]:
     """Compile, or load, the kernels before the block runs; log it if they, or others in the block, are compiled.

@@ -135,7 +135,7 @@ def console() -> Console:
 
 
 def is_terminal(stream: TextIO) -> bool:
-    """Return whether somebody looks at `stream`."""
+    """Return whether `stream` is a terminal."""
     try:
         return stream.isatty()
     except (AttributeError, ValueError):

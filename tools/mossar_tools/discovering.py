@@ -1,4 +1,4 @@
-"""Discovering: the moves of a recording that nobody has named, grouped into a few kinds.
+"""Discovering: the unlabelled moves of a recording, grouped into a few kinds.
 
 The moving segments of the recording are taken as examples; those that show the same move make a kind.
 """

@@ -52,7 +52,7 @@ _NAMES = 4096  # performers that are remembered
 
 
 class LiveView:
-    """Shows key frames; implements `Sink` and takes frames. Counts them also where nobody looks.
+    """Shows key frames; implements `Sink` and takes frames. Counts them even when nothing is shown.
 
     Args:
         console: Where lines go.

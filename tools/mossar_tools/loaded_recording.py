@@ -4,7 +4,7 @@ import msgspec
 
 from mossar_adapters.address import parse_url
 from mossar_adapters.demo import Cut, DemoSource
-from mossar_adapters.files.loaded import LoadedRecording, Tell, load
+from mossar_adapters.files.loaded import LoadedRecording, OnProgress, load
 from mossar_adapters.files.selection import selected
 from mossar_adapters.source import Meta, Recording
 from mossar_stream import Frames
@@ -17,12 +17,12 @@ DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
 _CHUNK_CUTS = 8  # more than lie in one chunk of a performance
 
 
-def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecording:
+def load_recording(options: Options, on_progress: OnProgress = lambda _: None) -> LoadedRecording:
     """Return the recording that `options.file` names, or the part of it that the options name.
 
     Args:
         options: Which file, and what of it; `begin` and `until` are of its clock.
-        tell: Is told how reading goes.
+        on_progress: Gets the share that is read.
 
     Raises:
         MossarError: If it cannot be read, or is too large to be held in memory.
@@ -41,7 +41,7 @@ def load_recording(options: Options, tell: Tell = lambda _: None) -> LoadedRecor
             recording.performers[0],
             ", ".join(recording.performers),
         )
-    loaded = load(recording, tell)
+    loaded = load(recording, on_progress)
     loaded = msgspec.structs.replace(loaded, cuts=cuts.get(loaded.performer, ()))
     return loaded if options.begin is options.until is None else loaded.part(options.begin, options.until)
 

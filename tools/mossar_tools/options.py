@@ -1,7 +1,7 @@
 """Options: what several commands share, and where values come from.
 
 Precedence: defaults < preset < configuration file < command line. The parsers carry no defaults; `Options` does,
-so that what the user wrote and what nobody wrote can be told apart.
+so that given values and defaults can be distinguished.
 """
 
 import argparse
@@ -223,10 +223,10 @@ def add_settings(
 
     Args:
         parser: Of the command.
-        body_only: Whether the command tells of the body's key frames and segments alone.
+        body_only: Whether the command reports the body's key frames and segments only.
         with_level: Whether the level is the user's choice.
     """
-    group = parser.add_argument_group("how to segment")
+    group = parser.add_argument_group("segmentation")
     group.add_argument("--preset", choices=PRESETS, help="preset of the settings (default: default)")
     if with_level:
         group.add_argument(
@@ -409,6 +409,14 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--force", action="store_true", help="replace existing files")
     group.add_argument("--seconds", metavar="S", type=positive, help="stop after this time of the stream")
+
+
+def add_segmenting(parser: argparse.ArgumentParser) -> None:
+    """Add what every command has that segments streams: how to segment, content, people, messages."""
+    add_settings(parser)
+    add_body(parser)
+    add_people(parser)
+    add_messages(parser)
 
 
 def add_speed(parser: argparse.ArgumentParser, default: str) -> None:

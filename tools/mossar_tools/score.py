@@ -43,7 +43,7 @@ class Score:
         self._judged: dict[str, float] = {}  # s, of each performer the last cut that was judged
 
     def add(self, event: KeyFrameEvent) -> None:
-        """Take a confirmed key frame in."""
+        """Add a confirmed key frame."""
         self._times.setdefault(event.performer, deque(maxlen=_KEPT)).append(event.time)
 
     def judge(self, now: dict[str, float]) -> list[Verdict]:

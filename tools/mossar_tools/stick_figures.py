@@ -20,7 +20,7 @@ _SIDES = (
 )
 _TOP = re.compile(r"head|neck|nose|thorax|chest", re.IGNORECASE)
 _BOTTOM = re.compile(r"foot|toe|ankle|heel", re.IGNORECASE)
-_MIDDLE = re.compile(r"spine|pelvis|hip|torso", re.IGNORECASE)  # what is lowest where nobody sees feet
+_MIDDLE = re.compile(r"spine|pelvis|hip|torso", re.IGNORECASE)  # the lowest joint where there are no feet
 _HEAD = re.compile(r"^(head|nose|.*[_:. ]head)$", re.IGNORECASE)
 
 
@@ -93,7 +93,7 @@ def head_of(skeleton: Skeleton) -> int:
 
 
 def leftward(pose: Floats, upward: Floats, view: View) -> Floats:
-    """Return the level direction from right to left, (3,); where nobody knows, the one of the widest spread."""
+    """Return the level direction from right to left, (3,); without known sides, that of the widest spread."""
     level = pose - np.outer(pose @ upward, upward)
     spans = np.array([level[left] - level[right] for left, right in view.pairs]).reshape(-1, 3)
     spans = spans[np.isfinite(spans).all(axis=1)]

@@ -15,7 +15,7 @@ from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import FrameError, Moves, Settings, Skeleton
-from mossar_tools.compiling import Tell, saying_if_cold
+from mossar_tools.compiling import Tell, reporting_compilation
 from mossar_tools.console import LOGGER, Console, is_terminal
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
@@ -150,7 +150,7 @@ def warm_up(
     from mossar_stream import Segmenter
 
     anybody = Skeleton(("a", "b"), (-1, 0)) if moves is None else moves.skeleton
-    with saying_if_cold(settings, moves=teaches or moves is not None, tell=tell) as said:
+    with reporting_compilation(settings, moves=teaches or moves is not None, tell=tell) as said:
         body = settings.replace(limbs=False, steps=False)
         interruptibly(lambda: Segmenter(anybody, body, moves=moves, follow=follow))
     return said.is_cold

@@ -68,7 +68,7 @@ def run(
     follow: tuple[str, ...] | bool = (),
     *,
     resume: bool,
-    tell: Callable[[Progress], None],
+    on_progress: Callable[[Progress], None],
 ) -> Progress:
     """Segment all recordings of a place into tables.
 
@@ -80,7 +80,7 @@ def run(
         moves: That are recognised.
         follow: Names of those that are followed, or True for all.
         resume: Whether to go on where a job was cut short.
-        tell: Called now and then.
+        on_progress: Called now and then.
 
     Raises:
         MossarError: If the places cannot be used.
@@ -98,10 +98,10 @@ def run(
     progress = Progress(
         len(recordings), len(done - broken), len(broken), passed_over=len(files) - len(recordings)
     )
-    tell(progress)
+    on_progress(progress)
     pending = [path for path in recordings if path not in done]
     if pending:
-        with_ray(lambda: _spread(pending, target, order, progress, tell))
+        with_ray(lambda: _spread(pending, target, order, progress, on_progress))
     return progress
 
 
@@ -164,7 +164,7 @@ def with_ray(work: Callable[[], None]) -> None:
 
 
 def _spread(
-    pending: list[str], target: str, order: Order, progress: Progress, tell: Callable[[Progress], None]
+    pending: list[str], target: str, order: Order, progress: Progress, on_progress: Callable[[Progress], None]
 ) -> None:
     """Segment recordings; those whose worker died once more by themselves, and then they count as broken."""
     for parts in (parts_of(pending), None):
@@ -175,7 +175,7 @@ def _spread(
             progress.done += found["done"]
             progress.broken += found["broken"]
             progress.frames += found["frames"]
-            tell(progress)
+            on_progress(progress)
     done = done_paths(Place(target))
     lost = [path for path in pending if path not in done]
     if lost:
@@ -186,7 +186,7 @@ def _spread(
         ]
         write_part(Place(target), part_name(["lost", *lost]), rows)
         progress.broken += len(lost)
-        tell(progress)
+        on_progress(progress)
 
 
 def _rows(parts: list[list[str]], target: str, order: Order) -> Iterator[dict[str, int]]:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.files.assembly import confident
 from mossar_adapters.source import Recording
 from mossar_stream import (
     FollowEvent,
@@ -127,7 +127,7 @@ def _segmented(
     notes: tuple[str, ...],
 ) -> Segmented:
     times = np.concatenate([frames.times for frames in chunks])
-    positions = np.concatenate([_certain(frames) for frames in chunks])
+    positions = np.concatenate([confident(frames) for frames in chunks])
     moves, follow = shown
     result = segment_recording(
         positions, recording.fps, recording.skeleton, settings, times=times, moves=moves, follow=follow
@@ -148,10 +148,3 @@ def _segmented(
         list(result.steps),
         result.followed,
     )
-
-
-def _certain(frames: Frames) -> NDArray[np.float32]:
-    """Return positions with NaN where there is no confidence."""
-    if frames.confidence is None:
-        return frames.positions
-    return np.where(frames.confidence[:, :, None] > 0, frames.positions, np.float32(np.nan))

@@ -1,11 +1,11 @@
-"""Listening: what a source hears besides frames."""
+"""Control messages that a source receives besides frames."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 
 class ControlListener:
-    """Implements `Listener`; given to a source when it is opened, told where requests go when there is somebody."""
+    """Implements `Listener`: a source gets it when it is opened; requests are ignored until `pass_on_to` is called."""
 
     def __init__(self) -> None:
         self._apply: Callable[[str, Sequence[Any]], None] | None = None

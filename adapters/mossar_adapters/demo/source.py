@@ -9,6 +9,7 @@ from urllib.parse import parse_qsl, urlsplit
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.demo.stream import Cut, stream
 from mossar_adapters.demo.style import Style
+from mossar_adapters.replay.interleaving import part
 from mossar_adapters.replay.pacing import Pacer
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, SettingsError, performer_name
@@ -184,12 +185,7 @@ class _Feed:
 
 def _split(frames: Frames, count: int) -> tuple[Frames, Frames | None]:
     """Return the first `count` frames and the rest, None if there is none."""
-    first = frames.first_frame or 0
-    piece = Frames(frames.positions[:count], frames.times[:count], None, frames.performer, first)
-    if count == len(frames):
-        return piece, None
-    rest = Frames(frames.positions[count:], frames.times[count:], None, frames.performer, first + count)
-    return piece, rest
+    return part(frames, 0, count), None if count == len(frames) else part(frames, count, len(frames))
 
 
 def _read_options(query: str) -> dict[str, Any]:

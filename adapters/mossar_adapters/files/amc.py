@@ -18,9 +18,10 @@ from mossar_adapters.files.cells import numbers
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.kinematics import JointMotion, MotionChunk, euler_rotations, joint_positions
 from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.rates import assumed_rate
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
-from mossar_adapters.files.units import Scale, given, guessed, height
+from mossar_adapters.files.units import Scale, guessed_scale, height, stated_scale
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
 
@@ -109,7 +110,7 @@ def read_motion(path: Path, options: ReadOptions) -> JointMotion:
 
     notes = [scale.note] if scale.note else []
     if options.fps is None:
-        notes.append(f"rate taken as {USUAL_FPS:.0f} Hz (an AMC does not state it); set --fps to change")
+        notes.append(assumed_rate("an AMC does not state it", USUAL_FPS))
     if amc.cut:
         notes.append(f"the file is cut off in its last frame; {amc.count} frames are whole")
     return JointMotion(names, parents, offsets * scale.metres, fps, amc.count, chunks, tuple(notes))
@@ -253,5 +254,5 @@ def _scale(amc: AmcFile, options: ReadOptions) -> Scale:
     chunk = _motion_chunk(amc, next(_blocks(amc)), USUAL_FPS, 1.0)
     tall = height(joint_positions(chunk, _joints(amc.acclaim)[1]))
     if PEOPLE[0] <= tall * amc.acclaim.metres <= PEOPLE[1]:
-        return given(options, amc.acclaim.metres)
-    return guessed(options, tall)
+        return stated_scale(options, amc.acclaim.metres)
+    return guessed_scale(options, tall)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.errors import FileError
-from mossar_adapters.files.units import Scale, height
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.files.units import Scale, guessed_scale, height, metres_of, stated_scale
 from mossar_adapters.source import Chunks, Recording
 from mossar_stream import MAX_JOINTS, MAX_NAME, FrameError, Frames, Skeleton, narrow
 
@@ -74,6 +75,13 @@ def sane_frames(
     return Frames(clean, np.ascontiguousarray(times, np.float64), confidence, performer, first_frame)
 
 
+def confident(frames: Frames) -> NDArray[np.float32]:
+    """Return positions (n, J, 3), m, with NaN where there is no confidence."""
+    if frames.confidence is None:
+        return frames.positions
+    return np.where(frames.confidence[:, :, None] > 0, frames.positions, np.float32(np.nan))
+
+
 def first_chunk(path: Path, chunks: Chunks) -> Frames:
     """Return the first frames of a recording.
 
@@ -98,6 +106,20 @@ def in_metres(recording: Recording, scale: Scale) -> Recording:
             yield sane_frames(scaled, frames.times, frames.confidence, frames.performer, frames.first_frame)
 
     return msgspec.structs.replace(recording, chunks=chunks, notes=notes)
+
+
+def in_stated_unit(recording: Recording, options: ReadOptions, unit: str | float | None) -> Recording:
+    """Return the recording in metres.
+
+    Args:
+        recording: Coordinates in the file's unit.
+        options: The user's word about the unit takes precedence.
+        unit: What the file says: a name or metres; where that is nothing known, the height decides.
+    """
+    metres = metres_of(unit) if isinstance(unit, str) else unit
+    if metres is not None:
+        return in_metres(recording, stated_scale(options, metres))
+    return scaled_by_height(recording, lambda tall: guessed_scale(options, tall))
 
 
 def scaled_by_height(recording: Recording, choose: Callable[[float], Scale]) -> Recording:

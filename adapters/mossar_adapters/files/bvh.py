@@ -28,7 +28,7 @@ from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_step
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
 from mossar_adapters.files.text import numbered_lines
-from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed, height
+from mossar_adapters.files.units import ACCLAIM_INCH, Scale, guessed_scale, height
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
 
@@ -123,7 +123,7 @@ def _scale(hierarchy: Hierarchy, rows: Rows, names: tuple[str, ...], options: Re
     units = METRES
     if {"lhipjoint", "rhipjoint"} <= {name.lower() for name in names}:
         units = {**METRES, "inch/0.45 (CMU)": ACCLAIM_INCH}  # conversions of CMU recordings keep its unit
-    return guessed(options, tall, units)
+    return guessed_scale(options, tall, units)
 
 
 def _motion_chunk(block: Block, rows: Rows, hierarchy: Hierarchy, fps: float, metres: float) -> MotionChunk:

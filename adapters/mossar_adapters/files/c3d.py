@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.assembly import in_stated_unit, sane_frames, skeleton_of
 from mossar_adapters.files.c3d_parameters import (
     BLOCK,
     C3dHeader,
@@ -27,7 +27,6 @@ from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.subjects import Subject, subjects_of
-from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, Up, constant_times
@@ -95,10 +94,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
         performers,
         up=_UPWARDS.get(_text(parameters.get("POINT:Y_SCREEN")).upper(), "auto"),
     )
-    metres = metres_of(_text(parameters.get("POINT:UNITS")))
-    if metres is not None:
-        return in_metres(recording, given(options, metres))
-    return scaled_by_height(recording, lambda tall: guessed(options, tall))
+    return in_stated_unit(recording, options, _text(parameters.get("POINT:UNITS")))
 
 
 def first_time(path: Path) -> float:

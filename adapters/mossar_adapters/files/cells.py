@@ -29,6 +29,21 @@ def number(cell: str) -> float:
         return float(plain.replace(",", "."))
 
 
+def is_number(cell: str) -> bool:
+    """Return whether a cell holds a number, or one of the ways to write that there is none."""
+    try:
+        number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def positive(cell: str | None) -> float | None:
+    """Return a number from a heading; None if it is absent or cannot be meant."""
+    value = number(cell) if cell and is_number(cell) else 0.0
+    return value if 0 < value < 1e9 else None
+
+
 def numbers(rows: Sequence[Sequence[str]], path: Path, lines: Sequence[int]) -> NDArray[np.float64]:
     """Return rows of cells as numbers, empty cells as NaN.
 

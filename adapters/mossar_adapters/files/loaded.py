@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.demo import Cut
+from mossar_adapters.files.assembly import confident
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.registry import open_recording
 from mossar_adapters.held_joints import HeldJoints
 from mossar_adapters.source import Recording
-from mossar_stream import Frames, Result, Settings, Skeleton, Up, segment_recording
+from mossar_stream import Result, Settings, Skeleton, Up, segment_recording
 
 MAX_BYTES = 2 << 30  # of positions
-Tell = Callable[[float | None], None]  # gets the share that is read, None where that is not known
+OnProgress = Callable[[float | None], None]  # gets the share that is read, None where that is not known
 
 
 class LoadedRecording(msgspec.Struct, frozen=True):
@@ -143,28 +144,28 @@ def read(path: str | Path, **options: Any) -> LoadedRecording:
     return load(open_recording(str(path), ReadOptions(**options)))
 
 
-def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
+def load(recording: Recording, on_progress: OnProgress = lambda _: None) -> LoadedRecording:
     """Return the first performer of a recording.
 
     Args:
         recording: As opened.
-        tell: Is told how reading goes.
+        on_progress: Gets the share that is read.
 
     Raises:
         FileError: If it is too large to be held in memory, or cannot be read to its end.
     """
     count = recording.frame_count or 0
-    if count * len(recording.skeleton) * 12 > MAX_BYTES:
-        raise FileError(recording.path, f"{count} frames are too many to hold in memory; use mossar run")
+    _check_size(recording, count)
     performer = recording.performers[0]
     positions: list[NDArray[Any]] = [np.zeros((0, len(recording.skeleton), 3), np.float32)]
     times = [np.zeros(0)]
     read_so_far = 0
     for frames in recording.chunks():
         read_so_far += len(frames)
-        tell(read_so_far / count if count else None)
+        on_progress(read_so_far / count if count else None)
+        _check_size(recording, read_so_far)
         if frames.performer == performer:
-            positions.append(_certain(frames))
+            positions.append(confident(frames))
             times.append(frames.times)
     return LoadedRecording(
         recording.path,
@@ -177,8 +178,6 @@ def load(recording: Recording, tell: Tell = lambda _: None) -> LoadedRecording:
     )
 
 
-def _certain(frames: Frames) -> NDArray[Any]:
-    """Return positions with NaN where there is no confidence."""
-    if frames.confidence is None:
-        return frames.positions
-    return np.where(frames.confidence[:, :, None] > 0, frames.positions, np.float32(np.nan))
+def _check_size(recording: Recording, count: int) -> None:
+    if count * len(recording.skeleton) * 12 > MAX_BYTES:
+        raise FileError(recording.path, f"{count} frames are too many to hold in memory; use mossar run")

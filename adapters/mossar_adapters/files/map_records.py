@@ -9,9 +9,9 @@ import numpy as np
 from mossar_adapters.files.assembly import in_metres, sane_frames
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import CHUNK
-from mossar_adapters.files.units import given
+from mossar_adapters.files.units import stated_scale
 from mossar_adapters.joint_sets import by_count
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.decoder import MapDecoder
@@ -19,8 +19,6 @@ from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Meta, Recording
 from mossar_stream import FrameError, Frames, Skeleton
-
-USUAL_FPS = 30.0
 
 
 class MapRecord(msgspec.Struct, frozen=True):
@@ -89,7 +87,7 @@ def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: R
 
     count = sum(found.counts[name] for name in performers)
     recording = Recording(str(path), chosen.skeleton, fps, chunks, tuple(notes), count, performers)
-    return in_metres(recording, given(options, 1.0))
+    return in_metres(recording, stated_scale(options, 1.0))
 
 
 def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
@@ -141,9 +139,7 @@ def _rate(meta: Meta, found: Survey, options: ReadOptions) -> tuple[float | None
     times = [t for t in found.first_times if t is not None]
     if times:
         return rate_of_times(np.array(times)), []
-    return USUAL_FPS, [
-        f"rate taken as {USUAL_FPS:.0f} Hz (neither times nor fps are given); set --fps to change"
-    ]
+    return USUAL_FPS, [assumed_rate("neither times nor fps are given")]
 
 
 def _chunks(
@@ -179,10 +175,10 @@ def _chunks(
 def _frames(name: str, gathered: Gathered, clock: float | None) -> Frames:
     poses, start = gathered.poses, gathered.done
     gathered.poses, gathered.done = [], start + len(poses)
-    given = [pose.confidence for pose in poses if pose.confidence is not None]
+    confidences = [pose.confidence for pose in poses if pose.confidence is not None]
     times = [
         pose.time if clock is None and pose.time is not None else (start + i) / (clock or USUAL_FPS)
         for i, pose in enumerate(poses)
     ]
     positions = np.stack([pose.positions for pose in poses])
-    return sane_frames(positions, np.array(times), np.stack(given) if given else None, name)
+    return sane_frames(positions, np.array(times), np.stack(confidences) if confidences else None, name)

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.assembly import in_stated_unit, sane_frames, skeleton_of
 from mossar_adapters.files.cells import numbers
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.missing import without_zeros
@@ -14,7 +14,6 @@ from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, Rows
 from mossar_adapters.files.subjects import subjects_of
-from mossar_adapters.files.units import given, guessed
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
@@ -86,9 +85,7 @@ def read_markers(table: MarkerTable, options: ReadOptions) -> Recording:
         frame_count=table.rows.count * len(subjects),
         performers=tuple(subject.name for subject in subjects),
     )
-    if table.metres is not None:
-        return in_metres(recording, given(options, table.metres))
-    return scaled_by_height(recording, lambda tall: guessed(options, tall))
+    return in_stated_unit(recording, options, table.metres)
 
 
 def _columns(block: Block, table: MarkerTable, columns: Sequence[int]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from mossar_adapters.files.cells import number
+from mossar_adapters.files.cells import positive
 from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.heading import delimiter_of, quoted_cells, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
@@ -53,7 +53,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
         raise FileError(path, "its bones are relative to their parents; export them in global coordinates")
     split = splitter(heading.delimiter, decimal_comma=heading.delimiter != ",")
     rows = survey(path, heading.line + 1, split, max(columns) + 3, pad=True)
-    announced = _fact(heading, "total exported frames")
+    announced = positive(heading.facts.get("total exported frames"))
     parents = None
     if heading.parents:
         parents = [_label(heading.parents[column]) for column in columns]
@@ -62,7 +62,8 @@ def read(path: Path, options: ReadOptions) -> Recording:
             rows=rows,
             labels=tuple(_label(heading.names[column]) for column in columns),
             xyz=tuple(columns),
-            fps=_fact(heading, "export frame rate") or _fact(heading, "capture frame rate"),
+            fps=positive(heading.facts.get("export frame rate"))
+            or positive(heading.facts.get("capture frame rate")),
             metres=metres_of(heading.facts.get("length units", "")),
             time=1,
             frame=0,
@@ -103,14 +104,9 @@ def _heading(path: Path) -> Heading:
         heading.kinds, heading.names = (*unlabelled, [], [])[:2]
     if not (heading.axes and heading.kinds and heading.names and heading.quantities):
         raise FileError(path, "the heading lacks the lines of types, names, positions or axes")
-    width = len(heading.axes)
-    for cells in (
-        heading.kinds,
-        heading.names,
-        heading.quantities,
-        *([heading.parents] if heading.parents else []),
-    ):
-        cells += [""] * (width - len(cells))
+    for cells in (heading.kinds, heading.names, heading.quantities, heading.parents):
+        if cells:
+            cells += [""] * (len(heading.axes) - len(cells))
     return heading
 
 
@@ -138,11 +134,3 @@ def _label(name: str) -> str:
     """Return a name; the first bone is called after its skeleton, `anna:anna`, and is the hip."""
     subject, colon, bone = name.rpartition(":")
     return f"{subject}:Hip" if colon and subject == bone else name
-
-
-def _fact(heading: Heading, name: str) -> float | None:
-    try:
-        value = number(heading.facts.get(name, ""))
-    except ValueError:
-        return None
-    return value if 0 < value < 1e9 else None

@@ -15,7 +15,7 @@ from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import Block, cut_note, survey
-from mossar_adapters.files.units import given
+from mossar_adapters.files.units import stated_scale
 from mossar_adapters.joint_sets import KINECT_20
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
@@ -48,4 +48,4 @@ def read(path: Path, options: ReadOptions) -> Recording:
     fps = options.fps or rate_of_times(frames_of(next(rows.blocks())).times)
     skeleton = skeleton_of(path, KINECT_20.names, KINECT_20.parents, KINECT_20.root)
     recording = Recording(str(path), skeleton, fps, chunks, cut_note(rows), rows.count)
-    return in_metres(recording, given(options, 1.0))
+    return in_metres(recording, stated_scale(options, 1.0))

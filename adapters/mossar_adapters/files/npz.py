@@ -20,15 +20,14 @@ from numpy.typing import NDArray
 from mossar_adapters.files.assembly import sane_frames, scaled_by_height, skeleton_of
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions, plausible_rate
-from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import CHUNK
-from mossar_adapters.files.units import given, guessed
+from mossar_adapters.files.units import guessed_scale, stated_scale
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, constant_times
 
 SMALL = 64 << 20  # bytes, for everything but the positions
-USUAL_FPS = 30.0
 _RATES = ("fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 _TIMES = ("timestamps", "time")  # other names of `times` and `joint_names`, if they have the right shape
 _NAMES = ("names",)
@@ -90,11 +89,12 @@ def read(path: Path, options: ReadOptions) -> Recording:
     recording = Recording(str(path), skeleton, fps, chunks, notes, count)
     if positions.name == "positions":
         return scaled_by_height(
-            recording, lambda tall: guessed(options, tall) if tall > _TALLEST else given(options, 1.0)
+            recording,
+            lambda tall: guessed_scale(options, tall) if tall > _TALLEST else stated_scale(options, 1.0),
         )
     note = f"{shown(positions.name)} is taken for the joint positions"
     recording = msgspec.structs.replace(recording, notes=(note, *notes))
-    return scaled_by_height(recording, lambda tall: guessed(options, tall))
+    return scaled_by_height(recording, lambda tall: guessed_scale(options, tall))
 
 
 def _members(path: Path) -> dict[str, Member]:
@@ -214,10 +214,7 @@ def _clock(
             fps = _rate(path, members[name])
             break
     if fps is None:
-        fps, notes = (
-            USUAL_FPS,
-            (f"rate taken as {USUAL_FPS:.0f} Hz (the file does not state it); set --fps to change",),
-        )
+        fps, notes = USUAL_FPS, (assumed_rate("the file does not state it"),)
     return constant_times(count, fps), fps, notes
 
 

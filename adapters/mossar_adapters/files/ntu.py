@@ -17,7 +17,7 @@ from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import numbered_lines
-from mossar_adapters.files.units import given
+from mossar_adapters.files.units import stated_scale
 from mossar_adapters.joint_sets import NTU_25
 from mossar_adapters.source import Recording
 from mossar_stream import Frames
@@ -72,7 +72,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
     skeleton = skeleton_of(path, NTU_25.names, NTU_25.parents, NTU_25.root)
     count = sum(bodies.values())
     recording = Recording(str(path), skeleton, fps, chunks, notes, count, tuple(names.values()))
-    return in_metres(recording, given(options, 1.0))
+    return in_metres(recording, stated_scale(options, 1.0))
 
 
 def _frames(path: Path, name: str, bodies: list[Body], fps: float) -> Frames:

@@ -17,11 +17,11 @@ from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import ends_in_mid_line, numbered_lines
 from mossar_adapters.live import Counters
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_adapters.osc.profiles.routes import Routes
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.senders import Senders
-from mossar_adapters.source import Left, Meta, Recording
+from mossar_adapters.source import Departure, Meta, Recording
 from mossar_stream import FrameError, Frames, Skeleton
 
 USUAL_FPS = 60.0
@@ -121,7 +121,7 @@ def _poses(path: Path, options: ReadOptions, log: Log) -> Iterator[tuple[Meta, F
             yield metas[item.performer], item
 
 
-def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Left]:
+def _items(path: Path, options: ReadOptions, log: Log) -> Iterator[Meta | Frames | Departure]:
     batch = Batch()
     address = Address(str(path), "file", path=str(path))
     routes = Routes("auto", Context(address, options, Senders(), log.counters))
@@ -172,7 +172,7 @@ def _parsed(line: str, log: Log) -> Iterator[LogMessage]:
         yield found
 
 
-def _decoded(routes: Routes, message: Message, log: Log) -> Found:
+def _decoded(routes: Routes, message: Message, log: Log) -> Items:
     try:
         found = routes.receive(message)
     except FrameError as error:
@@ -185,7 +185,7 @@ def _decoded(routes: Routes, message: Message, log: Log) -> Found:
     return found or NOTHING
 
 
-def _collect(batch: Batch, found: Found, log: Log) -> None:
+def _collect(batch: Batch, found: Items, log: Log) -> None:
     for item in found:
         try:
             batch.put(item)

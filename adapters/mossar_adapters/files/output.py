@@ -1,4 +1,4 @@
-"""Files that are written while a stream runs; a full disk is told once, in one line.
+"""Files that are written while a stream runs; a full disk is logged once, in one line.
 
 A run that was cut short goes on in its files at the place that its snapshot names. A machine that lost its power may
 have lost bytes that were written: then the file is cut behind its last whole record, never filled up, and that is
@@ -118,7 +118,7 @@ class OutputFile:
         """Write what is left. May be called twice.
 
         Raises:
-            OutputError: If that is impossible, and was not told before.
+            OutputError: If that is impossible, and was not reported before.
         """
         try:
             with self._file_errors():

@@ -127,12 +127,12 @@ def by_image(frames: Iterable[Any]) -> Iterator[Any]:
 
 
 def _image(frame: Any) -> Any:
-    """Return what tells the image of a frame from the next."""
+    """Return what identifies the image of a frame."""
     return frame["image_id"] if isinstance(frame, dict) and "image_id" in frame else object()
 
 
 def poses_of(frame: Any, *, allow_2d: bool) -> tuple[float | None, list[Pose]]:
-    """Return the time of a frame, None if it has none, and its poses, none if nobody is in it.
+    """Return the time of a frame, None if it has none, and its poses, an empty list if there is no person in it.
 
     Raises:
         PoseError: If it is 2-D and that is not allowed, or no pose can be found in it.

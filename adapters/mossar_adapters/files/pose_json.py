@@ -21,16 +21,15 @@ from mossar_adapters.files.errors import FileError
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.pose_frames import PLAIN_TIMES, Pose, PoseError, by_image, frame_list, poses_of
 from mossar_adapters.files.pose_lines import PoseLines, has_frame_per_line
-from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import CHUNK
 from mossar_adapters.files.text import HEAD_SIZE, encoding_of
-from mossar_adapters.files.units import fitted, given
+from mossar_adapters.files.units import fitted_scale, stated_scale
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.maps.json_nan import without_nan
 from mossar_adapters.source import Recording
 from mossar_stream import Frames
 
-USUAL_FPS = 30.0
 MAX_SIZE = 128 << 20  # bytes of a JSON file, which has to be read as a whole
 MAX_PERFORMERS = 16
 _MENDED_DEPTH = 2  # frames stand in a list, at most within an object
@@ -90,7 +89,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
     skeleton = skeleton_of(path, model.names, parents, root)
     recording = Recording(str(path), skeleton, fps, chunks, notes, count, tuple(performers.values()))
     return scaled_by_height(
-        recording, lambda tall: given(options, 1.0) if model.metric else fitted(options, tall)
+        recording, lambda tall: stated_scale(options, 1.0) if model.metric else fitted_scale(options, tall)
     )
 
 
@@ -130,7 +129,7 @@ def _clock(
         return times * unit, found.fps or rate_of_times(times * unit), notes
     if stated is not None and plausible_rate(stated):
         return np.arange(count) / stated, stated, ()
-    note = f"rate taken as {USUAL_FPS:.0f} Hz (the file states neither rate nor times); set --fps to change"
+    note = assumed_rate("the file states neither rate nor times")
     return np.arange(count) / USUAL_FPS, USUAL_FPS, (note,)
 
 

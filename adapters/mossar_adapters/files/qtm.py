@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mossar_adapters.files.cells import number
+from mossar_adapters.files.cells import is_number, positive
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
@@ -26,13 +26,13 @@ def read(path: Path, options: ReadOptions) -> Recording:
     # Frame and time stand in front, with headings or without.
     first = 2 if "FRAME" in facts or width >= 3 * len(labels) + 2 else 0
     rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True, blank=True)
-    announced = _fact(facts, "NO_OF_FRAMES")
+    announced = positive(facts.get("NO_OF_FRAMES", [""])[0])
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
             xyz=tuple(range(first, first + 3 * len(labels), 3)),
-            fps=_fact(facts, "FREQUENCY"),
+            fps=positive(facts.get("FREQUENCY", [""])[0]),
             metres=1e-3,
             time=1 if first else -1,
             frame=0 if first else -1,
@@ -48,24 +48,10 @@ def _heading(path: Path) -> tuple[dict[str, list[str]], int, int]:
     facts: dict[str, list[str]] = {}
     for line, text in numbered_lines(path):
         cells = text.split("\t")
-        if len(cells) > 1 and _is_number(cells[0]):
+        if len(cells) > 1 and is_number(cells[0]):
             return facts, len(cells), line
         if len(cells) > 1:
             facts[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]
         if line > _HEAD:
             break
     raise FileError(path, "there is no row of numbers after the heading")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        number(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _fact(facts: dict[str, list[str]], name: str) -> float | None:
-    cells = facts.get(name, [""])
-    value = number(cells[0]) if _is_number(cells[0]) else 0.0
-    return value if 0 < value < 1e9 else None

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.options import plausible_rate
 
+USUAL_FPS = 30.0  # where a file does not state it
 JITTER = 0.25  # share of the median step by which most steps may depart from it
 _USUAL = (
     10,
@@ -82,3 +83,8 @@ def rate_of_times(times: NDArray[np.float64]) -> float | None:
     whole = max(1, round(1 / step))
     fps = float(whole) if abs(whole * step - 1) < NEARLY_WHOLE else 1 / step
     return fps if plausible_rate(fps) else None
+
+
+def assumed_rate(why: str, fps: float = USUAL_FPS) -> str:
+    """Return the note about a rate that a file does not state."""
+    return f"rate taken as {fps:.0f} Hz ({why}); set --fps to change"

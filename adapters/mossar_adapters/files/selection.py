@@ -36,7 +36,7 @@ def selected(recording: Recording, options: ReadOptions) -> Recording:
     def chunks() -> Iterator[Frames]:
         for frames in recording.chunks():
             if frames.performer in performers:
-                yield _of_joints(frames, joints)
+                yield of_joints(frames, joints)
 
     return msgspec.structs.replace(
         recording,
@@ -69,7 +69,8 @@ def selected_skeleton(skeleton: Skeleton, options: ReadOptions) -> tuple[Skeleto
     return chosen, f"the centre of the body, {lost}, is not among the joints; {found} is taken for it"
 
 
-def _of_joints(frames: Frames, joints: NDArray[np.intp]) -> Frames:
+def of_joints(frames: Frames, joints: NDArray[np.intp]) -> Frames:
+    """Return frames with these joints only; with all of them if there is none."""
     if not len(joints):
         return frames
     confidence = None if frames.confidence is None else np.ascontiguousarray(frames.confidence[:, joints])

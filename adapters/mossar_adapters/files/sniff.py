@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from mossar_adapters.files.cells import number
+from mossar_adapters.files.cells import is_number
 from mossar_adapters.files.osc_lines import log_message
 from mossar_adapters.files.text import head_text
 
@@ -50,7 +50,7 @@ def amc(head: str) -> bool:
     frames = [
         row for row, words in zip(lines[1:], lines, strict=False) if len(words) == 1 and words[0].isdecimal()
     ]
-    return any(len(row) > 1 and not _is_number(row[0]) and _is_number(row[1]) for row in frames)
+    return any(len(row) > 1 and not is_number(row[0]) and is_number(row[1]) for row in frames)
 
 
 def json_lines(head: str) -> bool:
@@ -114,11 +114,3 @@ def osc_log(head: str) -> bool:
     """Return whether one of the first lines is an OSC message in text."""
     lines = [line for line in head.split("\n", 64)[:64] if line.strip()]
     return any(found is not None for found in map(log_message, lines))
-
-
-def _is_number(word: str) -> bool:
-    try:
-        number(word)
-    except ValueError:
-        return False
-    return True

@@ -28,9 +28,9 @@ from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import Heading, read_heading
 from mossar_adapters.files.missing import without_zeros
 from mossar_adapters.files.options import METRES, ReadOptions, plausible_rate
-from mossar_adapters.files.rates import rate_of_times
+from mossar_adapters.files.rates import USUAL_FPS, assumed_rate, rate_of_times
 from mossar_adapters.files.rows import Block, Rows, cut_note, survey
-from mossar_adapters.files.units import fitted, given, guessed, metres_of
+from mossar_adapters.files.units import fitted_scale, guessed_scale, metres_of, stated_scale
 from mossar_adapters.joint_sets import (
     BLAZEPOSE_33,
     COCO_17,
@@ -42,7 +42,6 @@ from mossar_adapters.joint_sets import (
 from mossar_adapters.source import Recording
 from mossar_stream import Frames, Skeleton, constant_times
 
-USUAL_FPS = 30.0
 _KINECT = {*KINECT_20.names, *KINECT_25.names}
 
 
@@ -60,7 +59,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
             if bodies and body not in bodies:
                 continue
             positions, confidence = _positions(block, rows, columns)
-            times = _times(block, rows, columns, time_unit) if time_unit else None
+            times = _stamps(block, rows, columns) * time_unit if time_unit else None
             yield sane_frames(
                 without_zeros(positions) if zeros else positions,
                 constant_times(len(positions), fps or USUAL_FPS, block.start) if times is None else times,
@@ -77,11 +76,13 @@ def read(path: Path, options: ReadOptions) -> Recording:
     if unit != "auto" and metres is None:
         raise FileError(path, f"unit={unit[:20]} is none of {', '.join(METRES)}")
     if metres is not None:
-        return in_metres(recording, given(options, metres))
+        return in_metres(recording, stated_scale(options, metres))
     if set(columns.joints) <= _KINECT:
-        return in_metres(recording, given(options, 1.0))  # the sensor's camera space
+        return in_metres(recording, stated_scale(options, 1.0))  # the sensor's camera space
     normalised = _is_normalised(skeleton.names, first_chunk(path, chunks).positions)
-    return scaled_by_height(recording, lambda tall: (fitted if normalised else guessed)(options, tall))
+    return scaled_by_height(
+        recording, lambda tall: (fitted_scale if normalised else guessed_scale)(options, tall)
+    )
 
 
 def _alone(rows: Rows) -> Iterator[tuple[str, Block]]:
@@ -97,10 +98,6 @@ def _positions(
     joints = len(columns.xyz)
     positions = values[:, : 3 * joints].reshape(len(values), joints, 3)
     return positions, values[:, 3 * joints :] if columns.confidence else None
-
-
-def _times(block: Block, rows: Rows, columns: Columns, unit: float) -> NDArray[np.float64]:
-    return _stamps(block, rows, columns) * unit
 
 
 def _stamps(block: Block, rows: Rows, columns: Columns) -> NDArray[np.float64]:
@@ -127,8 +124,7 @@ def _clock(
     if columns.time < 0:
         if stated is not None:
             return stated, None, ()
-        note = f"rate taken as {USUAL_FPS:.0f} Hz (the file has neither times nor fps); set --fps to change"
-        return USUAL_FPS, None, (note,)
+        return USUAL_FPS, None, (assumed_rate("the file has neither times nor fps"),)
     first = next(rows.blocks())
     if bodies:
         parts = [part for body, part in by_body(iter([first]), columns.body) if body in bodies]

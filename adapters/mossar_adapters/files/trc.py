@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mossar_adapters.files.cells import number
+from mossar_adapters.files.cells import positive
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.heading import delimiter_of, splitter
 from mossar_adapters.files.marker_table import MarkerTable, read_markers
@@ -24,13 +24,13 @@ def read(path: Path, options: ReadOptions) -> Recording:
     if not labels:
         raise FileError(path, "there are no marker names", line)
     rows = survey(path, _first_row(path, line), split, xyz[-1] + 3, pad=True)
-    announced = _fact(facts, "numframes")
+    announced = positive(facts.get("numframes"))
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
             xyz=xyz,
-            fps=_fact(facts, "datarate"),
+            fps=positive(facts.get("datarate")),
             metres=metres_of(facts.get("units", "")),
             time=1,
             frame=0,
@@ -73,11 +73,3 @@ def _first_row(path: Path, names: int) -> int:
     axes = names + 1
     following = next((text for line, text in numbered_lines(path) if line == axes + 1), "")
     return axes + 1 if following.strip(" \t,;") else axes + 2
-
-
-def _fact(facts: dict[str, str], name: str) -> float | None:
-    try:
-        value = number(facts[name])
-    except (KeyError, ValueError):
-        return None
-    return value if 0 < value < 1e9 else None

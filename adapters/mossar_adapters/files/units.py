@@ -69,12 +69,12 @@ def height(positions: NDArray[np.floating]) -> float:
     return tallest
 
 
-def given(options: ReadOptions, stated: float) -> Scale:
+def stated_scale(options: ReadOptions, stated: float) -> Scale:
     """Return the scale of a format that states its unit; the user's option takes precedence over the file."""
     return Scale(METRES.get(options.unit, stated))
 
 
-def guessed(options: ReadOptions, tall: float, candidates: Mapping[str, float] = METRES) -> Scale:
+def guessed_scale(options: ReadOptions, tall: float, candidates: Mapping[str, float] = METRES) -> Scale:
     """Return the scale of a format that does not state its unit.
 
     Args:
@@ -93,7 +93,7 @@ def guessed(options: ReadOptions, tall: float, candidates: Mapping[str, float] =
     )
 
 
-def fitted(options: ReadOptions, tall: float) -> Scale:
+def fitted_scale(options: ReadOptions, tall: float) -> Scale:
     """Return the scale of coordinates that have no unit: the skeleton becomes 1.7 m tall."""
     if options.unit != "auto":
         return Scale(METRES[options.unit])

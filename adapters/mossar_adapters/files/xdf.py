@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_adapters.files.assembly import in_metres, sane_frames, scaled_by_height, skeleton_of
+from mossar_adapters.files.assembly import in_stated_unit, sane_frames, skeleton_of
 from mossar_adapters.files.columns import Columns, find_columns
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.options import ReadOptions, plausible_rate
 from mossar_adapters.files.rates import rate_of_times
 from mossar_adapters.files.rows import CHUNK
-from mossar_adapters.files.units import given, guessed, metres_of
 from mossar_adapters.files.xdf_chunks import Stream, checked_stream, streams_of
 from mossar_adapters.joint_sets import with_known_parents
 from mossar_adapters.source import Recording
@@ -51,10 +50,7 @@ def read(path: Path, options: ReadOptions) -> Recording:
     parents, root = with_known_parents(columns.joints)
     skeleton = skeleton_of(path, columns.joints, parents, root)
     recording = Recording(str(path), skeleton, fps, chunks, notes, len(series), (name,))
-    metres = metres_of(unit)
-    if metres is not None:
-        return in_metres(recording, given(options, metres))
-    return scaled_by_height(recording, lambda tall: guessed(options, tall))
+    return in_stated_unit(recording, options, unit)
 
 
 def _choice(path: Path, options: ReadOptions) -> tuple[Stream, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""The chunks of an XDF file, checked before anybody believes their counts."""
+"""The chunks of an XDF file, checked before their counts are used."""
 
 import re
 import struct

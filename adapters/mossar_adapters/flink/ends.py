@@ -54,7 +54,7 @@ def send(events: DataStream, to: wanted.Target, name: str) -> None:
     Args:
         events: JSON.
         to: Where.
-        name: Of the job; tells its transactions from those of others.
+        name: Of the job; identifies its transactions.
 
     Raises:
         MossarError: If the Kafka connector is missing.

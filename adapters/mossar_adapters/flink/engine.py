@@ -176,10 +176,12 @@ def check_java() -> None:
     advice = "install Java 17 (apt-get install openjdk-17-jre-headless), or let JAVA_HOME name it"
     if shutil.which(java) is None:
         raise MossarError(f"mossar flink needs Java, and there is no {java}: {advice}")
-    told = subprocess.run([java, "-version"], capture_output=True, text=True, check=False)  # noqa: S603
-    version = re.search(r'version "(\d+)', told.stderr)
+    answer = subprocess.run([java, "-version"], capture_output=True, text=True, check=False)  # noqa: S603
+    version = re.search(r'version "(\d+)', answer.stderr)
     if version is None or int(version[1]) < JAVA_NEEDED:
-        raise MossarError(f"mossar flink needs Java {JAVA_NEEDED} or 17, not {told.stderr[:40]!r}: {advice}")
+        raise MossarError(
+            f"mossar flink needs Java {JAVA_NEEDED} or 17, not {answer.stderr[:40]!r}: {advice}"
+        )
 
 
 def _cause(short: str, long: str) -> str:

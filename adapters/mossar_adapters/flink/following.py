@@ -15,7 +15,7 @@ from mossar_adapters.newest import Newest
 from mossar_adapters.source import Meta
 from mossar_stream import Event, FrameError, Moves, Segmenter, Settings, Skeleton
 
-MOST = 4096  # live segmenters; the one unheard for longest waits as a snapshot
+MOST = 4096  # live segmenters; the least recently used one is kept as a snapshot
 
 Kept = Callable[[], bytes | None]  # reads the snapshot that the engine keeps, None if there is none
 

@@ -60,7 +60,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         Segmenter(skeleton, anybody, moves=self._moves, follow=self._follow)
 
     def process_element(self, value: bytes | str, ctx: KeyedProcessFunction.Context) -> Iterator[str]:
-        """Take a record in."""
+        """Process a record."""
         performer, now = ctx.get_current_key(), time.time()
         try:
             line, events = self._following.take(performer, value, now, self._state.value)
@@ -72,7 +72,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         self._state.update(line.snapshot())
         if line.due == math.inf:
             ctx.timer_service().register_event_time_timer(END_OF_TIME)
-        self._look_after(line, now + (self._takes.idle or self._takes.forget), ctx)
+        self._set_timer(line, now + (self._takes.idle or self._takes.forget), ctx)
         yield from _lines(events)
 
     def on_timer(self, timestamp: int, ctx: KeyedProcessFunction.OnTimerContext) -> Iterator[str]:
@@ -92,13 +92,13 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
             self._state.clear()
             ctx.timer_service().delete_event_time_timer(END_OF_TIME)
         elif 0 < self._takes.idle <= quiet:
-            self._look_after(line, line.heard + self._takes.forget, ctx)
+            self._set_timer(line, line.heard + self._takes.forget, ctx)
             # The reason that the core gives when the next frame's time shows the pause.
             yield from self._end_take(line, "gap")
         else:
-            self._look_after(line, line.heard + (self._takes.idle or self._takes.forget), ctx)
+            self._set_timer(line, line.heard + (self._takes.idle or self._takes.forget), ctx)
 
-    def _look_after(self, line: Line, due: float, ctx: KeyedProcessFunction.Context) -> None:
+    def _set_timer(self, line: Line, due: float, ctx: KeyedProcessFunction.Context) -> None:
         """Set a timer unless an earlier one is set: it moves on when it fires, cheaper than one for each record."""
         if due < line.due:
             line.due = due

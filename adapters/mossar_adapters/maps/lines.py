@@ -6,7 +6,7 @@ from mossar_adapters.maps.codec import from_json
 from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.receiving.batch import Batch
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
 
 MAX_LINE = 1 << 20  # bytes
@@ -36,7 +36,7 @@ class LineDecoder:
         self._batch = Batch(options.fps)
         self._rest = b""  # of a line whose end has not come
 
-    def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Left]:
+    def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
         """Return what is complete with these bytes; what is malformed is counted and passed over.
 
         Args:
@@ -51,7 +51,7 @@ class LineDecoder:
             self._rest = b""
         return self._batch.take()
 
-    def end(self, arrival: float) -> list[Meta | Frames | Left]:
+    def end(self, arrival: float) -> list[Meta | Frames | Departure]:
         """Return what the last line says if nothing ended it: there is no more to come."""
         return self.receive(b"\n", arrival) if self._rest else []
 

@@ -29,7 +29,7 @@ class Player:
         self._endings: list[tuple[float, bytes]] = []  # heap of when, monotonic s, and a message
         self._pulse = 0.0  # s between two of the clock; 0 while it stands
         self._next = 0.0  # monotonic s, of the next one
-        self._until = 0.0  # monotonic s, when the clock stops if nobody says that it goes on
+        self._until = 0.0  # monotonic s, when the clock stops unless it is prolonged
         self._closed = False
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="midi", daemon=True)
@@ -111,5 +111,5 @@ class Player:
             return
         try:
             self.dropped += not self._port.write(message)
-        except Exception as error:  # noqa: BLE001 - whatever a driver says, the sink tells it, not this thread
+        except Exception as error:  # noqa: BLE001 - the sink reports it, not this thread
             self.error = error

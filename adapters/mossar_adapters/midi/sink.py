@@ -52,9 +52,7 @@ class MidiSink:
         self._beats = address.number("beats", 1, 16, 1) or 1
         self._channels: dict[str, int] = {}
         self._leader = ""  # performer who keeps the clock
-        self._followed: dict[
-            str, int
-        ] = {}  # places of followed moves, in the order in which they were heard of
+        self._followed: dict[str, int] = {}  # places of followed moves, in the order of their first events
         self._port = open_port(address, replace=force)
         self._player = Player(self._port)
 

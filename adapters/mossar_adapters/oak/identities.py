@@ -1,4 +1,4 @@
-"""Identities: tells who is who from picture to picture, by where they are."""
+"""Identities: keeps the identities of people from picture to picture by their positions."""
 
 import math
 from collections.abc import Sequence

@@ -67,7 +67,7 @@ def run_separately(
 
 
 def _main() -> None:
-    """Run the function that the command line names, as long as there is somebody to tell."""
+    """Run the function that the command line names, while the parent process lives."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform != "win32":  # where the number of a parent says nothing about its life
         threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()

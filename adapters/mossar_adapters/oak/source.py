@@ -75,7 +75,7 @@ OPTIONS: Final = {
     "confidence": "0 to 1; joints that the network is less sure of are missing",
 }
 _RATES: Final = (1.0, 120.0)  # Hz
-_IDLE: Final = 0.1  # s without anything after which the reader is told so
+_IDLE: Final = 0.1  # s without a frame after which the reader gets None
 _CAPACITY: Final = 256  # items that wait for the reader; then the oldest are dropped
 _SHORTEST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0  # s between two attempts to get a lost camera back
 _FAREWELL: Final = 3.0  # s that `close` waits for the camera to stop
@@ -328,7 +328,7 @@ class OakSource:
         _log.info("%s: %s", self.name, doing)
 
     def _log_news(self, news: str) -> None:
-        """Tell the user that the camera is lost or back."""
+        """Log that the camera is lost or back."""
         self._doing, self._since = news, time.monotonic()
         _log.warning("%s: %s", self.name, news)
 

@@ -1,4 +1,4 @@
-"""What an OAK camera is asked for, what it tells, and how it fails."""
+"""Requests to an OAK camera, its answers and its errors."""
 
 import msgspec
 import numpy as np

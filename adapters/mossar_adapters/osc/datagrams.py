@@ -78,7 +78,7 @@ class DatagramSocket:
                 read = self._read()
             except (BlockingIOError, TimeoutError):
                 break
-            except ConnectionError:  # Windows reports here that an earlier answer of ours found nobody
+            except ConnectionError:  # Windows reports here that an earlier answer of ours had no receiver
                 continue
             except OSError as error:
                 if error.errno == errno.EMSGSIZE:  # Windows again, for what does not fit

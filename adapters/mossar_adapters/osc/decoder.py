@@ -13,12 +13,12 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters, Listener
 from mossar_adapters.osc.datagrams import Datagram
 from mossar_adapters.osc.messages import messages
-from mossar_adapters.osc.profiles.profile import Context, Found, Message
+from mossar_adapters.osc.profiles.profile import Context, Items, Message
 from mossar_adapters.osc.profiles.routes import NAMES, OPTIONS, Routes
 from mossar_adapters.receiving.admission import Admission
 from mossar_adapters.receiving.batch import Batch
 from mossar_adapters.receiving.senders import Senders
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
 
 _CONTROL = "/mossar/set/", "/mossar/reset"
@@ -68,7 +68,7 @@ class OscDecoder:
         """Whether a frame is open or held back, so that `idle` should be called soon."""
         return self._routes.pending()
 
-    def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Left]:
+    def receive(self, *datagrams: Datagram) -> list[Meta | Frames | Departure]:
         """Return what is complete with these datagrams; frames of one performer that came together make one chunk.
 
         What is malformed is counted, and nothing else is lost by it.
@@ -78,7 +78,7 @@ class OscDecoder:
                 self._decode(datagram)
         return self._batch.take()
 
-    def idle(self, now: float) -> list[Meta | Frames | Left]:
+    def idle(self, now: float) -> list[Meta | Frames | Departure]:
         """Return the frames that nothing more has come for.
 
         Args:
@@ -133,7 +133,7 @@ class OscDecoder:
             self._listener.control(message.address, message.arguments)
         return False
 
-    def _collect(self, found: Found, address: str = "idle") -> bool:
+    def _collect(self, found: Items, address: str = "idle") -> bool:
         """Batch what a profile found; return whether all of it could be used."""
         sound = True
         for item in found:

@@ -7,7 +7,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Listener, Skipped
 from mossar_adapters.osc.datagrams import DatagramSocket
 from mossar_adapters.osc.decoder import OscDecoder
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import Frames
 
 POLL = 0.1  # s between two Nones while nothing comes
@@ -53,7 +53,7 @@ class OscSource:
         """Have `items` begin with what comes from now on; how much is discarded is logged."""
         self._skips = True
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and who has left as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
@@ -71,7 +71,7 @@ class OscSource:
         finally:
             self._socket.close()
 
-    def _skip(self) -> Iterator[Meta | Left]:
+    def _skip(self) -> Iterator[Meta | Departure]:
         """Discard the frames that wait; who they are of counts all the same."""
         skipped = Skipped(self._socket.now)
         latest = 0.0
@@ -81,7 +81,7 @@ class OscSource:
             yield from skipped.without_frames(self.decoder.receive(*datagrams))
         self._skipped = skipped
 
-    def _received(self) -> list[Meta | Frames | Left]:
+    def _received(self) -> list[Meta | Frames | Departure]:
         """Return what is complete with what the socket has, frames that nothing more comes for included."""
         datagrams = self._socket.receive(TICK if self.decoder.pending else POLL)
         self.counters.kernel_drops = self._socket.kernel_drops

@@ -21,7 +21,7 @@ from mossar_adapters.abilities import Orders, Resumes, offered
 from mossar_adapters.people.body import PAUSE
 from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
 from mossar_adapters.replay.interleaving import part
-from mossar_adapters.source import Came, Item, Left, Meta, Source
+from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
 from mossar_stream import Frames, SettingsError
 
 _IDS: Final = 256  # whose skeletons are remembered
@@ -59,7 +59,7 @@ class PeopleSource:
         self._begun: set[str] = set()  # slots that frames were passed on of
         self._pending: dict[str, Frames] = {}  # by id, from the first moment on that has to be decided
         self._held: dict[str, list[Frames]] = {}  # of ids that are looked at
-        self._left: dict[str, tuple[Left, float]] = {}  # by slot, with the monotonic time, s
+        self._left: dict[str, tuple[Departure, float]] = {}  # by slot, with the monotonic time, s
         self._shifts: OrderedDict[str, float] = OrderedDict()  # s that are added to the times of an id
         self._now = -np.inf  # s, the latest time
         self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
@@ -173,7 +173,7 @@ class PeopleSource:
                 yield from self._take(item)
         elif isinstance(item, Meta):
             yield from self._announce(item)
-        elif isinstance(item, Left):
+        elif isinstance(item, Departure):
             yield from self._leave(item)
         elif item is None:
             yield from self._decide_all()
@@ -200,7 +200,7 @@ class PeopleSource:
         if len(self._metas) > _IDS:
             self._ranks.pop(self._metas.popitem(last=False)[0])
 
-    def _leave(self, left: Left) -> Iterator[Item]:
+    def _leave(self, left: Departure) -> Iterator[Item]:
         """Keep a farewell back for as long as another id may go on with the take."""
         yield from self._decide_all()
         yield from self._settle(float("inf"), left.performer)
@@ -213,7 +213,7 @@ class PeopleSource:
         for slot, (left, at) in list(self._left.items()):
             if at <= until:
                 del self._left[slot]
-                yield Left(slot, left.reason)
+                yield Departure(slot, left.reason)
 
     def _take(self, frames: Frames) -> Iterator[Item]:
         frames = self._on_one_clock(frames)
@@ -327,8 +327,8 @@ class PeopleSource:
             another = change.another or change.slot in self._anew
             self._anew.discard(change.slot)
             if another and change.slot in self._begun:
-                yield Left(change.slot, f"{shown(change.id)} instead")
-            yield Came(change.slot, change.id, another)
+                yield Departure(change.slot, f"{shown(change.id)} instead")
+            yield Occupant(change.slot, change.id, another)
 
     def _on_one_clock(self, frames: Frames) -> Frames:
         """Return frames of a live source on the clock of the others, if the id has one of its own that began late."""

@@ -5,7 +5,7 @@ import time
 
 from mossar_adapters.newest import Newest
 from mossar_adapters.pipeline.inbox import Arrival, Inbox
-from mossar_adapters.source import Came, Left, Meta, Source
+from mossar_adapters.source import Departure, Meta, Occupant, Source
 from mossar_stream import Frames, MossarError
 
 MOST_METAS = 4096  # performers of a source that are remembered; more than any source of ours knows at a time
@@ -46,10 +46,10 @@ class Feed:
         if self._thread.ident is not None:
             self._thread.join(timeout)
 
-    def _arrival(self, item: Meta | Frames | Left | Came) -> Arrival:
+    def _arrival(self, item: Meta | Frames | Departure | Occupant) -> Arrival:
         """Return an arrival; frames with the latest meta of their performer."""
         now = time.monotonic()
-        if isinstance(item, Left | Came):
+        if isinstance(item, Departure | Occupant):
             return Arrival(self._index, item, now)
         meta = item if isinstance(item, Meta) else self._metas.get(item.performer)
         if meta is not None:

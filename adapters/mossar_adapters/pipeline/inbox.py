@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from mossar_adapters.source import Came, Left, Meta
+from mossar_adapters.source import Departure, Meta, Occupant
 from mossar_stream import Frames
 
 CAPACITY = 2048  # frames per source
@@ -31,7 +31,7 @@ class Arrival(msgspec.Struct, frozen=True):
     """
 
     source: int
-    item: "Meta | Frames | Left | Came | Callable[[], None] | Exception | None"
+    item: "Meta | Frames | Departure | Occupant | Callable[[], None] | Exception | None"
     at: float
     meta: Meta | None = None
 

@@ -24,7 +24,7 @@ class Latency:
         self._lock = threading.Lock()
 
     def add(self, seconds: float) -> None:
-        """Take a delay in."""
+        """Add a delay, s."""
         with self._lock:
             self._delays.append(seconds)
 

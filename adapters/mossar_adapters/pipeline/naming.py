@@ -10,7 +10,7 @@ _log = logging.getLogger("mossar.pipeline")
 
 
 class Naming:
-    """Gives each performer of each source a name that nobody else has.
+    """Gives each performer of each source a unique name.
 
     Args:
         sources: Names of the sources.

@@ -29,10 +29,10 @@ from mossar_adapters.pipeline.reasons import Reasons
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.stream_time import StreamTime
 from mossar_adapters.pipeline.take_starts import is_start, parts, take_starts
-from mossar_adapters.pipeline.upkeep import Upkeep, news
+from mossar_adapters.pipeline.upkeep import Upkeep, stream_event
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
-from mossar_adapters.source import Came, Left, Meta, Source
+from mossar_adapters.source import Departure, Meta, Occupant, Source
 from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamEvent
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
@@ -40,12 +40,12 @@ _IDLE = 2.0  # s without frames after which a performer makes room for a newcome
 _MOST_LOGGED = 20  # performers that cannot be followed and are logged
 _LEAVE = 1.0  # s given to a reader to end
 _RUN_BYTES = 6  # of a run's name: two of a million runs are called the same once in 280 million times
-_NAMES = 4 * MAX_PERFORMERS  # names of a source, after which those unheard for longest are forgotten
+_NAMES = 4 * MAX_PERFORMERS  # names of a source, after which the least recently used are forgotten
 
 _log = logging.getLogger("mossar.pipeline")
 
 
-class _Heard(NamedTuple):
+class _LatestFrames(NamedTuple):
     """Frames that came: of which source, when (monotonic s), and the last one's time on the source's clock."""
 
     source: int
@@ -67,7 +67,7 @@ class Pipeline:
         moves: That are recognised of all performers.
         follow: Names of those that are followed, or True for all.
         resume: Snapshot of a run that was cut short, to go on with; its name comes before `run_id`.
-        run_id: Name of the run, by which receivers tell its events from those of others; one that is new if None.
+        run_id: Name of the run, by which receivers distinguish its events from those of other runs; a new one if None.
         tick: Called about every 0.05 s from the thread that segments.
 
     Raises:
@@ -105,7 +105,7 @@ class Pipeline:
         self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
         self._metas: dict[str, Meta] = {}  # as the source announced each performer last
         self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
-        self._heard: dict[str, _Heard] = {}  # the latest frames of each performer
+        self._heard: dict[str, _LatestFrames] = {}  # the latest frames of each performer
         self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._reasons = Reasons()
         self._refused: set[str] = set()  # newcomers for whom there is no room
@@ -231,10 +231,10 @@ class Pipeline:
             self._announce(item, arrival)
         elif isinstance(item, Frames):
             self._push(item, arrival)
-        elif isinstance(item, Left):
-            self._let_go(item, arrival.source)
-        elif isinstance(item, Came):
-            self._welcome_back(item, arrival.source)
+        elif isinstance(item, Departure):
+            self._end_departed(item, arrival.source)
+        elif isinstance(item, Occupant):
+            self._change_occupant(item, arrival.source)
         elif isinstance(item, Exception) or item is None:
             self._end_source(arrival.source, item)
         else:
@@ -297,13 +297,13 @@ class Pipeline:
         return meta if len(known) != len(meta.skeleton) else msgspec.structs.replace(meta, skeleton=known)
 
     def _follow(self, name: str, meta: Meta, source: int) -> None:
-        """Take a performer in, or its new skeleton."""
+        """Add a performer, or set its new skeleton."""
         self._metas[name] = meta
         meta = self._followed[name] = self._described(name, meta)
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
-            self._tell_unfollowed(name, source, error)
+            self._log_unfollowed(name, source, error)
             return
         self._refused.discard(name)
         self._unfollowed.discard(name)
@@ -333,7 +333,7 @@ class Pipeline:
             self._limbs_lack = True
             _log.warning("%s: %s has no limbs, as %s", self._source_name(source), name, WITHOUT_LIMBS)
 
-    def _tell_unfollowed(self, name: str, source: int, error: Exception) -> None:
+    def _log_unfollowed(self, name: str, source: int, error: Exception) -> None:
         """Log once for a performer why it cannot be followed; among many, only for the first ones."""
         if name not in self._unfollowed and len(self._unfollowed) < _MOST_LOGGED:
             more = "" if len(self._unfollowed) < _MOST_LOGGED - 1 else "; others are not logged any more"
@@ -375,7 +375,7 @@ class Pipeline:
             frames = msgspec.structs.replace(frames, performer=name)
         if not self._ensure_followed(name, frames, arrival):
             return
-        self._heard[name] = _Heard(arrival.source, arrival.at, float(frames.times[-1]))
+        self._heard[name] = _LatestFrames(arrival.source, arrival.at, float(frames.times[-1]))
         resumed = self.upkeep.heard(self, arrival, name)
         frames = self.stream_time.within(frames)
         if not len(frames):
@@ -408,7 +408,7 @@ class Pipeline:
         self._reasons.seen(frames.performer, float(frames.times[-1]))
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
-            events.insert(place, news(self, frames.performer, "resumed"))
+            events.insert(place, stream_event(self, frames.performer, "resumed"))
         parcels = [Parcel(frames, arrived_at), *map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))
@@ -439,18 +439,18 @@ class Pipeline:
             )
         self.unusable[name] = self.unusable.get(name, 0) + count
 
-    def _let_go(self, left: Left, source: int) -> None:
-        name = self.naming.known(source, left.performer)
+    def _end_departed(self, departure: Departure, source: int) -> None:
+        name = self.naming.known(source, departure.performer)
         if name is not None and name in self.pool:
-            self.end_take(name, left.reason)
+            self.end_take(name, departure.reason)
             self.upkeep.leave(name)
             self.stream_time.absent(name)
 
-    def _welcome_back(self, came: Came, source: int) -> None:
-        """Take note of whose frames follow; of another person nothing is known, neither range nor noise."""
-        name = self._name(source, came.performer)
-        self._reasons.came(name, came.id, another=came.another)
-        if came.another and name in self.pool:
+    def _change_occupant(self, occupant: Occupant, source: int) -> None:
+        """Note the person whose frames follow; for another person, range and noise are reset."""
+        name = self._name(source, occupant.performer)
+        self._reasons.set_occupant(name, occupant.id, another=occupant.another)
+        if occupant.another and name in self.pool:
             self.send(self.pool.reset(name, "another person"))
 
     def _refuse(self, frames: Frames, error: Exception) -> None:

@@ -17,7 +17,7 @@ class Reasons:
     Example:
         >>> from mossar_stream import StreamEvent
         >>> reasons = Reasons()
-        >>> reasons.came("p1", "p7")
+        >>> reasons.set_occupant("p1", "p7")
         >>> reasons.seen("p1", 3.0)
         >>> started = StreamEvent(performer="p1", event="started", take=1, reason="")
         >>> reasons.given([started], 15.0)[0].reason
@@ -28,8 +28,8 @@ class Reasons:
         self._ids: dict[str, str] = {}  # of the sender, by slot
         self._seen: dict[str, float] = {}  # s of the source's clock, when each slot had frames last
 
-    def came(self, name: str, ident: str, *, another: bool = False) -> None:
-        """Take note of who is in a slot; of another person than before nobody says that it is back."""
+    def set_occupant(self, name: str, ident: str, *, another: bool = False) -> None:
+        """Take note of who is in a slot; another person than before is not reported as back."""
         self._ids[name] = ident
         if another:
             self._seen.pop(name, None)

@@ -1,7 +1,6 @@
 """Stream time: from when to when each performer was seen, and whether all have reached the end that was asked for."""
 
-import msgspec
-
+from mossar_adapters.replay.interleaving import part
 from mossar_stream import Frames
 
 
@@ -33,19 +32,14 @@ class StreamTime:
         if self._seconds is None or last - first < self._seconds:
             return frames
         kept = int((frames.times - first < self._seconds).sum())
-        return msgspec.structs.replace(
-            frames,
-            positions=frames.positions[:kept],
-            times=frames.times[:kept],
-            confidence=None if frames.confidence is None else frames.confidence[:kept],
-        )
+        return part(frames, 0, kept)
 
     def absent(self, name: str) -> None:
-        """Take note that a performer has left, or that its frames have stopped: nobody waits for its end."""
+        """Take note that a performer has left, or that its frames have stopped: its end is not awaited."""
         self._absent.add(name)
 
     def over(self) -> bool:
-        """Return whether somebody has reached the end, and all others who are there have, too."""
+        """Return whether every present performer has reached the end, and there is one."""
         if self._seconds is None:
             return False
         reached = {name for name, (first, last) in self.spans.items() if last - first >= self._seconds}

@@ -10,6 +10,7 @@ from typing import TypeGuard
 import msgspec
 import numpy as np
 
+from mossar_adapters.replay.interleaving import part
 from mossar_stream import Event, Frames, StreamEvent
 
 _SAFE = 0.99  # of the pause: a cut too many changes nothing, one too few does
@@ -42,7 +43,7 @@ def parts(frames: Frames, max_pause: float) -> list[Frames]:
     if not len(cuts):
         return [frames]
     edges = [0, *cuts.tolist(), len(frames)]
-    return [_part(frames, first, end) for first, end in itertools.pairwise(edges)]
+    return [part(frames, first, end) for first, end in itertools.pairwise(edges)]
 
 
 def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
@@ -54,13 +55,3 @@ def take_starts(events: list[Event], frames: Frames) -> list[TakeStart]:
 def is_start(event: Event) -> TypeGuard[StreamEvent]:
     """Return whether an event says that a take began."""
     return isinstance(event, StreamEvent) and event.event == "started"
-
-
-def _part(frames: Frames, first: int, end: int) -> Frames:
-    return Frames(
-        frames.positions[first:end],
-        frames.times[first:end],
-        None if frames.confidence is None else frames.confidence[first:end],
-        frames.performer,
-        None if frames.first_frame is None else frames.first_frame + first,
-    )

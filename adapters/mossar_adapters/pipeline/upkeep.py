@@ -54,9 +54,9 @@ class Upkeep:
         self._snapshot_due = float("inf")
         self._received: dict[int, int] = {}  # messages of each silent source when its silence began
         self._explained: set[int] = set()  # sources whose silence was explained
-        # Frames of each performer and those without anybody, before.
+        # Frames of each performer, and those without joints, at the last check.
         self._nobody: dict[str, tuple[int, int]] = {}
-        self._empty: set[str] = set()  # performers of whom it was said that nobody is seen
+        self._empty: set[str] = set()  # performers whose frames without joints were logged
         self._nobody_due = 0.0  # monotonic s
         self._logged = 0  # how often that was logged
         self._full: set[int] = set()  # sources whose full queue was logged
@@ -186,7 +186,7 @@ class Upkeep:
                 source.resume(position.frames)
 
     def _digest(self, moves: Moves | None) -> bytes:
-        """Return what tells moves from others; nothing if there are none."""
+        """Return a digest of moves; empty without moves."""
         if moves is not self._moves:
             self._moves = moves
             self._moves_digest = b"" if moves is None else hashlib.sha256(moves.to_json()).digest()
@@ -230,7 +230,7 @@ class Upkeep:
             if performer not in pipeline.pool:  # others have taken its place
                 self._watch.leave(performer)
             elif finding == "stalled":
-                pipeline.send([news(pipeline, performer, "stalled", "no frames for 0.3 s")])
+                pipeline.send([stream_event(pipeline, performer, "stalled", "no frames for 0.3 s")])
             else:
                 pipeline.end_take(performer, STOPPED)
                 pipeline.stream_time.absent(performer)
@@ -252,7 +252,7 @@ class Upkeep:
                 )
 
     def _look_for_nobody(self, pipeline: "Pipeline") -> None:
-        """Say once of each performer that frames come in which there is nobody."""
+        """Log once for each performer that its frames have no joints."""
         for performer in pipeline.pool.names:
             stats = pipeline.pool[performer].stats
             frames, unseen = self._nobody.get(performer, (0, 0))
@@ -285,7 +285,7 @@ class Upkeep:
         return f"{name}: the frames have stopped, and nothing else comes; is the sender still running?"
 
 
-def news(pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = "") -> StreamEvent:
+def stream_event(pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = "") -> StreamEvent:
     """Return an event about the latest take of a performer."""
     take = pipeline.pool[performer].take
     return StreamEvent(performer=performer, event=event, take=take, reason=reason)

@@ -11,7 +11,7 @@ STALL = 0.3  # s without frames
 Finding = Literal["stalled", "ended"]
 
 
-class _Heard(msgspec.Struct):
+class _Watched(msgspec.Struct):
     at: float  # monotonic s of the last frames
     source: int
     stalled: bool = False
@@ -34,12 +34,12 @@ class Watch:
 
     def __init__(self, max_pause: Callable[[str], float]) -> None:
         self._max_pause = max_pause
-        self._heard: dict[str, _Heard] = {}
+        self._heard: dict[str, _Watched] = {}
 
     def heard(self, performer: str, source: int, now: float) -> bool:
         """Take note of frames; return whether they had stalled."""
         known = self._heard.get(performer)
-        self._heard[performer] = _Heard(now, source)
+        self._heard[performer] = _Watched(now, source)
         return known is not None and known.stalled
 
     def leave(self, performer: str) -> None:

@@ -35,7 +35,7 @@ class Admission:
         self._counters = counters
 
     def admits(self, host: str, port: int) -> bool:
-        """Count a datagram and return whether it is to be read."""
+        """Count a datagram and return whether to read it."""
         self._counters.received += 1
         if not self._allowed.allows(host):
             self._counters.ignored += 1

@@ -14,7 +14,7 @@ from mossar_adapters.joint_sets import by_count
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.steady import Steady
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames, Skeleton, narrow
 
 MAX_PERFORMERS = 256  # known at a time
@@ -42,10 +42,10 @@ class Batch:
     def __init__(self, fps: float | None = None) -> None:
         self.fps = fps
         self._lines: Recent[_Line] = Recent(MAX_PERFORMERS, "performers")
-        self._ready: list[Meta | Frames | Left] = []
+        self._ready: list[Meta | Frames | Departure] = []
         self._now = float("-inf")  # the latest arrival, s
 
-    def put(self, item: Meta | Pose | Left) -> None:
+    def put(self, item: Meta | Pose | Departure) -> None:
         """Take one thing that a decoder found.
 
         A meta that says the same as before, and the leaving of somebody unknown, change nothing.
@@ -61,7 +61,7 @@ class Batch:
         else:
             self._leave(item)
 
-    def take(self) -> list[Meta | Frames | Left]:
+    def take(self) -> list[Meta | Frames | Departure]:
         """Return everything collected since the last call."""
         for performer, line in self._lines.items():
             if line.times:
@@ -76,7 +76,7 @@ class Batch:
             self._ready.append(meta)
         line.meta = meta
 
-    def _leave(self, left: Left) -> None:
+    def _leave(self, left: Departure) -> None:
         line = self._lines.get(left.performer)
         if line is not None:
             self._finish(left.performer, line)

@@ -12,7 +12,7 @@ Kept = TypeVar("Kept")
 
 
 class Recent(Generic[Kept]):
-    """What is kept of each sender or performer, by name, in the order in which they were last heard.
+    """What is kept of each sender or performer, by name, least recently heard first.
 
     A flood of new names never takes the place of one that still sends: it is refused instead.
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.files.selection import selected_skeleton
-from mossar_adapters.source import Came, Item, Left, Meta, Source
+from mossar_adapters.files.selection import of_joints, selected_skeleton
+from mossar_adapters.newest import Newest
+from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
 from mossar_stream import FrameError, Frames
 
 _NAMES = 4096  # performers that are remembered
@@ -30,9 +31,9 @@ class SelectedSource:
     def __init__(self, source: Source, options: ReadOptions) -> None:
         self._source = source
         self._options = options
-        self._columns: dict[str, NDArray[np.intp]] = {}
         self._others: set[str] = set()  # performers that are not wanted, as far as they were logged
-        self._fits: dict[str, bool] = {}  # whether each performer has what is wanted
+        # The joints that are wanted of each performer, by number; none for all, None if it lacks one.
+        self._joints: Newest[str, NDArray[np.intp] | None] = Newest(_NAMES)
         self.name, self.live = source.name, source.live
 
     def __getattr__(self, name: str) -> Any:
@@ -49,7 +50,7 @@ class SelectedSource:
             if item is None:
                 yield None
             elif self._options.performer not in {None, item.performer}:
-                self._tell_of(item)
+                self._log_left_out(item)
             else:
                 wanted = self._of_interest(item)
                 if wanted is not None:
@@ -59,14 +60,15 @@ class SelectedSource:
         """Close the source."""
         self._source.close()
 
-    def _of_interest(self, item: Meta | Frames | Left | Came) -> Item:
+    def _of_interest(self, item: Meta | Frames | Departure | Occupant) -> Item:
         if isinstance(item, Meta):
             return self._announced(item)
-        if not self._fits.get(item.performer):
+        joints = self._joints.get(item.performer)
+        if joints is None:
             return None
-        return self._frames(item) if isinstance(item, Frames) else item
+        return of_joints(item, joints) if isinstance(item, Frames) else item
 
-    def _tell_of(self, item: Meta | Frames | Left | Came) -> None:
+    def _log_left_out(self, item: Meta | Frames | Departure | Occupant) -> None:
         if isinstance(item, Meta) and len(self._others) < _MOST_LOGGED and item.performer not in self._others:
             self._others.add(item.performer)
             _log.info(
@@ -75,32 +77,15 @@ class SelectedSource:
 
     def _announced(self, meta: Meta) -> Meta | None:
         try:
-            found = self._meta(meta)
+            skeleton, note = selected_skeleton(meta.skeleton, self._options)
         except FrameError as error:
-            if not self._fits:
+            if not self._joints:
                 raise
-            self._fits[meta.performer] = False
+            self._joints[meta.performer] = None
             _log.warning("%s: %s is left out: %s", self.name, meta.performer, error)
             return None
-        self._fits[meta.performer] = True
-        if len(self._fits) > _NAMES:
-            oldest = next(iter(self._fits))
-            del self._fits[oldest]
-            self._columns.pop(oldest, None)
-        return found
-
-    def _meta(self, meta: Meta) -> Meta:
-        skeleton, note = selected_skeleton(meta.skeleton, self._options)
         if note:
             _log.info("%s: %s", self.name, note)
-        if self._options.joints:
-            columns = [meta.skeleton.index(name) for name in self._options.joints]
-            self._columns[meta.performer] = np.array(columns, dtype=np.intp)
+        joints = [meta.skeleton.index(name) for name in self._options.joints]
+        self._joints[meta.performer] = np.array(joints, dtype=np.intp)
         return msgspec.structs.replace(meta, skeleton=skeleton)
-
-    def _frames(self, frames: Frames) -> Frames:
-        columns = self._columns.get(frames.performer)
-        if columns is None:
-            return frames
-        confidence = None if frames.confidence is None else frames.confidence[:, columns]
-        return msgspec.structs.replace(frames, positions=frames.positions[:, columns], confidence=confidence)

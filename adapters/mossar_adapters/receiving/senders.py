@@ -32,7 +32,7 @@ class Senders:
         self._first: str | None = None  # host whose performers have plain names
 
     def suffix(self, host: str, port: int, now: float) -> str:
-        """Return what tells this sender's performers from those of others; empty for the first sender.
+        """Return what distinguishes this sender's performers from those of others; empty for the first sender.
 
         Args:
             host: Of the sender.

@@ -52,7 +52,7 @@ class DeferredSink:
         self._sink.send_frames(frames)
 
     def position(self) -> int | None:
-        """Return the bytes in the file, 0 before there is one, None if it does not tell."""
+        """Return the bytes in the file, 0 before there is one, None if the sink has no position."""
         if self._sink is None:
             return 0
         own = offered(self._sink, HasPosition)
@@ -70,7 +70,7 @@ class DeferredSink:
 
 
 def _check(path: Path, *, force: bool) -> None:
-    """Tell early what opening the file would tell late.
+    """Raise early the errors that opening the file would raise late.
 
     Raises:
         FileError: If it cannot be written.

@@ -4,14 +4,13 @@ import logging
 import time
 from collections.abc import Iterator
 
-import msgspec
-
 from mossar_adapters.pipeline.counting import explanation
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Inbox
 from mossar_adapters.pipeline.upkeep import SILENCE
+from mossar_adapters.replay.interleaving import part
 from mossar_adapters.sink import FrameSink
-from mossar_adapters.source import Came, Left, Meta, Source
+from mossar_adapters.source import Departure, Meta, Occupant, Source
 from mossar_stream import Frames
 
 _POLL = 0.1  # s
@@ -58,7 +57,7 @@ class Recorder:
                 elif isinstance(item, Frames):
                     self._feed.heard_at = arrival.at
                     yield self.frames, self._write(item)
-                elif not isinstance(item, Left | Came):
+                elif not isinstance(item, Departure | Occupant):
                     self.error = item if isinstance(item, Exception) else None
                     return
         finally:
@@ -80,12 +79,7 @@ class Recorder:
             kept = int((frames.times - self._first < self._seconds).sum())
             if kept < len(frames):
                 self._stopping = True
-                frames = msgspec.structs.replace(
-                    frames,
-                    positions=frames.positions[:kept],
-                    times=frames.times[:kept],
-                    confidence=None if frames.confidence is None else frames.confidence[:kept],
-                )
+                frames = part(frames, 0, kept)
         if not len(frames):
             return self._seconds or 0.0
         self._sink.send_frames(frames)

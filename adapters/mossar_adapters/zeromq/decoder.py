@@ -13,7 +13,7 @@ from mossar_adapters.maps.codec import from_json, from_msgpack
 from mossar_adapters.maps.decoder import MapDecoder
 from mossar_adapters.maps.frame_maps import FrameMap
 from mossar_adapters.receiving.batch import Batch
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
 
 
@@ -46,7 +46,7 @@ class ZmqDecoder:
         self._maps = MapDecoder(self.counters, options, performer)
         self._batch = Batch(options.fps)
 
-    def receive(self, *messages: ZmqMessage) -> list[Meta | Frames | Left]:
+    def receive(self, *messages: ZmqMessage) -> list[Meta | Frames | Departure]:
         """Return what these messages say; what is malformed is counted and passed over."""
         for message in messages:
             self.counters.received += 1

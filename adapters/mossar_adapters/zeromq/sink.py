@@ -75,7 +75,7 @@ class ZmqSink:
 
 
 def _kind(event: Event) -> str:
-    """Return what the topic says: who subscribed to the body's key frames does not hear of limbs."""
+    """Return the kind in the topic: subscribers of the body's key frames do not get those of limbs."""
     tag = str(event.__struct_config__.tag)
     limb = isinstance(event, KeyFrameEvent | SegmentEvent) and event.channel != BODY
     return f"limb.{tag}" if limb else tag
@@ -143,7 +143,7 @@ class Publisher:
         self.endpoint = bound_at(self._socket)
         self._metas: Newest[bytes, bytes] = Newest(_METAS)  # topic -> latest meta map
         self.states = States()
-        self._subscribed = False  # whether anybody ever did
+        self._subscribed = False  # whether there ever was a subscriber
         self._name, self._logged = address.url, False  # whether a slow receiver was logged
 
     def announce(self, meta: Meta) -> None:
@@ -171,7 +171,7 @@ class Publisher:
             yield f"mossar.state.{state.performer}.".encode(), self._encode(state)
 
     def await_subscriber(self, seconds: float) -> None:
-        """Wait until somebody subscribes, at most `seconds`."""
+        """Wait for a subscriber, at most `seconds`."""
         deadline = time.monotonic() + seconds
         while not self._subscribed and (left := deadline - time.monotonic()) > 0:
             if self._socket.poll(int(min(left, 0.1) * 1000) + 1):

@@ -11,7 +11,7 @@ import zmq
 from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Skipped
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_adapters.zeromq.endpoint import CURVE_OPTIONS, binds, bound_at, can_read, open_socket
 from mossar_adapters.zeromq.guarded import GuardedContext
@@ -69,7 +69,7 @@ class ZmqSource:
         """Have `items` begin with what comes from now on; how much is discarded is logged."""
         self._skips = True
 
-    def items(self) -> Iterator[Meta | Frames | Left | None]:
+    def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
@@ -108,7 +108,7 @@ class ZmqSource:
         self._socket.close(0)
         self._context.term()
 
-    def _skip(self) -> Iterator[Meta | Left]:
+    def _skip(self) -> Iterator[Meta | Departure]:
         """Discard the frames that wait; who they are of counts all the same."""
         skipped = Skipped(self._now)
         while self._now < skipped.until + _SKIPPING and (messages := list(self._waiting())):

@@ -3,28 +3,30 @@ import pytest
 
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.files.rates import rate_of_times
-from mossar_adapters.files.units import fitted, given, guessed, height
+from mossar_adapters.files.units import fitted_scale, guessed_scale, height, stated_scale
 
 
 @pytest.mark.parametrize(
     ("tall", "unit"), [(1.6, "m"), (178, "cm"), (1700, "mm"), (70, "inch"), (120, "cm"), (1.2, "m")]
 )
 def test_the_unit_that_makes_people_is_taken(tall, unit):
-    assert f"unit taken as {unit} " in guessed(ReadOptions(), tall).note
+    assert f"unit taken as {unit} " in guessed_scale(ReadOptions(), tall).note
 
 
 def test_the_word_of_the_user_goes_first():
     options = ReadOptions(unit="mm")
-    assert [guessed(options, 1.7).metres, fitted(options, 1.7).metres, given(options, 1.0).metres] == [
-        0.001
-    ] * 3
-    assert guessed(options, 1.7).note is None
+    assert [
+        guessed_scale(options, 1.7).metres,
+        fitted_scale(options, 1.7).metres,
+        stated_scale(options, 1.0).metres,
+    ] == [0.001] * 3
+    assert guessed_scale(options, 1.7).note is None
 
 
 def test_without_a_height_metres_are_taken_and_said_so():
-    assert guessed(ReadOptions(), 0).metres == 1
-    assert "cannot be measured" in guessed(ReadOptions(), 0).note
-    assert fitted(ReadOptions(), 0).metres == 1
+    assert guessed_scale(ReadOptions(), 0).metres == 1
+    assert "cannot be measured" in guessed_scale(ReadOptions(), 0).note
+    assert fitted_scale(ReadOptions(), 0).metres == 1
 
 
 def test_height_ignores_frames_without_half_of_the_joints():

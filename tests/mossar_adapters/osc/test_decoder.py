@@ -9,7 +9,7 @@ from mossar_adapters.joint_sets import KINECT_25
 from mossar_adapters.osc.datagrams import Datagram
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import bundle, encode
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import Frames
 
 JOINTS = ("head", "neck", "torso", "l_shoulder", "l_elbow", "l_hand", "r_shoulder", "r_elbow", "r_hand")
@@ -158,8 +158,8 @@ def test_a_sender_met_in_mid_frame_is_in_step_after_two_frames():
 def test_who_leaves_comes_behind_the_last_frame():
     datagrams = [d for frame in range(3) for d in osceleton(frame, 3)]
     found = decoder().receive(*datagrams, at(0.2, "/lost_user", "i", 3))
-    assert [type(item) for item in found] == [Meta, Frames, Left]
-    assert found[2] == Left("p3", "lost user")
+    assert [type(item) for item in found] == [Meta, Frames, Departure]
+    assert found[2] == Departure("p3", "lost user")
 
 
 def test_frames_that_are_complete_are_not_lost_by_what_is_malformed_after_them():

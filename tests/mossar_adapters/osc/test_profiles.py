@@ -10,7 +10,7 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.joint_sets import COCO_17, KINECT_25
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.source import OscSource
-from mossar_adapters.source import Left
+from mossar_adapters.source import Departure
 
 JOINTS = ("head", "neck", "torso", "l_shoulder", "l_elbow", "l_hand", "r_shoulder", "r_elbow", "r_hand")
 
@@ -121,7 +121,7 @@ def test_users_who_leave_and_control_messages_are_passed_on(hear):
     heard = hear(source, send)
     wire.socket.close()
     assert heard.count("p3") == 3
-    assert heard.items[-1] == Left("p3", "lost user"), "behind the last frame"
+    assert heard.items[-1] == Departure("p3", "lost user"), "behind the last frame"
     assert listener.heard == [("/mossar/set/level", ["cluster"]), ("/mossar/reset", [])]
 
 

@@ -6,7 +6,7 @@ import pytest
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.people import PeopleSource
-from mossar_adapters.source import Came, Left, Meta
+from mossar_adapters.source import Departure, Meta, Occupant
 from mossar_stream import Frames
 
 FPS = 60.0
@@ -75,7 +75,7 @@ def played(bodies):
                     i = round(time * FPS)
                     assert not (slots[:, i] == int(item.performer[1:])).any(), "two people in one slot"
                     slots[owners[i, pose.tobytes()], i] = int(item.performer[1:])
-            elif isinstance(item, Came | Left):
+            elif isinstance(item, Occupant | Departure):
                 others.append(item)
         return slots, others
 

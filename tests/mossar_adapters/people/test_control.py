@@ -4,7 +4,7 @@ import pytest
 
 from mossar_adapters.control.requests import Request, of_people
 from mossar_adapters.people import PeopleSource
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import Frames, SettingsError
 
 
@@ -40,7 +40,7 @@ def test_who_is_in_which_slot(running):
 def test_people_are_exchanged_and_their_takes_end(running):
     assert [row["id"] for row in ask(running, do="exchange", performers=("p1", "p2"))] == ["p9", "p7"]
     after = running.let(50, 60)
-    assert {item.performer for item in after if isinstance(item, Left)} == {"p1", "p2"}
+    assert {item.performer for item in after if isinstance(item, Departure)} == {"p1", "p2"}
     frames = [item.performer for item in after if isinstance(item, Frames)]
     assert frames[:2] == ["p2", "p1"]
 

@@ -6,7 +6,7 @@ import pytest
 from checks.fuzz.recordings import WRITERS
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.people import PeopleSource
-from mossar_adapters.source import Came, Left, Meta
+from mossar_adapters.source import Departure, Meta, Occupant
 from mossar_adapters.urls import open_source
 from mossar_stream import Frames, Skeleton
 
@@ -76,7 +76,7 @@ def test_a_hidden_person_goes_on_under_another_id(tracked, played):
     slots, others = played(tracked(ids))
     assert set(slots[0]) == {0, 1}
     assert (slots[0] == 0).sum() == 90
-    assert others[-1] == Came("p1", "p7")
+    assert others[-1] == Occupant("p1", "p7")
 
 
 def test_frames_of_an_id_that_is_looked_at_are_not_lost(tracked, played, bodies):
@@ -94,10 +94,10 @@ def test_frames_of_an_id_that_is_looked_at_are_not_lost(tracked, played, bodies)
 def test_a_person_who_has_left_ends_the_take_only_if_nobody_goes_on(tracked, script):
     items = tracked(lambda _k, i: "p1" if i < 100 else "p7", frames=200, people=1)
     place = next(i for i, item in enumerate(items) if item.performer == "p7" and isinstance(item, Frames))
-    items.insert(place, Left("p1", "lost"))
-    assert [o for o in PeopleSource(script(items), 2).items() if isinstance(o, Left)] == []
-    items = [*items[:place], Left("p1", "lost")]
-    assert list(PeopleSource(script(items), 2).items())[-1] == Left("p1", "lost")
+    items.insert(place, Departure("p1", "lost"))
+    assert [o for o in PeopleSource(script(items), 2).items() if isinstance(o, Departure)] == []
+    items = [*items[:place], Departure("p1", "lost")]
+    assert list(PeopleSource(script(items), 2).items())[-1] == Departure("p1", "lost")
 
 
 def test_another_skeleton_is_announced(bodies, script):

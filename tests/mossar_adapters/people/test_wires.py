@@ -13,7 +13,7 @@ from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
 from mossar_adapters.osc.profiles.osceleton import FIELD
 from mossar_adapters.people import PeopleSource
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_adapters.urls import open_source
 from mossar_adapters.zeromq.sink import ZmqFrameSink
 from mossar_stream import Frames
@@ -170,4 +170,4 @@ def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(h
     right = "p2" if left == "p1" else "p1"
     assert len(slots[left]) == len(slots[right]) == COUNT
     assert sides[left].max() < sides[right].min()
-    assert not [item for item in heard.items if isinstance(item, Left)]
+    assert not [item for item in heard.items if isinstance(item, Departure)]

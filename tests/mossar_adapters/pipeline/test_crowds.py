@@ -4,7 +4,7 @@ import logging
 import time
 
 from mossar_adapters.pipeline import Pipeline
-from mossar_adapters.source import Left
+from mossar_adapters.source import Departure
 from mossar_stream import (
     FrameError,
     SettingsError,
@@ -80,7 +80,7 @@ def test_a_performer_is_there_again_after_a_flood_of_names(stage, monkeypatch):
 def test_seconds_are_not_waited_for_with_who_has_left_or_stopped(stage):
     sink = stage.Collected()
     ann, bob, eve = ([stage.meta(name), stage.wave(0, 30, name)] for name in ("ann", "bob", "eve"))
-    script = [*ann, *bob, *eve, Left("bob", "lost user"), stage.wave(30, 60, "ann"), 30.0]
+    script = [*ann, *bob, *eve, Departure("bob", "lost user"), stage.wave(30, 60, "ann"), 30.0]
     began = time.monotonic()
     outcome = Pipeline([stage.Script(script, live=True)], [sink], seconds=2.0).run()
     assert time.monotonic() - began < 10, "eve's frames have stopped"

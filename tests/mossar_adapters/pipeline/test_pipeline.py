@@ -10,7 +10,7 @@ import pytest
 from mossar_adapters.live import Counters, OutputClosedError
 from mossar_adapters.pipeline import Pipeline, Upkeep
 from mossar_adapters.pipeline.newcomers import LARGE_AT_ONCE, ORDINARY, Allowance
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import (
     Frames,
     KeyFrameEvent,
@@ -153,11 +153,11 @@ def test_a_sink_that_fails_does_not_stop_the_others(stage, caplog):
 
 
 def test_the_run_ends_when_nobody_reads_the_output_any_more(stage):
-    class Left(stage.Collected):
+    class Departure(stage.Collected):
         def send(self, events):
             raise OutputClosedError(f"closed before {len(events)} events")
 
-    outcome = Pipeline([stage.demo(None)], [Left()]).run()
+    outcome = Pipeline([stage.demo(None)], [Departure()]).run()
     assert outcome.abandoned
     assert not outcome.complete
 
@@ -281,10 +281,10 @@ def test_a_full_queue_is_said_and_counted(stage, caplog):
 def test_who_leaves_ends_a_take(stage):
     sink = stage.Collected()
     items = [
-        Left("p1", "unknown"),
+        Departure("p1", "unknown"),
         stage.meta(),
         stage.wave(0, 60),
-        Left("p1", "lost user"),
+        Departure("p1", "lost user"),
         stage.wave(60, 60),
     ]
     Pipeline([stage.Script(items, live=True)], [sink]).run()
@@ -324,7 +324,7 @@ def test_a_take_that_begins_within_a_chunk_after_one_that_the_wall_clock_ended_t
     sink = Clocked()
     frames = stage.wave(60, 60)
     frames.times[30:] += 5
-    script = [stage.meta(), stage.wave(0, 30), 1.5, stage.wave(30, 30), Left("p1", "gone"), frames]
+    script = [stage.meta(), stage.wave(0, 30), 1.5, stage.wave(30, 30), Departure("p1", "gone"), frames]
     Pipeline([stage.Script(script, live=True)], [sink]).run()
     begins = [event for event in sink.events if isinstance(event, tuple)]
     assert begins == [("p1", 0, 0.0), ("p1", 1, 1.0), ("p1", 2, 2.0), ("p1", 3, 8.0)]

@@ -4,7 +4,7 @@ import pytest
 from mossar_adapters.receiving.batch import MAX_PERFORMERS, Batch
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.recent import SILENT
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames, Skeleton
 
 SKELETON = Skeleton(("hip", "hand"), (-1, 0))
@@ -74,5 +74,5 @@ def test_what_does_not_fit_is_refused_and_what_is_too_far_is_missing():
 
 def test_who_was_never_announced_does_not_leave():
     batch = Batch()
-    batch.put(Left("p1", "lost user"))
+    batch.put(Departure("p1", "lost user"))
     assert batch.take() == []

@@ -5,7 +5,7 @@ import pytest
 
 from mossar_adapters.files.loaded import LoadedRecording
 from mossar_tools.bench.crowd import Crowd
-from mossar_tools.bench.measurement import Measurement, Target, Took, duration, rate
+from mossar_tools.bench.measurement import Measurement, Target, Timing, duration, rate
 from mossar_tools.bench.motion import joined, performer, to_and_fro, with_joints
 from mossar_tools.bench.push import waits
 from mossar_tools.bench.work import prepare
@@ -45,8 +45,8 @@ def test_slowed_motion_keeps_its_duration(motion):
 
 
 def test_the_wall_clock_counts_where_the_processor_was_ours():
-    ours = [Took(1.0, 0.99)] * 3
-    shared = [Took(2.0, 1.0), Took(4.0, 1.0), Took(1.0, 1.0)]
+    ours = [Timing(1.0, 0.99)] * 3
+    shared = [Timing(2.0, 1.0), Timing(4.0, 1.0), Timing(1.0, 1.0)]
     assert rate("x", "x", 100, ours).value == pytest.approx(100.0)
     assert (rate("x", "x", 100, shared).clock, rate("x", "x", 100, shared).value) == ("cpu", 100.0)
     assert duration("x", "x", "ms", ours, each=10).value == pytest.approx(100.0)
@@ -82,7 +82,7 @@ def test_recordings_nearest_to_31_joints_are_measured(motion):
     skeleton, positions = with_joints(motion.skeleton, motion.positions[:50], 20)
     few = LoadedRecording("few", skeleton, 30.0, positions, np.arange(50) / 30)
     right = LoadedRecording("right", motion.skeleton, 120.0, motion.positions[:60], motion.times[:60])
-    work = prepare([few, right, few], quick=True, tell=str)
+    work = prepare([few, right, few], quick=True, on_progress=str)
     assert [whole.name for whole in work.recordings] == ["right"]
     assert len(work.motions) == 2
     assert to_and_fro("a", skeleton, 30.0, positions).positions.shape == (98, 20, 3)

@@ -2,7 +2,7 @@ import pytest
 
 from mossar_stream import Settings
 from mossar_tools.evaluation.chance import blind, merged, nested, randomly
-from mossar_tools.evaluation.found import FIXED, Found, Method
+from mossar_tools.evaluation.detection import FIXED, Detection, Method
 from mossar_tools.evaluation.mossar import split, stream, whole
 from mossar_tools.evaluation.performer import demo_takes
 from mossar_tools.evaluation.trial import trial
@@ -52,7 +52,7 @@ def test_the_best_variant_is_chosen_for_all_takes_or_for_each(take):
 
     def run(own):
         first = [cut.middle for cut in own.cuts]
-        return {"a": Found(first if own is take else []), "b": Found(first[:-1])}
+        return {"a": Detection(first if own is take else []), "b": Detection(first[:-1])}
 
     rows = trial([take, other], [Method("made", ("best for all", "best each"), run)])
     assert [[outcome.variant for outcome in row.outcomes] for row in rows] == [["b", "b"], ["a", "b"]]
@@ -60,5 +60,5 @@ def test_the_best_variant_is_chosen_for_all_takes_or_for_each(take):
 
 
 def test_a_method_without_a_choice_has_one_variant(take):
-    (row,) = trial([take], [Method("made", FIXED, lambda _: {"": Found([1.0])})])
+    (row,) = trial([take], [Method("made", FIXED, lambda _: {"": Detection([1.0])})])
     assert row.outcomes[0].found.times == [1.0]

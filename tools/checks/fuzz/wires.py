@@ -18,7 +18,7 @@ from mossar_adapters.osc.datagrams import Datagram, DatagramSocket
 from mossar_adapters.osc.decoder import OscDecoder
 from mossar_adapters.osc.encode import bundle, encode
 from mossar_adapters.osc.frame_sink import open_osc_frame_sink
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 from mossar_adapters.zeromq.decoder import ZmqDecoder, ZmqMessage
 from mossar_stream import FrameError, Frames, MossarError, Performers
 
@@ -94,7 +94,7 @@ class Consumer:
     def __init__(self) -> None:
         self._pool = Performers(most=4)
 
-    def use(self, items: Sequence[Meta | Frames | Left]) -> None:
+    def use(self, items: Sequence[Meta | Frames | Departure]) -> None:
         """Take metas and frames; those that do not fit are refused.
 
         Raises:
@@ -144,7 +144,7 @@ def _osc_opener(listens: str) -> Callable[[], contextlib.AbstractContextManager[
     def opened() -> contextlib.AbstractContextManager[Feed]:
         decoder = OscDecoder(parse_url(f"osc://127.0.0.1:0?profile={listens}"))
 
-        def received(data: bytes, n: int) -> list[Meta | Frames | Left]:
+        def received(data: bytes, n: int) -> list[Meta | Frames | Departure]:
             found = decoder.receive(Datagram(data, _HOSTS[n % 3], 9000 + n % 2, n * 0.002))
             if n % _TOGETHER == 0 and decoder.pending:
                 found += decoder.idle(n * 0.002)
@@ -166,13 +166,13 @@ def _zeromq_one_part() -> contextlib.AbstractContextManager[Feed]:
 def _zeromq(topic: tuple[bytes, ...]) -> contextlib.AbstractContextManager[Feed]:
     decoder = ZmqDecoder()
 
-    def received(data: bytes, n: int) -> list[Meta | Frames | Left]:
+    def received(data: bytes, n: int) -> list[Meta | Frames | Departure]:
         return decoder.receive(ZmqMessage((*topic, data), n * 0.002))
 
     return contextlib.nullcontext(_live(received, decoder.counters))
 
 
-def _live(received: Callable[[bytes, int], Sequence[Meta | Frames | Left]], counters: Counters) -> Feed:
+def _live(received: Callable[[bytes, int], Sequence[Meta | Frames | Departure]], counters: Counters) -> Feed:
     """Return a feed for a decoder, which counts what it refuses instead of raising it."""
     consumer = Consumer()
     numbers = itertools.count(1)

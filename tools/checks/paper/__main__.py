@@ -8,7 +8,7 @@ from checks.paper.tables import grids_json, paper_tables
 from mossar_stream import Settings
 from mossar_tools.cli import guarded, run_command
 from mossar_tools.commands.evaluate import load_takes
-from mossar_tools.compiling import saying_if_cold
+from mossar_tools.compiling import reporting_compilation
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE, UsageError
 from mossar_tools.options import Options, add_messages, add_output, add_plot, add_settings
@@ -29,7 +29,7 @@ EXAMPLES = """  python -m checks.paper demo: --seeds 2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this program."""
     parser.add_argument("sources", metavar="DIR", nargs=1, help="a folder of labelled recordings, or demo:")
-    group = parser.add_argument_group("what to put out")
+    group = parser.add_argument_group("output")
     add_output(group, "json", "all numbers as one JSON object")
     add_plot(group)
     group.add_argument(
@@ -46,7 +46,7 @@ def run(options: Options, console: Console) -> int:
     outputs = Outputs.of(options)
     settings = Settings.build("paper", options.set)
     takes = load_takes(options, console)
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         done = interruptibly(lambda: experiments(takes, settings, console.status))
     found = {"v": 1, "splitting": grids_json(done.splitting), "remerging": grids_json(done.remerging)}
     outputs.write_json(found, console)

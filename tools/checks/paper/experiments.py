@@ -32,22 +32,22 @@ class Experiments(msgspec.Struct, frozen=True):
     chance: dict[str, Scores]
 
 
-def experiments(takes: Sequence[Take], settings: Settings, tell: Callable[[str], None]) -> Experiments:
+def experiments(takes: Sequence[Take], settings: Settings, on_progress: Callable[[str], None]) -> Experiments:
     """Run the experiments.
 
     Args:
         takes: The recordings.
         settings: Where they start from; the paper's.
-        tell: Gets what is being done, for a status line.
+        on_progress: Gets what is being done, for a status line.
     """
     groups = groups_of(takes)
     damped = settings.replace(kernel_form="damped")
     splitting, remerging = [], []
     for own in groups.values():
-        splitting += [velocity_grid(own, settings, tell), splitting_grid(own, settings, tell)]
-        remerging.append(recursion_grid(own, settings, tell))
-        remerging.append(remerging_grid("Mossar", own, settings, tell))
-        remerging.append(remerging_grid("Mossar, damped kernel", own, damped, tell))
+        splitting += [velocity_grid(own, settings, on_progress), splitting_grid(own, settings, on_progress)]
+        remerging.append(recursion_grid(own, settings, on_progress))
+        remerging.append(remerging_grid("Mossar", own, settings, on_progress))
+        remerging.append(remerging_grid("Mossar, damped kernel", own, damped, on_progress))
     chance = {name: mean_scores([_lucky(take, settings) for take in own]) for name, own in groups.items()}
     return Experiments(splitting, remerging, chance)
 

@@ -15,7 +15,7 @@ from checks.paper.recursion import LONGEST, SHORTEST, THRESHOLDS, accepted, spli
 from checks.paper.velocity_based import crossings, velocity
 from mossar_stream import Settings
 from mossar_tools.evaluation.chance import nested
-from mossar_tools.evaluation.found import Found
+from mossar_tools.evaluation.detection import Detection
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.mossar import split, whole
 from mossar_tools.evaluation.takes import Take
@@ -31,7 +31,7 @@ METRES = tuple(np.geomspace(0.1, 30.0, 34).round(2).tolist())
 EDGES = (5, 10, 15, 20, 25, 30, 35, 40)
 LAYERS = (1, 3, 5)
 
-Solve = Callable[[Take, float], Iterable[tuple[float, Iterable[Found]]]]
+Solve = Callable[[Take, float], Iterable[tuple[float, Iterable[Detection]]]]
 
 
 class Axis(msgspec.Struct, frozen=True):
@@ -93,10 +93,10 @@ def _best(perf: NDArray[np.float64]) -> tuple[int, int]:
     return int(i), int(j)
 
 
-def velocity_grid(takes: Sequence[Take], settings: Settings, tell: Callable[[str], None]) -> Grid:
+def velocity_grid(takes: Sequence[Take], settings: Settings, on_progress: Callable[[str], None]) -> Grid:
     """Return the conventional velocity-based method over smoothing and threshold."""
 
-    def solve(take: Take, smoothing: float) -> Iterable[tuple[float, Iterable[Found]]]:
+    def solve(take: Take, smoothing: float) -> Iterable[tuple[float, Iterable[Detection]]]:
         times, curve = velocity(take, smoothed(settings, smoothing, take.fps))
         for threshold in METRES:
             began = time.perf_counter()
@@ -104,25 +104,27 @@ def velocity_grid(takes: Sequence[Take], settings: Settings, tell: Callable[[str
             yield time.perf_counter() - began, [found]
 
     axes = Axis("wSize", SMOOTHING, "s"), Axis("sigThre", METRES, "m")
-    return _grid("Velocity-based", takes, axes, solve, tell)
+    return _grid("Velocity-based", takes, axes, solve, on_progress)
 
 
-def splitting_grid(takes: Sequence[Take], settings: Settings, tell: Callable[[str], None]) -> Grid:
+def splitting_grid(takes: Sequence[Take], settings: Settings, on_progress: Callable[[str], None]) -> Grid:
     """Return Mossar's splitting over smoothing and threshold."""
 
-    def solve(take: Take, smoothing: float) -> Iterable[tuple[float, Iterable[Found]]]:
+    def solve(take: Take, smoothing: float) -> Iterable[tuple[float, Iterable[Detection]]]:
         for share in SHARES:
             found = split(take, smoothed(settings, smoothing, take.fps).replace(sig_threshold=share))
             yield found.seconds, [found]
 
     axes = Axis("wSize", SMOOTHING, "s"), Axis("sigThre", SHARES)
-    return _grid("Mossar splitting", takes, axes, solve, tell)
+    return _grid("Mossar splitting", takes, axes, solve, on_progress)
 
 
-def remerging_grid(name: str, takes: Sequence[Take], settings: Settings, tell: Callable[[str], None]) -> Grid:
+def remerging_grid(
+    name: str, takes: Sequence[Take], settings: Settings, on_progress: Callable[[str], None]
+) -> Grid:
     """Return Mossar over N and L; every nested set is one that can be chosen."""
 
-    def solve(take: Take, edges: float) -> Iterable[tuple[float, Iterable[Found]]]:
+    def solve(take: Take, edges: float) -> Iterable[tuple[float, Iterable[Detection]]]:
         for layers in LAYERS:
             began = time.perf_counter()
             result = whole(take, settings.replace(edges=int(edges), layers=layers))
@@ -130,22 +132,22 @@ def remerging_grid(name: str, takes: Sequence[Take], settings: Settings, tell: C
             falling = [key.time for key in result.hierarchy]
             yield seconds, nested([key.time for key in result.key_frames], falling).values()
 
-    return _grid(name, takes, (Axis("N", EDGES), Axis("L", LAYERS)), solve, tell)
+    return _grid(name, takes, (Axis("N", EDGES), Axis("L", LAYERS)), solve, on_progress)
 
 
-def recursion_grid(takes: Sequence[Take], settings: Settings, tell: Callable[[str], None]) -> Grid:
+def recursion_grid(takes: Sequence[Take], settings: Settings, on_progress: Callable[[str], None]) -> Grid:
     """Return Li and Leung's method over N and L; C_min and the minimum similarity can be chosen."""
 
-    def solve(take: Take, edges: float) -> Iterable[tuple[float, Iterable[Found]]]:
+    def solve(take: Take, edges: float) -> Iterable[tuple[float, Iterable[Detection]]]:
         for layers in LAYERS:
             chosen = settings.replace(edges=int(edges), layers=layers, kernel_form="sum")
             began = time.perf_counter()
             trees = [split_tree(take, chosen, size, LONGEST) for size in SHORTEST]
             seconds = time.perf_counter() - began
             sets = {tuple(sorted(accepted(tree, limit))) for tree in trees for limit in THRESHOLDS}
-            yield seconds, [Found(list(times)) for times in sorted(sets)]
+            yield seconds, [Detection(list(times)) for times in sorted(sets)]
 
-    return _grid("Li & Leung", takes, (Axis("N", EDGES), Axis("L", LAYERS)), solve, tell)
+    return _grid("Li & Leung", takes, (Axis("N", EDGES), Axis("L", LAYERS)), solve, on_progress)
 
 
 def smoothed(settings: Settings, seconds: float, fps: float) -> Settings:
@@ -156,7 +158,11 @@ def smoothed(settings: Settings, seconds: float, fps: float) -> Settings:
 
 
 def _grid(
-    method: str, takes: Sequence[Take], axes: tuple[Axis, Axis], solve: Solve, tell: Callable[[str], None]
+    method: str,
+    takes: Sequence[Take],
+    axes: tuple[Axis, Axis],
+    solve: Solve,
+    on_progress: Callable[[str], None],
 ) -> Grid:
     """Return the best by Perf of what `solve` yields along the second axis, for each value of the first."""
     first, second = axes
@@ -166,7 +172,7 @@ def _grid(
     for take in takes:
         rows: list[list[Scores]] = []
         for i, value in enumerate(first.values):
-            tell(f"{method}, {first.name} {value:g}{first.unit}: {take.name}")
+            on_progress(f"{method}, {first.name} {value:g}{first.unit}: {take.name}")
             row = []
             for j, (took, sets) in enumerate(solve(take, value)):
                 seconds[i, j] += took

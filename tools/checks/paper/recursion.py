@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from mossar_stream import Comparison, Settings, segment_recording
-from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_tools.evaluation.detection import Detection, Method, Variants
 from mossar_tools.evaluation.takes import Take
 
 PRECISION = 0.1  # s (P)
@@ -55,7 +55,7 @@ def li_and_leung(settings: Settings, sizes: Sequence[float] = SHORTEST) -> Metho
             for threshold in THRESHOLDS:
                 times = sorted(accepted(tree, threshold))
                 name = f"C_min {size:g} s, K < {1 / threshold - 1:.3g}"
-                variants[name] = Found(times, seconds=seconds)
+                variants[name] = Detection(times, seconds=seconds)
         return variants
 
     return Method("Li and Leung (2.2)", ("best for all", "best each"), run)

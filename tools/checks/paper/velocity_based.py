@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Settings, segment_recording
-from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_tools.evaluation.detection import Detection, Method, Variants
 from mossar_tools.evaluation.mossar import at_level_of
 from mossar_tools.evaluation.takes import Take
 
@@ -35,7 +35,7 @@ def velocity(take: Take, settings: Settings) -> tuple[NDArray[np.float64], NDArr
     return times, np.array([state.value * state.scale for state in result.curves])
 
 
-def crossings(times: NDArray[np.float64], curve: NDArray[np.float64], threshold: float) -> Found:
+def crossings(times: NDArray[np.float64], curve: NDArray[np.float64], threshold: float) -> Detection:
     """Return the first frames on the other side of a threshold; a value at the threshold counts as resting."""
     above = curve > threshold
-    return Found(times[1:][above[1:] != above[:-1]].tolist())
+    return Detection(times[1:][above[1:] != above[:-1]].tolist())

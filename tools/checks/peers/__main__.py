@@ -8,7 +8,7 @@ from checks.peers.results import NOTES, compare, result_lines, results_json, usa
 from mossar_tools.bench.machine import Watch
 from mossar_tools.bench.report import machine_lines
 from mossar_tools.cli import guarded, run_command
-from mossar_tools.compiling import saying_if_cold
+from mossar_tools.compiling import reporting_compilation
 from mossar_tools.console import Console
 from mossar_tools.errors import DONE
 from mossar_tools.evaluation.performer import demo_takes
@@ -33,7 +33,7 @@ EXAMPLES = """  python -m checks.peers                        the built-in perfo
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this program."""
     parser.add_argument("sources", metavar="DIR", nargs="*", help="labelled folders")
-    group = parser.add_argument_group("what to measure and to put out")
+    group = parser.add_argument_group("measurement and output")
     group.add_argument("--quick", action="store_true", help="see that it works; the numbers say little")
     add_output(group, "json", "everything as one JSON object")
     add_output(group, "csv", "a row for each measurement")
@@ -49,11 +49,11 @@ def run(options: Options, console: Console) -> int:
         console.say(f"mossar: {note}")
     repeats = 1 if options.quick else REPEATS
 
-    def tell(text: str) -> None:
+    def on_progress(text: str) -> None:
         console.status(text, now=True)
 
-    with saying_if_cold():
-        rows = interruptibly(lambda: list(compare(groups_of(_takes(options)), peers, repeats, tell)))
+    with reporting_compilation():
+        rows = interruptibly(lambda: list(compare(groups_of(_takes(options)), peers, repeats, on_progress)))
     machine = watch.machine()
     if not outputs.piped:
         for line in (*result_lines(rows), *NOTES.splitlines(), *machine_lines(machine)):

@@ -80,7 +80,7 @@ def usable_peers() -> tuple[list[Peer], list[str]]:
 
 
 def compare(
-    groups: Mapping[str, list[Take]], peers: Sequence[Peer], repeats: int, tell: Callable[[str], None]
+    groups: Mapping[str, list[Take]], peers: Sequence[Peer], repeats: int, on_progress: Callable[[str], None]
 ) -> Iterator[Result]:
     """Yield the results, group by group.
 
@@ -88,14 +88,14 @@ def compare(
         groups: Takes by group.
         peers: Who takes part.
         repeats: Runs, at most; one that takes long is not repeated.
-        tell: Gets what is being done.
+        on_progress: Gets what is being done.
     """
     for group, takes in groups.items():
-        tell(f"peers: {ours.NAME}, {group}")
+        on_progress(f"peers: {ours.NAME}, {group}")
         yield _result(f"{ours.NAME}, frame by frame", group, partial(ours.one_by_one, takes), repeats)
         yield _result(f"{ours.NAME}, chunks of 64", group, partial(ours.in_chunks, takes), repeats)
         for peer in peers:
-            tell(f"peers: {peer.name}, {group}")
+            on_progress(f"peers: {peer.name}, {group}")
             chosen = peer.best[takes[0].level]
             words = ", ".join([f"fed {peer.feed}", *(f"{k}={_short(v)}" for k, v in chosen.items())])
             run = partial(run_peer, takes, peer, chosen)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from checks.peers.feeds import Feed, feed_of
 from checks.peers.peer import Detector, Parameters, Peer
-from mossar_tools.evaluation.found import Found
+from mossar_tools.evaluation.detection import Detection
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
 
@@ -24,7 +24,7 @@ class TakeRun(msgspec.Struct, frozen=True):
         waits: (n,) s from positions to cuts, for each frame; NaN where frames do not come one by one.
     """
 
-    found: Found
+    found: Detection
     alone: float
     cpu: float
     waits: NDArray[np.float64]
@@ -91,5 +91,5 @@ def run_take(detector: Detector, feed: Feed, take: Take) -> TakeRun:
     last = clock() - began
     cpu = time.process_time() - cpu
     cuts.sort()
-    kept = Found([cut for cut, _ in cuts], [at for _, at in cuts], float(waits.sum()) + last)
+    kept = Detection([cut for cut, _ in cuts], [at for _, at in cuts], float(waits.sum()) + last)
     return TakeRun(kept, alone + last, cpu, waits)

@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.peers.feeds import PoseFeed
 from checks.peers.runner import PeerRun, TakeRun, summed
-from mossar_tools.evaluation.found import Found
+from mossar_tools.evaluation.detection import Detection
 from mossar_tools.evaluation.takes import Take
 
 NAME = "ruptures KernelCPD (rbf)"
@@ -31,4 +31,6 @@ def _search(take: Take) -> TakeRun:
     found = KernelCPD(kernel="rbf", min_size=2).fit(poses[::step]).predict(n_bkps=len(take.cuts))
     ended, cpu = time.perf_counter(), time.process_time() - cpu
     cuts = [float(take.times[place * step]) for place in found[:-1]]
-    return TakeRun(Found(cuts, seconds=ended - began), ended - ready, cpu, np.full(len(take.times), np.nan))
+    return TakeRun(
+        Detection(cuts, seconds=ended - began), ended - ready, cpu, np.full(len(take.times), np.nan)
+    )

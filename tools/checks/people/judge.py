@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from checks.people.actors import FPS
 from checks.people.scenes import Scene
 from mossar_adapters.people import PeopleSource, Slots
-from mossar_adapters.source import Came, Item, Meta
+from mossar_adapters.source import Item, Meta, Occupant
 from mossar_stream import Frames
 
 
@@ -95,7 +95,7 @@ def judge(scene: Scene, people: int | None = None, chunk: int = 1) -> Verdict:
     at_slot: dict[str, int] = {}  # the id that was announced last
     taken: set[tuple[str, int]] = set()
     for item in PeopleSource(SceneSource(scene, chunk), people or count).items():
-        if isinstance(item, Came):
+        if isinstance(item, Occupant):
             at_slot[item.performer] = int(item.id[1:])
         if not isinstance(item, Frames):
             continue

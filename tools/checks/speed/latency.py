@@ -15,7 +15,7 @@ _ADDED = {"p50": Target(1.0), "p99": Target(5.0)}
 def measure(work: Work) -> Iterator[Measurement]:
     """Yield the delays over OSC and ZeroMQ, in and out, at 60 frames/s, and what they are more than a plain echo's."""
     for transport in RATES:
-        work.tell(f"latency: {transport}")
+        work.on_progress(f"latency: {transport}")
         found = delays(transport, work.some(int(SECONDS), 3))
         note = f"{len(found.through)} messages; inside mossar run {found.inside_p50:.2f} and {found.inside_p99:.2f} ms"
         through, echoed = (dict(zip(_LABELS, values, strict=True)) for values in found.quantiles_ms())

@@ -49,7 +49,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     segments = [part for whole in work.recordings for part in segments_of(whole)]
     step = max(1, len(segments) // work.some(PAIRS, 2))
     for count in EDGES[:: work.some(1, 8)]:
-        work.tell(f"paths: N = {count}")
+        work.on_progress(f"paths: N = {count}")
         graphs = [
             (segment_graph(*left, count, 1), segment_graph(*right, count, 1))
             for left, right in segments[::step]

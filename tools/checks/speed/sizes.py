@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from mossar_stream import Settings
-from mossar_tools.bench.measurement import Measurement, Took, rate, timed
+from mossar_tools.bench.measurement import Measurement, Timing, rate, timed
 from mossar_tools.bench.motion import Motion, to_and_fro, with_joints
 from mossar_tools.bench.stream import run_stream
 from mossar_tools.bench.work import Work
@@ -32,7 +32,7 @@ def measure_window(work: Work) -> Iterator[Measurement]:
         yield rate("window", f"remerge_window = {window}", frames, runs, note=note)
 
 
-def _runs(work: Work, motion: Motion, settings: Settings) -> tuple[int, list[Took]]:
+def _runs(work: Work, motion: Motion, settings: Settings) -> tuple[int, list[Timing]]:
     frames = work.some(300_000, 2000)
     chunks = motion.chunks(frames, SIZE)
     run_stream(motion, chunks[:2], settings)

@@ -17,7 +17,7 @@ from mossar_stream.algorithm.velocity import travel
 from mossar_stream.engine.plan import Plan
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.memory.joint_pages import POINT
-from mossar_tools.bench.measurement import Measurement, Took, rate, timed
+from mossar_tools.bench.measurement import Measurement, Timing, rate, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
 
@@ -88,7 +88,7 @@ def run_splitting(motion: Motion, chunks: list[Chunk], until: int = SPLITTING) -
     return sum(split_frames(memory, 0, positions, times, until) for positions, times in chunks)
 
 
-def runs_of_splitting(work: Work, motion: Motion, until: int) -> tuple[int, list[Took]]:
+def runs_of_splitting(work: Work, motion: Motion, until: int) -> tuple[int, list[Timing]]:
     """Return the frames of a run, and what the runs took."""
     frames = work.some(1_000_000, 2000)
     chunks = motion.chunks(frames, SIZE)

@@ -16,7 +16,7 @@ from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import new_row
 from mossar_stream.repetitions.counting import look
-from mossar_tools.bench.measurement import Measurement, Took, duration, timed
+from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
 
@@ -78,9 +78,9 @@ def measure(work: Work) -> Iterator[Measurement]:
         drive = _Drive(motion)
         whole.append(timed(drive.run, chunks))
         drives.append(drive)
-    remerging = [Took(drive.remerging, drive.remerging) for drive in drives]
-    recording = [Took(drive.recording, drive.recording) for drive in drives]
-    looking = [Took(drive.looking, drive.looking) for drive in drives]
+    remerging = [Timing(drive.remerging, drive.remerging) for drive in drives]
+    recording = [Timing(drive.recording, drive.recording) for drive in drives]
+    looking = [Timing(drive.looking, drive.looking) for drive in drives]
     rest = _less(_less(_less(_less(whole, splitting), remerging), recording), looking)
     note = "what joins the open segment, noise, tempo, poses kept"
     yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
@@ -94,10 +94,10 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield duration(part, "remerge, each call", "us", remerging, each=calls, note=note)
 
 
-def _less(runs: list[Took], others: list[Took]) -> list[Took]:
+def _less(runs: list[Timing], others: list[Timing]) -> list[Timing]:
     """Return what runs took more than others."""
     less = (
         float(np.median([other.wall for other in others])),
         float(np.median([other.cpu for other in others])),
     )
-    return [Took(max(0.0, run.wall - less[0]), max(0.0, run.cpu - less[1])) for run in runs]
+    return [Timing(max(0.0, run.wall - less[0]), max(0.0, run.cpu - less[1])) for run in runs]

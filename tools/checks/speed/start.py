@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from mossar_stream import MossarError
-from mossar_tools.bench.measurement import Measurement, Took, duration
+from mossar_tools.bench.measurement import Measurement, Timing, duration
 from mossar_tools.bench.work import Work
 
 PACKAGES = ("mossar_stream", "mossar_adapters", "mossar_tools")
@@ -34,7 +34,7 @@ def measure(work: Work) -> Iterator[Measurement]:
         yield duration("start", "import mossar_stream", "s", runs, IMPORT)
         if work.quick:
             return
-        work.tell("start: compiling from an empty cache")
+        work.on_progress("start: compiling from an empty cache")
         cold, said = first_event(folder)
         note = said or "it does not say what it is doing"
         yield duration("start", "first event of mossar demo, empty cache", "s", [cold], COLD, note)
@@ -53,7 +53,7 @@ def copied() -> Iterator[Path]:
         yield folder
 
 
-def first_import(folder: Path) -> Took:
+def first_import(folder: Path) -> Timing:
     """Return what importing the core takes in a new interpreter."""
     done = subprocess.run(  # noqa: S603 - our own interpreter
         [sys.executable, "-c", _PROGRAM],
@@ -64,10 +64,10 @@ def first_import(folder: Path) -> Took:
         check=True,
     )
     wall, cpu = map(float, done.stdout.split())
-    return Took(wall, cpu)
+    return Timing(wall, cpu)
 
 
-def first_event(folder: Path) -> tuple[Took, str]:
+def first_event(folder: Path) -> tuple[Timing, str]:
     """Return what it takes from starting `mossar demo` to its first line, and what it said meanwhile.
 
     Raises:
@@ -84,7 +84,7 @@ def first_event(folder: Path) -> tuple[Took, str]:
         said = demo.stderr.read().decode(errors="replace").strip() if demo.stderr else ""
     if not line:
         raise MossarError(f"mossar demo puts nothing out: {said[-200:]}")
-    return Took(wall, _children() - before), said.partition("\n")[0]
+    return Timing(wall, _children() - before), said.partition("\n")[0]
 
 
 def _children() -> float:

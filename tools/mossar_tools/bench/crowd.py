@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Frames, Performers
-from mossar_tools.bench.measurement import Measurement, Target, Took, rate, timed
+from mossar_tools.bench.measurement import Measurement, Target, Timing, rate, timed
 from mossar_tools.bench.motion import CROWD_FPS, Motion
 from mossar_tools.bench.resident import resident_bytes
 from mossar_tools.bench.work import Work
@@ -100,7 +100,7 @@ def measure(work: Work) -> Iterator[Measurement]:
         runs = []
         for _ in range(work.some(3, 1)):
             took = [_timed(crowd, way) for _ in range(batches)]
-            runs.append(Took(sum(one.wall for one in took), sum(one.cpu for one in took)))
+            runs.append(Timing(sum(one.wall for one in took), sum(one.cpu for one in took)))
         own = rate("performers", f"{count} performers, {way.name}", frames, runs, way.target)
         yield own
         note = f"at {CROWD_FPS:g} Hz on one core, {way.name}"
@@ -113,6 +113,6 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield Measurement("performers", note, "kB", (crowd.kilobytes(),), target=target)
 
 
-def _timed(crowd: Crowd, way: _Way) -> Took:
+def _timed(crowd: Crowd, way: _Way) -> Timing:
     batch = crowd.batch(way.size)
     return timed(way.push, crowd, batch)

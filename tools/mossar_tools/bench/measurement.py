@@ -69,7 +69,7 @@ class Measurement(msgspec.Struct, frozen=True):
         return float(np.median(self.values))
 
 
-class Took(msgspec.Struct, frozen=True):
+class Timing(msgspec.Struct, frozen=True):
     """What one run took.
 
     Args:
@@ -81,15 +81,15 @@ class Took(msgspec.Struct, frozen=True):
     cpu: float
 
 
-def timed(run: Callable[..., object], *arguments: object) -> Took:
+def timed(run: Callable[..., object], *arguments: object) -> Timing:
     """Return what a call took."""
     cpu, wall = time.process_time(), time.perf_counter()
     run(*arguments)
-    return Took(time.perf_counter() - wall, time.process_time() - cpu)
+    return Timing(time.perf_counter() - wall, time.process_time() - cpu)
 
 
 def rate(
-    part: str, name: str, frames: int, runs: Sequence[Took], target: float | None = None, note: str = ""
+    part: str, name: str, frames: int, runs: Sequence[Timing], target: float | None = None, note: str = ""
 ) -> Measurement:
     """Return frames per second; each run processed `frames`."""
     by_wall, by_cpu = _by_clocks(runs, lambda seconds: frames / seconds)
@@ -101,7 +101,7 @@ def duration(
     part: str,
     name: str,
     unit: Unit,
-    runs: Sequence[Took],
+    runs: Sequence[Timing],
     target: float | None = None,
     note: str = "",
     *,
@@ -115,12 +115,12 @@ def duration(
 
 
 def _by_clocks(
-    runs: Sequence[Took], made: Callable[[float], float]
+    runs: Sequence[Timing], made: Callable[[float], float]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     floor = 1e-9  # a clock that does not tick between two looks
     return tuple(made(max(run.wall, floor)) for run in runs), tuple(made(max(run.cpu, floor)) for run in runs)
 
 
-def _clock(runs: Sequence[Took]) -> Literal["wall", "cpu"]:
+def _clock(runs: Sequence[Timing]) -> Literal["wall", "cpu"]:
     share = float(np.median([run.cpu / max(run.wall, 1e-9) for run in runs]))
     return "wall" if share >= OWN else "cpu"

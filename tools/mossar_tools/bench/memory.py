@@ -34,7 +34,7 @@ def growth(motion: Motion, lengths: list[int], work: Work) -> Iterator[float]:
             segmenter.push(positions, times + turns * period)
             pushed += len(times)
         turns += 1
-        work.tell(f"memory: {pushed:,} frames")
+        work.on_progress(f"memory: {pushed:,} frames")
         while due and pushed >= due[0]:
             gc.collect()
             if due.pop(0) == SETTLED and not begin:

@@ -92,7 +92,7 @@ def singles(chunks: list[Chunk]) -> Iterator[tuple[NDArray[np.float32], float]]:
 
 
 def interruptions_of_thread() -> Callable[[], int]:
-    """Return what tells how often this thread was stopped so that another one could run; 0 where nobody knows."""
+    """Return a function that counts how often this thread was preempted; always 0 where the system does not say."""
     try:
         import resource
     except ImportError:  # Windows

@@ -57,12 +57,7 @@ def table(rows: Sequence[Measurement]) -> list[dict[str, Any]]:
     """Return a flat row for each measurement, for spreadsheets."""
     return [
         {
-            "part": row.part,
-            "name": row.name,
-            "unit": row.unit,
-            "median": row.value,
-            "min": min(row.values),
-            "max": max(row.values),
+            **_common(row),
             "clock": row.clock,
             "target": row.target.limit if row.target else None,
             "note": row.note,
@@ -71,24 +66,18 @@ def table(rows: Sequence[Measurement]) -> list[dict[str, Any]]:
     ]
 
 
+def _common(row: Measurement) -> dict[str, Any]:
+    values = {"median": row.value, "min": min(row.values), "max": max(row.values)}
+    return {"part": row.part, "name": row.name, "unit": row.unit, **values}
+
+
 def _row(row: Measurement, *, busy: bool) -> dict[str, Any]:
     target = None
     if row.target is not None:
         verdict = row.target.verdict(row.value, busy=busy)
         target = {"limit": row.target.limit, "at_least": row.target.at_least, "verdict": verdict}
-    return {
-        "part": row.part,
-        "name": row.name,
-        "unit": row.unit,
-        "median": row.value,
-        "min": min(row.values),
-        "max": max(row.values),
-        "shown": row.clock,
-        "wall": row.wall,
-        "cpu": row.cpu,
-        "target": target,
-        "note": row.note,
-    }
+    times = {"shown": row.clock, "wall": row.wall, "cpu": row.cpu}
+    return {**_common(row), **times, "target": target, "note": row.note}
 
 
 def _number(value: float, unit: Unit) -> str:

@@ -8,7 +8,7 @@ _STATM = Path("/proc/self/statm")
 
 
 def resident_bytes() -> int:
-    """Return the resident memory; where the system tells the largest so far only, that; 0 where it tells nothing."""
+    """Return the resident memory; the largest so far where the system reports only that; 0 where it reports nothing."""
     if _STATM.is_file():
         return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     try:

@@ -19,7 +19,7 @@ class Work(msgspec.Struct, frozen=True):
         recordings: Real recordings of the first motion, as they are; the performer's where there are none.
         repeats: How often each run is repeated.
         quick: Whether to look only whether everything works.
-        tell: Gets what is being done, for a status line.
+        on_progress: Gets what is being done, for a status line.
     """
 
     motions: list[Motion]
@@ -27,7 +27,7 @@ class Work(msgspec.Struct, frozen=True):
     recordings: list[LoadedRecording]
     repeats: int = 5
     quick: bool = False
-    tell: Callable[[str], None] = lambda _: None
+    on_progress: Callable[[str], None] = lambda _: None
 
     def some(self, much: int, little: int) -> int:
         """Return `much`, or `little` if it has to be quick."""
@@ -37,7 +37,7 @@ class Work(msgspec.Struct, frozen=True):
 PERFORMER_SECONDS, QUICK_SECONDS = 120.0, 4.0
 
 
-def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, tell: Callable[[str], None]) -> Work:
+def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, on_progress: Callable[[str], None]) -> Work:
     """Return the work on some recordings, and on the built-in performer.
 
     Of recordings with several skeletons those are taken whose number of joints is nearest to `JOINTS`.
@@ -53,7 +53,7 @@ def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, tell: Callable[[s
     if not usable:
         count = len(own.times) // 2 + 1
         whole = LoadedRecording(own.name, own.skeleton, own.fps, own.positions[:count], own.times[:count])
-        return Work([own], own, [whole], repeats, quick, tell)
+        return Work([own], own, [whole], repeats, quick, on_progress)
     nearest = min(usable, key=lambda whole: abs(len(whole.skeleton) - JOINTS))
     alike = [
         whole for whole in usable if len(whole.skeleton) == len(nearest.skeleton) and whole.fps == nearest.fps
@@ -61,4 +61,4 @@ def prepare(wholes: Sequence[LoadedRecording], *, quick: bool, tell: Callable[[s
     motions = [to_and_fro(whole.name, whole.skeleton, whole.fps or 0.0, whole.positions) for whole in alike]
     name = f"{len(alike)} real recordings, {len(nearest.skeleton)} joints"
     longest = max(motions, key=lambda motion: len(motion.times))
-    return Work([joined(name, motions), own], longest, alike, repeats, quick, tell)
+    return Work([joined(name, motions), own], longest, alike, repeats, quick, on_progress)

@@ -123,7 +123,7 @@ def _listened(source: "Source", console: Console) -> int:
     from mossar_adapters.pipeline.counting import counters_of, explanation
     from mossar_adapters.pipeline.feed import Feed
     from mossar_adapters.pipeline.inbox import Inbox
-    from mossar_adapters.source import Left, Meta
+    from mossar_adapters.source import Departure, Meta
     from mossar_stream import Frames
 
     inbox = Inbox([source.live])
@@ -142,7 +142,7 @@ def _listened(source: "Source", console: Console) -> int:
         elif isinstance(arrival.item, Frames):
             name = arrival.item.performer
             frames[name] = frames.get(name, 0) + len(arrival.item)
-        elif not isinstance(arrival.item, Left):
+        elif not isinstance(arrival.item, Departure):
             error = arrival.item if isinstance(arrival.item, Exception) else None
             break
     inbox.close()

@@ -32,7 +32,7 @@ EXAMPLES = """  mossar agree ann.eaf bo.eaf --tier moves
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("sources", metavar="LABELS", nargs="+", help="a file, or a folder, of each labeller")
-    group = parser.add_argument_group("what to compare and to put out")
+    group = parser.add_argument_group("comparison and output")
     group.add_argument(
         "--tier",
         metavar="NAME[,NAME...]",

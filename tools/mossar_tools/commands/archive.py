@@ -40,7 +40,7 @@ def run(options: Options, console: Console) -> int:
     needed("pyarrow", "archive", "mossar archive")
     from mossar_adapters.archive.job import Progress, run
 
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: Progress) -> None:
         share = (progress.done + progress.broken) / progress.recordings
         console.status(
             f"{progress.done + progress.broken} of {progress.recordings} recordings ({share:.0%}), "
@@ -50,7 +50,14 @@ def run(options: Options, console: Console) -> int:
     began = time.monotonic()
     reading = options.reading()
     found = run(
-        options.file, options.target, settings, reading, moves, follow, resume=options.resume, tell=tell
+        options.file,
+        options.target,
+        settings,
+        reading,
+        moves,
+        follow,
+        resume=options.resume,
+        on_progress=on_progress,
     )
     seconds = time.monotonic() - began
     console.clear()

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_measuring(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of everything that measures."""
     parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or labelled folders")
-    group = parser.add_argument_group("what to measure and to put out")
+    group = parser.add_argument_group("measurement and output")
     group.add_argument("--only", metavar="NAME,NAME", type=names, help="only these parts")
     group.add_argument("--quick", action="store_true", help="a short test run; the numbers mean little")
     add_output(group, "json", "everything as one JSON object")
@@ -61,11 +61,11 @@ def measured(options: Options, console: Console, measures: Measures) -> int:
     outputs = Outputs.of(options)
     from mossar_tools.bench.machine import Watch
     from mossar_tools.bench.report import NOTES, as_json, machine_lines, table
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
 
     watch = Watch()
     parts = chosen(options.only, measures)
-    with saying_if_cold():
+    with reporting_compilation():
         rows = _rows({name: measures[name] for name in parts}, options, console, shown=not outputs.piped)
     machine = watch.machine()
     if not outputs.piped:
@@ -89,11 +89,11 @@ def _rows(measures: Measures, options: Options, console: Console, *, shown: bool
     from mossar_tools.bench.work import prepare
 
     work = prepare(
-        _recordings(options), quick=options.quick, tell=lambda text: console.status(text, now=True)
+        _recordings(options), quick=options.quick, on_progress=lambda text: console.status(text, now=True)
     )
     rows = []
     for name, part in measures.items():
-        work.tell(f"{name} ...")
+        work.on_progress(f"{name} ...")
         watch = Watch()
         own = list(measure(part, work))
         rows += own

@@ -30,7 +30,7 @@ walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON t
 A folder of moves has label files of sessions, {"recording": "ann.npz", "commands": [[0, 165, "jab_left"], ...]}: from a
 first frame to before a last one the player did a move. Examples are in a file of mossar teach that "moves" names, or in
 samples/ann.npz: arrays (n, J, 3), metres, called MOVE_NUMBER, as in jab_left_1. Examples of several people in samples/ are
-also told by those of the others.
+also recognised with those of the others.
 With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5
@@ -47,7 +47,7 @@ SHOWN = "Mossar default, streaming"  # the method whose recordings are listed on
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("sources", metavar="DIR", nargs="+", help="folders of labelled recordings, or demo:")
-    group = parser.add_argument_group("what to do and to put out")
+    group = parser.add_argument_group("method and output")
     group.add_argument(
         "--leave-out",
         action="store_true",
@@ -90,7 +90,7 @@ def run(options: Options, console: Console) -> int:
     if options.sides or options.strict is not None:
         raise UsageError("--sides and --strict take a folder of moves on command")
     takes = load_takes(options, console)
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.chance import chance_methods
     from mossar_tools.evaluation.mossar import mossar_methods
     from mossar_tools.evaluation.report import as_json, recording_table, tables
@@ -98,9 +98,9 @@ def run(options: Options, console: Console) -> int:
 
     groups = groups_of(takes)
     methods = [*mossar_methods(settings), *chance_methods(settings)]
-    told = _progress(console, len(methods) * len(takes))
-    with saying_if_cold(settings):
-        rows = interruptibly(lambda: {name: trial(own, methods, told) for name, own in groups.items()})
+    progress = _progress(console, len(methods) * len(takes))
+    with reporting_compilation(settings):
+        rows = interruptibly(lambda: {name: trial(own, methods, progress) for name, own in groups.items()})
     report = as_json(groups, rows)
     outputs.write_json(report, console)
     outputs.write_csv(_flat(report), console)
@@ -126,7 +126,7 @@ def _refuse_what_would_change_nothing(options: Options) -> None:
 
 
 def _is_of_moves(options: Options) -> bool:
-    """Tell whether the folder is one of moves; a demo is none."""
+    """Return whether the folder is one of moves; a demo is none."""
     from mossar_tools.evaluation.moves_report import is_of_moves
 
     address = parse_url(options.sources[0])
@@ -135,12 +135,12 @@ def _is_of_moves(options: Options) -> bool:
 
 def _moves(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show what comes of moves on command, and of segmented examples."""
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.moves_report import evaluate_moves, moves_json, moves_lines, moves_rows
 
     if options.plot:
         raise UsageError("--plot takes a folder with true cuts; this one holds moves")
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         found = interruptibly(
             lambda: evaluate_moves(
                 Path(parse_url(options.sources[0]).path),
@@ -160,7 +160,7 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
 
 def _sets(options: Options, console: Console, outputs: Outputs, settings: Settings) -> int:
     """Show several folders beside each other."""
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.evaluation.report import as_json, tables
     from mossar_tools.evaluation.sets import compare_sets, load_sets
 
@@ -168,7 +168,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
         raise UsageError("--plot takes one folder")
     folders = [Path(source) for source in options.sources]
     sets = load_sets(folders, lambda path: console.status(f"reading {path}"))
-    with saying_if_cold():
+    with reporting_compilation():
         rows = interruptibly(
             lambda: compare_sets(sets, settings, console.status, leave_out=options.leave_out)
         )

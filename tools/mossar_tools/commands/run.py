@@ -4,16 +4,7 @@ import argparse
 
 from mossar_tools.console import Console, is_terminal
 from mossar_tools.errors import UsageError
-from mossar_tools.options import (
-    Options,
-    add_body,
-    add_messages,
-    add_page,
-    add_people,
-    add_settings,
-    add_speed,
-    add_stream,
-)
+from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream
 
 DESCRIPTION = (
     "Segment live or recorded streams. In a terminal key frames are shown; in a pipe they are JSON lines."
@@ -44,10 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--view", action="store_true", help="also show the dashboard in a browser")
     add_page(parser)
-    add_settings(parser)
-    add_body(parser)
-    add_people(parser)
-    add_messages(parser)
+    add_segmenting(parser)
 
 
 def run(options: Options, console: Console) -> int:

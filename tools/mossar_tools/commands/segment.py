@@ -60,7 +60,7 @@ EXAMPLES = """  mossar segment walk.bvh
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("sources", metavar="FILE", nargs="*", help="recordings, or demo:")
-    group = parser.add_argument_group("what to put out")
+    group = parser.add_argument_group("output")
     add_output(group, "json", "all key frames with their strengths, and the segments")
     add_output(
         group, "csv", "a row for each segment, repetition and move: when, which frames, what it is like"
@@ -184,7 +184,7 @@ def _files(options: Options) -> list[str]:
 
 def _one(options: Options, outputs: Outputs, console: Console) -> int:
     from mossar_tools.batch import read_task, report_of, rows_of, segment_whole
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.signals import interruptibly
 
     settings = options.settings(range="file")
@@ -192,7 +192,7 @@ def _one(options: Options, outputs: Outputs, console: Console) -> int:
     task = interruptibly(
         lambda: read_task(options, lambda share: console.progress(share, f"reading {options.file}"))
     )
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         loaded, result, chosen = interruptibly(
             lambda: segment_whole(options, task, curves=outputs.picture is not None)
         )

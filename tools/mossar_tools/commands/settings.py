@@ -27,7 +27,7 @@ FOLLOWED = {"range_floor": "window", "location": "similarity", "rate_limit": "ra
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     add_settings(parser)
-    group = parser.add_argument_group("what to put out")
+    group = parser.add_argument_group("output")
     add_output(group, "json", "the settings as one JSON object")
     add_output(group, "csv", "a row for each setting")
     group.add_argument("--force", action="store_true", help="replace existing files")

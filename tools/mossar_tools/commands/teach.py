@@ -43,7 +43,7 @@ EXAMPLES = """  mossar teach moves.json osc://0.0.0.0:39539 --name punch --times
   mossar teach moves.json --name punch --strict 0.8 --again 0.5    fewer false punches, none twice
   mossar teach moves.json --name jab_left --mirrored               jab_right, too
   mossar teach moves.json --facing as_shown                        from the side it was shown only
-  mossar teach moves.json osc://0.0.0.0:39539 --pose plank --hold 2     held for 2 s; what was held at the end is taken
+  mossar teach moves.json osc://0.0.0.0:39539 --pose plank --hold 2     held for 2 s; the pose held at the end is saved
   mossar teach moves.json --list
   mossar teach moves.json --remove punch
   mossar run osc://0.0.0.0:39539 --moves moves.json --emit move.confirmed
@@ -56,10 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "sources", metavar="SOURCE", nargs="*", default=argparse.SUPPRESS, help="a stream or a recording"
     )
-    group = parser.add_argument_group("what to show")
+    group = parser.add_argument_group("examples")
     group.add_argument("--name", metavar="NAME", help="name of the move")
     group.add_argument(
-        "--pose", metavar="NAME", help="name of a pose: what is held at the end is taken, once"
+        "--pose", metavar="NAME", help="name of a pose; the one held at the end is saved, once"
     )
     group.add_argument(
         "--hold",
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="names of the kinds in their order, - for none; the --times most typical examples of each are taken",
     )
     add_plot(group)
-    group = parser.add_argument_group("how moves are recognised, kept in the file; alone or while showing")
+    group = parser.add_argument_group("rules of recognition, stored in the file")
     group.add_argument(
         "--strict",
         metavar="X",
@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=FACINGS,
         help="of all moves: recognised from any side, or only as they were shown (default: any)",
     )
-    group = parser.add_argument_group("what there is")
+    group = parser.add_argument_group("contents of the file")
     group.add_argument("--list", action="store_true", help="list the moves and their numbers of examples")
     group.add_argument("--remove", metavar="NAME", help="remove a move or a pose")
     add_speed(parser, "max for recordings, 1 for demo:")
@@ -120,7 +120,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: Options, console: Console) -> int:
     """Run the command and return the exit status."""
     if options.list or options.remove is not None:
-        return _look_after(options, console)
+        return _list_or_remove(options, console)
     _check_pose(options)
     if _has_rules(options) and options.name is None:
         raise UsageError("--strict, --again and --mirrored are of one move: --name says of which")
@@ -206,7 +206,7 @@ def _warn(moves: "Moves", places: Iterable[int]) -> None:
         LOGGER.warning("%s", line)
 
 
-def _look_after(options: Options, console: Console) -> int:
+def _list_or_remove(options: Options, console: Console) -> int:
     if options.remove is not None:
         with changing(options.file) as moves:
             moves.remove(options.remove)
@@ -296,7 +296,7 @@ def _within(
 
 def _discover(options: Options, console: Console) -> int:
     """Show the kinds of moves in a recording, and take those that are named."""
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.discovering import MOST_DRAWN, discover, draw_kinds, lines_of
     from mossar_tools.loaded_recording import load_recording
     from mossar_tools.outputs import Outputs
@@ -306,10 +306,10 @@ def _discover(options: Options, console: Console) -> int:
     picture = Outputs.of(options).picture
     whole = load_recording(msgspec.structs.replace(options, file=options.sources[0]))
     if options.names:
-        # What is wrong with the file is said before kinds are looked for, which takes long.
+        # Errors of the file are reported before the search for kinds, which takes long.
         moves_for(options.file, whole.skeleton)
     settings = options.settings(range="file")
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         kinds, left_out = interruptibly(lambda: discover(whole, settings))
     for line in lines_of(kinds):
         console.line(line)
@@ -363,7 +363,7 @@ def _teach_live(options: Options, console: Console) -> int:
     from mossar_tools.taking import MovementTaker
 
     if Path(options.file).exists():
-        read_moves(options.file)  # what is wrong with the file is said before anybody moves
+        read_moves(options.file)  # errors of the file are reported before the performer moves
     settings = options.settings()
     taken, wanted = 0, options.times if options.pose is None else 1
     with contextlib.closing(source_of(options.sources[0], options)) as source:

@@ -37,7 +37,7 @@ SHOWN = 12  # rows of the table
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("file", metavar="RECORDING", help="a recording, or demo:")
-    group = parser.add_argument_group("what to choose by, and what to put out")
+    group = parser.add_argument_group("target and output")
     group.add_argument("--per-minute", metavar="N", type=positive, help="wanted key frames per minute")
     group.add_argument(
         "--labels",
@@ -84,10 +84,10 @@ def run(options: Options, console: Console) -> int:
 
 def _segment(recording: LoadedRecording, settings: Settings, options: Options) -> "Result":
     from mossar_stream import segment_recording
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.signals import interruptibly
 
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         return interruptibly(
             lambda: segment_recording(
                 recording.positions,

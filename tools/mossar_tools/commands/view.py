@@ -8,16 +8,7 @@ import msgspec
 from mossar_adapters.address import parse_url
 from mossar_tools.console import Console
 from mossar_tools.errors import UsageError
-from mossar_tools.options import (
-    Options,
-    add_body,
-    add_messages,
-    add_page,
-    add_people,
-    add_settings,
-    add_speed,
-    add_stream,
-)
+from mossar_tools.options import Options, add_page, add_segmenting, add_speed, add_stream
 
 DESCRIPTION = """Show the dashboard in a browser: the motion, the velocity curve with its key frames, the segments; move the
 level to see which key frames it keeps. A recording is segmented as a whole and played: press on the curve or on the whole take
@@ -39,10 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_page(parser)
     add_speed(parser, "1")
     add_stream(parser)
-    add_settings(parser)
-    add_body(parser)
-    add_people(parser)
-    add_messages(parser)
+    add_segmenting(parser)
 
 
 def run(options: Options, console: Console) -> int:
@@ -74,7 +62,7 @@ def _play(options: Options, console: Console) -> int:
     if speed == "max":
         raise UsageError("--speed max leaves nothing to see; give a number")
     from mossar_adapters.extras import needed
-    from mossar_tools.compiling import saying_if_cold
+    from mossar_tools.compiling import reporting_compilation
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.recorded import RecordedShow, read_parts
     from mossar_tools.signals import interruptibly, stopping
@@ -83,7 +71,7 @@ def _play(options: Options, console: Console) -> int:
     settings = options.settings(range="file")
     parts = read_parts(options)
     console.status("segmenting ...", now=True)
-    with saying_if_cold(settings):
+    with reporting_compilation(settings):
         show = interruptibly(lambda: RecordedShow(parts, settings, speed))
     console.clear()
     page = Page(show, options.port, dark=options.dark, host=options.host)

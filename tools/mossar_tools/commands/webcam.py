@@ -80,7 +80,7 @@ def _serve(options: Options, model: str, console: Console) -> int:
 
 
 def _free_ports(count: int) -> list[int]:
-    """Return ports of this computer that nobody uses now."""
+    """Return free ports of this computer."""
     with contextlib.ExitStack() as opened:
         taken = [opened.enter_context(socket.socket()) for _ in range(count)]
         for one in taken:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_tools.dashboard.asking import asking
-from mossar_tools.dashboard.glimpse import Curve, Glimpse, Mark
+from mossar_tools.dashboard.glimpse import Curve, Glimpse, Mark, NamedMove, Stretch
 from mossar_tools.dashboard.style import STRIP
 
 MOST_ROWS = 3  # performers with a chart of their own
@@ -162,11 +162,9 @@ def _symbol(mark: Mark, place: str, y: float, baseline: float, *, seeks: bool) -
 
 def _segments(glimpse: Glimpse, top: float) -> str:
     """Return the segments as bars coloured by state, with a word where there is room."""
-    span = glimpse.end - glimpse.start
     bars = []
     for part in glimpse.stretches:
-        start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
-        left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
+        left, width = _within(glimpse, part)
         bars.append(
             f'<rect class="{part.state}" x="{left:.2f}%" y="{top:.1f}" width="{max(width - 0.12, 0.05):.2f}%" '
             f'height="{_STRIP}" rx="3"/>'
@@ -185,13 +183,12 @@ def _segments(glimpse: Glimpse, top: float) -> str:
 
 def _limb_strips(glimpse: Glimpse, top: float, room: float) -> str:
     """Return a thin strip for each limb, coloured by state."""
-    span, parts = glimpse.end - glimpse.start, []
+    parts = []
     each = room / max(1, len(glimpse.limbs))
     for place, (limb, stretches) in enumerate(glimpse.limbs.items()):
         y = top + place * each + 2
         for part in stretches:
-            start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
-            left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
+            left, width = _within(glimpse, part)
             parts.append(
                 f'<rect class="limb {part.state}" x="{left:.2f}%" y="{y:.1f}" width="{max(width - 0.12, 0.05):.2f}%" '
                 f'height="{each - 2:.1f}"><title>{escape(limb)}</title></rect>'
@@ -203,10 +200,9 @@ def _limb_strips(glimpse: Glimpse, top: float, room: float) -> str:
 
 def _moves(glimpse: Glimpse, top: float) -> str:
     """Return the names of the moves that were recognised, above the curve, from where they begin to where they end."""
-    span, parts = glimpse.end - glimpse.start, []
+    parts = []
     for move in glimpse.moves:
-        start, end = max(move.start, glimpse.start), min(move.end, glimpse.end)
-        left, width = 100 * (start - glimpse.start) / span, 100 * (end - start) / span
+        left, width = _within(glimpse, move)
         parts.append(
             f'<rect class="move" x="{left:.2f}%" y="{top:.1f}" width="{width:.2f}%" height="15" rx="3"/>'
             f'<text class="move" x="{left:.2f}%" dx="3" y="{top + 11:.1f}">{escape(move.name)}</text>'
@@ -239,6 +235,13 @@ def clock(time: float) -> str:
     if hours:
         return f"{hours}:{minutes:02}:{seconds:02}"
     return f"{minutes}:{seconds:02}" if minutes else f"{seconds} s"
+
+
+def _within(glimpse: Glimpse, part: Stretch | NamedMove) -> tuple[float, float]:
+    """Return the left edge and the width of a stretch, in percent of the chart."""
+    start, end = max(part.start, glimpse.start), min(part.end, glimpse.end)
+    scale = 100 / (glimpse.end - glimpse.start)
+    return (start - glimpse.start) * scale, (end - start) * scale
 
 
 def _placer(glimpse: Glimpse) -> Callable[[float], str]:

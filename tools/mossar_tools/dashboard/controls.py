@@ -231,7 +231,7 @@ class Controls:
         group.on_click(touched)
 
     def _export(self, kind: str, client: ClientHandle) -> None:
-        """Have the browser of somebody download something."""
+        """Send a file to a browser as a download."""
         show = self._show
         name = show.name if isinstance(show, RecordedShow) else "live"
         if kind == _PNG:

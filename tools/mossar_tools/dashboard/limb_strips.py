@@ -19,16 +19,16 @@ class LimbStrips:
         self._moves: Newest[str, MoveEvent] = Newest(_KEPT)
         self._poses: Newest[str, PoseEvent] = Newest(_KEPT)
 
-    def take_segment(self, event: SegmentEvent) -> None:
-        """Take news about a segment of a limb in."""
+    def add_segment(self, event: SegmentEvent) -> None:
+        """Add or update a segment of a limb."""
         _keep(self._segments, event)
 
-    def take_move(self, event: MoveEvent) -> None:
-        """Take news about a move in."""
+    def add_move(self, event: MoveEvent) -> None:
+        """Add or update a move."""
         _keep(self._moves, event)
 
-    def take_pose(self, event: PoseEvent) -> None:
-        """Take news about a held pose in."""
+    def add_pose(self, event: PoseEvent) -> None:
+        """Add or update a held pose."""
         _keep(self._poses, event)
 
     def stretches(self, start: float) -> dict[str, list[Stretch]]:

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from mossar_adapters.pipeline.pool import Pool
 
 MOST_PERFORMERS = 4  # shown; the pipeline follows all of them
-_UNREAD = 256  # looks kept for the page
-_BURST = 240.0  # Hz, of looks after a stall
+_UNREAD = 256  # samples kept for the page
+_BURST = 240.0  # Hz, of samples after a stall
 _FOLLOWS_EVERY = 0.1  # s, looks at the settings in force
 _EXPLAINS_EVERY = 1.0  # s
-_REMEMBERED = 64  # performers whose last look is remembered
+_REMEMBERED = 64  # performers whose last sample is remembered
 
 _COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
 
@@ -42,8 +42,8 @@ _COUNTS = ("out_of_order", "outliers", "held", "gaps", "unseen")
 _Task = Callable[["Pool"], list[Event]]
 
 
-class _Look(msgspec.Struct, frozen=True):
-    """What the segmenting thread has left for the page."""
+class _Sample(msgspec.Struct, frozen=True):
+    """What the segmenting thread hands over to the page."""
 
     performer: str
     state: CurveState
@@ -97,11 +97,11 @@ class LiveShow:
         self._follows = 0.0  # monotonic s, when to look again
         self._pipeline: Pipeline | None = None
         self._tracks: dict[str, Track] = {}
-        self._looks: deque[_Look] = deque(maxlen=_UNREAD)
-        self._latest: dict[str, _Look] = {}
+        self._samples: deque[_Sample] = deque(maxlen=_UNREAD)
+        self._latest: dict[str, _Sample] = {}
         self._rates: dict[str, deque[tuple[float, int]]] = {}  # monotonic s, frames so far
         self._due = 0.0  # monotonic s
-        self._looked: dict[str, float] = {}  # source time of the last look at each performer, s
+        self._sampled: dict[str, float] = {}  # source time of the last sample of each performer, s
         self._lock = threading.Lock()
         self._shown: list[Glimpse] = []
 
@@ -122,27 +122,27 @@ class LiveShow:
                     kept.pop(gone, None)
 
     def send(self, events: Sequence[Event]) -> None:
-        """Take events in."""
+        """Process events."""
         with self._lock:
             for event in events:
                 if event.performer in self._tracks:
-                    self._tracks[event.performer].take_event(event)
+                    self._tracks[event.performer].add_event(event)
 
     def send_frames(self, frames: Frames) -> None:
-        """Take frames in, and record them if that is wanted."""
+        """Process frames; record them while recording is on."""
         self.recorder.write(frames)
         self.teaching.send_frames(frames)
         with self._lock:
             track = self._tracks.get(frames.performer)
             if track is not None and len(frames):
-                track.take_frames(frames)
+                track.add_frames(frames)
 
     def close(self) -> None:
         """End the recording."""
         self.recorder.stop()
 
     def tick(self, pipeline: "Pipeline") -> None:
-        """Leave looks at the segmenters for the page, 30 for a second of the stream; from the thread that segments.
+        """Sample the segmenters for the page, 30 times per second of the stream; called by the segmenting thread.
 
         After a stall, when frames come in a burst, they may come quicker, so that the curve has no holes.
         """
@@ -160,17 +160,17 @@ class LiveShow:
             self._follow(pipeline.pool)
         for name in pipeline.pool.names[-MOST_PERFORMERS:]:
             reached = pipeline.times.get(name, (0.0, 0.0))[1]
-            if 0 <= reached - self._looked.get(name, -1.0) < 0.9 / RATE:
+            if 0 <= reached - self._sampled.get(name, -1.0) < 0.9 / RATE:
                 continue
-            self._looked[name] = reached
+            self._sampled[name] = reached
             segmenter = pipeline.pool[name]
             state = segmenter.state
             if state is not None:
                 dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
                 following, moves = segmenter.following, pipeline.pool.moves
-                self._looks.append(_Look(name, state, segmenter.stats, dropped, following, moves))
-        while len(self._looked) > _REMEMBERED:
-            self._looked.pop(next(iter(self._looked)))
+                self._samples.append(_Sample(name, state, segmenter.stats, dropped, following, moves))
+        while len(self._sampled) > _REMEMBERED:
+            self._sampled.pop(next(iter(self._sampled)))
 
     def _explain(self, pipeline: "Pipeline", now: float) -> None:
         """Say what the sources know of why no frames come."""
@@ -183,7 +183,7 @@ class LiveShow:
         self._said = text
 
     def _follow(self, pool: "Pool") -> None:
-        """Take over settings that others changed, as by `control`, once nothing that the page asked for is to be done."""
+        """Adopt settings that were changed elsewhere, as by `control`, once no request of the page is pending."""
         found = pool.settings, pool.level
         if self._under_way or found == self._in_force:
             return
@@ -203,7 +203,7 @@ class LiveShow:
     def glimpses(self) -> list[Glimpse]:
         """Return what there is to see, one performer each."""
         with self._lock:
-            self._read_looks()
+            self._read_samples()
             if self.frozen:
                 return self._shown
             level = self.strength
@@ -315,7 +315,7 @@ class LiveShow:
 
     @property
     def first_name(self) -> str:
-        """What the first move that is taught is called, unless the user calls it otherwise: as one that is to be followed."""
+        """Default name of the first taught move: that of a move to follow."""
         return next((name for name in self._follow_names if name != EVERY), "punch")
 
     def teach(self, name: str) -> None:
@@ -361,27 +361,27 @@ class LiveShow:
             with self._lock:
                 self._under_way -= 1
 
-    def _read_looks(self) -> None:
-        while self._looks:
-            look = self._looks.popleft()
-            if look.performer in self._tracks:
-                self._tracks[look.performer].take_sample(look.state)
-                self._tracks[look.performer].take_following(look.following, look.moves)
-                self._latest[look.performer] = look
-                rates = self._rates.setdefault(look.performer, deque(maxlen=int(2 * RATE)))
-                rates.append((time.monotonic(), look.stats["frames"]))
+    def _read_samples(self) -> None:
+        while self._samples:
+            sample = self._samples.popleft()
+            if sample.performer in self._tracks:
+                self._tracks[sample.performer].add_sample(sample.state)
+                self._tracks[sample.performer].set_following(sample.following, sample.moves)
+                self._latest[sample.performer] = sample
+                rates = self._rates.setdefault(sample.performer, deque(maxlen=int(2 * RATE)))
+                rates.append((time.monotonic(), sample.stats["frames"]))
 
     def _facts(self, performer: str) -> list[tuple[str, str]]:
-        look, rates = self._latest.get(performer), self._rates.get(performer)
-        if look is None or not rates:
+        sample, rates = self._latest.get(performer), self._rates.get(performer)
+        if sample is None or not rates:
             return []
         span = time.monotonic() - rates[0][0]
         fps = (rates[-1][1] - rates[0][1]) / span if span > 0.2 else 0.0
-        facts = [("frames", f"{look.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
+        facts = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
         latency = self._pipeline.latency.get(performer) if self._pipeline else None
         quantiles = latency.quantiles_ms() if latency else None
         if quantiles:
             facts.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
-        facts.append(("dropped", str(look.dropped)))
-        facts += [(name.replace("_", " "), str(look.stats[name])) for name in _COUNTS if look.stats[name]]
+        facts.append(("dropped", str(sample.dropped)))
+        facts += [(name.replace("_", " "), str(sample.stats[name])) for name in _COUNTS if sample.stats[name]]
         return facts

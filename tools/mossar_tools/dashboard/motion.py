@@ -24,7 +24,7 @@ class Motion:
         )
 
     def take(self, time: float, pose: NDArray[np.float32]) -> None:
-        """Take a pose in, (J, 3) m."""
+        """Add a pose, (J, 3) m."""
         centre = pose[self._root] if self._root >= 0 else np.nanmean(pose, axis=0)
         relative = pose - np.nan_to_num(centre)
         if self._last is not None and 0 < (step := time - self._last[0]) < 1.0:

@@ -26,7 +26,7 @@ class Pursuits:
             str, FollowEvent
         ] = {}  # the last performance of each move in the take, the latest one last
 
-    def take_event(self, event: FollowEvent) -> None:
+    def add_event(self, event: FollowEvent) -> None:
         """Remember how a performance went."""
         if event.status == "done":
             self._done.pop(event.name, None)

@@ -30,7 +30,7 @@ AHEAD = 5.0  # s of the chart that lie before the playhead
 _POSES = 300  # that the directions are found from
 
 
-class _Found(msgspec.Struct, frozen=True):
+class _Segmented(msgspec.Struct, frozen=True):
     """What was found in a recording.
 
     Args:
@@ -150,7 +150,7 @@ class RecordedShow:
             self.settings = settings
             self._choose(found)
 
-    def _segmented(self, settings: Settings) -> list[_Found]:
+    def _segmented(self, settings: Settings) -> list[_Segmented]:
         """Return what is found with other settings; meanwhile what was found before is shown."""
         return [_segmented(part.whole, settings) for part in self._parts]
 
@@ -213,7 +213,7 @@ class RecordedShow:
         with self._lock:
             return [self._glimpse(part, place) for part in self._parts if len(part.found.columns)]
 
-    def _choose(self, found: list[_Found] | None = None) -> None:
+    def _choose(self, found: list[_Segmented] | None = None) -> None:
         """Show the level, of something newly found if it is given."""
         self.version += 1
         for part, new in zip(self._parts, found or (), strict=False):
@@ -272,7 +272,7 @@ class RecordedShow:
         return Body(part.stance.place(positions[at]), motion.shares())
 
 
-def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
+def _segmented(whole: LoadedRecording, settings: Settings) -> _Segmented:
     """Return what is found in a recording; of its curve only what is drawn."""
     result = segment_recording(
         whole.positions, whole.fps, whole.skeleton, settings, times=whole.times, curves=True
@@ -281,7 +281,7 @@ def _segmented(whole: LoadedRecording, settings: Settings) -> _Found:
     columns = curve_columns(states)
     threshold = states[-1].threshold if states else 0.0
     states.clear()
-    return _Found(result, columns, threshold)
+    return _Segmented(result, columns, threshold)
 
 
 def _before(times: NDArray[np.float64], at: int) -> list[int]:

@@ -50,8 +50,8 @@ class Scene:
         server.scene.set_up_direction("+z")
         server.initial_camera.fov = FIELD
         server.initial_camera.position, server.initial_camera.look_at = self._framed(USUAL)
-        server.on_client_connect(self._meet)
-        server.on_client_disconnect(self._part)
+        server.on_client_connect(self._on_connect)
+        server.on_client_disconnect(self._on_disconnect)
         self.paint(palette)
 
     def paint(self, palette: Palette) -> None:
@@ -112,12 +112,12 @@ class Scene:
         needed = _MARGIN + 2 * STEP if count == 1 else width
         return framed(window, width, needed, whole_take=self._visit is not None)
 
-    async def _meet(self, client: ClientHandle) -> None:
+    async def _on_connect(self, client: ClientHandle) -> None:
         """Aim the camera of a new window, and again whenever its size changes."""
         client.camera.on_update(lambda _: self._aim(client))
         self._aim(client)
 
-    def _part(self, client: ClientHandle) -> None:
+    def _on_disconnect(self, client: ClientHandle) -> None:
         self._aimed.pop(client.client_id, None)
 
     def _aim_all(self) -> None:

@@ -49,7 +49,7 @@ class _Key(msgspec.Struct):
 
 
 class Track:
-    """Takes in frames, events and samples of the curve of one performer; not safe by itself between threads.
+    """Keeps frames, events and samples of the curve of one performer; not safe by itself between threads.
 
     Args:
         performer: Name.
@@ -76,12 +76,12 @@ class Track:
         self._repeated: Repeated | None = None
         self._pursuits = Pursuits(self.skeleton)
 
-    def take_following(self, states: States, moves: Moves | None) -> None:
+    def set_following(self, states: States, moves: Moves | None) -> None:
         """Take note of where the performer is in the moves that are followed."""
         self._pursuits.take(states, moves)
 
-    def take_frames(self, frames: Frames) -> None:
-        """Take frames in; a pose is kept about every 1/30 s."""
+    def add_frames(self, frames: Frames) -> None:
+        """Process frames; a pose is kept about every 1/30 s."""
         time, pose = float(frames.times[-1]), frames.positions[-1]
         since = time - self._poses[-1][0] if self._poses else 1.0
         if since < -1.0:  # the source began anew
@@ -92,16 +92,16 @@ class Track:
         self._stance.learn(pose)
         self._poses.append((time, pose.copy()))
 
-    def take_event(self, event: Event) -> None:
-        """Take news in: of the body's key frames, of limbs' segments, of moves, of those that are followed, of repetitions."""
+    def add_event(self, event: Event) -> None:
+        """Process an event: the body's key frames and repetitions, limbs' segments, moves, followed moves and poses."""
         if isinstance(event, MoveEvent):
-            self._limb_strips.take_move(event)
+            self._limb_strips.add_move(event)
         elif isinstance(event, PoseEvent):
-            self._limb_strips.take_pose(event)
+            self._limb_strips.add_pose(event)
         elif isinstance(event, SegmentEvent) and event.channel != BODY:
-            self._limb_strips.take_segment(event)
+            self._limb_strips.add_segment(event)
         elif isinstance(event, KeyFrameEvent) and event.channel == BODY:
-            self._take_key_frame(event)
+            self._add_key_frame(event)
         elif isinstance(event, RepetitionEvent) and event.channel == BODY:
             known = self._repeated.tempo if self._repeated is not None and event.count != 1 else None
             self._repeated = Repeated(event.total, known if event.tempo is None else event.tempo)
@@ -109,9 +109,9 @@ class Track:
             self._repeated = None
             self._pursuits.begin_take()
         elif isinstance(event, FollowEvent):
-            self._pursuits.take_event(event)
+            self._pursuits.add_event(event)
 
-    def _take_key_frame(self, event: KeyFrameEvent) -> None:
+    def _add_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
             self._keys.pop(event.id, None)
             return
@@ -124,8 +124,8 @@ class Track:
             key.pose = self._pose_at(event.time)
         key.event = event
 
-    def take_sample(self, state: CurveState) -> None:
-        """Take the curve at one frame in."""
+    def add_sample(self, state: CurveState) -> None:
+        """Add the curve at one frame."""
         if self._samples and state.time <= self._samples[-1].time:
             if state.time > self._samples[-1].time - 1.0:
                 return

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mossar_stream import Settings
-from mossar_tools.evaluation.found import Found, Method, Variants
+from mossar_tools.evaluation.detection import Detection, Method, Variants
 from mossar_tools.evaluation.mossar import whole
 from mossar_tools.evaluation.takes import Take
 
@@ -34,7 +34,7 @@ def random_cuts() -> Method:
 def blind(take: Take) -> Variants:
     """Cut every k seconds."""
     first, last = float(take.times[0]), float(take.times[-1])
-    return {f"{k:g} s": Found(np.arange(first + k, last, k).tolist()) for k in PERIODS}
+    return {f"{k:g} s": Detection(np.arange(first + k, last, k).tolist()) for k in PERIODS}
 
 
 def randomly(take: Take) -> Variants:
@@ -42,7 +42,7 @@ def randomly(take: Take) -> Variants:
     rng = np.random.default_rng(SEED)
     size = (RANDOM_CUTS, len(take.cuts))
     cuts = np.sort(rng.uniform(float(take.times[0]), float(take.times[-1]), size))
-    return {str(i): Found(own.tolist()) for i, own in enumerate(cuts)}
+    return {str(i): Detection(own.tolist()) for i, own in enumerate(cuts)}
 
 
 def merged(take: Take, settings: Settings) -> Variants:
@@ -64,9 +64,9 @@ def nested(keys: Sequence[float], falling: Sequence[float]) -> Variants:
         keys: Times, s.
         falling: The same in the order in which they fall.
     """
-    kept = {len(keys): Found(sorted(keys))}
+    kept = {len(keys): Detection(sorted(keys))}
     left = list(kept[len(keys)].times)
     for key in falling:
         left.remove(key)
-        kept[len(left)] = Found(list(left))
+        kept[len(left)] = Detection(list(left))
     return {str(count): found for count, found in kept.items()}

@@ -130,7 +130,7 @@ def read_labels(path: Path) -> Labels | None:
 
 
 def _check(path: Path, labels: Labels) -> None:
-    """Refuse what the types allow but nobody can mean."""
+    """Refuse values that the types allow but that make no sense."""
     if [labels.cuts, labels.judges, labels.annotations].count(None) != 2:
         raise LabelError(f"{path}: needs either cuts or judges or annotations")
     if labels.fps is not None and not 0 < labels.fps <= 1e5:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import get_args
 
 from mossar_stream import KernelForm, KeyFrameEvent, Result, Segmenter, Settings, segment_recording
-from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
+from mossar_tools.evaluation.detection import FIXED, Detection, Method, Variants
 from mossar_tools.evaluation.takes import Take
 
 CHUNK = 64  # frames pushed at once; events do not depend on it
@@ -50,7 +50,7 @@ def at_level_of(take: Take, settings: Settings) -> Settings:
     return settings.replace(level=settings.strength("motion"), **own)
 
 
-def stream(take: Take, settings: Settings, status: str) -> Found:
+def stream(take: Take, settings: Settings, status: str) -> Detection:
     """Return the key frames of a take that is streamed, as they are when they reach a status.
 
     Args:
@@ -62,7 +62,7 @@ def stream(take: Take, settings: Settings, status: str) -> Found:
     return found_in(segmenter, take, status)
 
 
-def found_in(segmenter: Segmenter, take: Take, status: str) -> Found:
+def found_in(segmenter: Segmenter, take: Take, status: str) -> Detection:
     """Return the same from a segmenter that is there."""
     events = []
     began = time.perf_counter()
@@ -73,14 +73,14 @@ def found_in(segmenter: Segmenter, take: Take, status: str) -> Found:
     seconds = time.perf_counter() - began
     keys = [event for event in events if isinstance(event, KeyFrameEvent) and event.status == status]
     keys.sort(key=lambda event: event.time)
-    return Found([event.time for event in keys], [event.decided_time for event in keys], seconds)
+    return Detection([event.time for event in keys], [event.decided_time for event in keys], seconds)
 
 
-def split(take: Take, settings: Settings) -> Found:
+def split(take: Take, settings: Settings) -> Detection:
     """Return all key frames of Algorithm 2, with the range of the whole recording."""
     began = time.perf_counter()
     result = whole(take, settings)
-    return Found([key.time for key in result.key_frames], seconds=time.perf_counter() - began)
+    return Detection([key.time for key in result.key_frames], seconds=time.perf_counter() - began)
 
 
 def whole(take: Take, settings: Settings) -> Result:
@@ -97,10 +97,10 @@ def _offline(name: str, settings: Settings) -> Method:
     def run(take: Take) -> Variants:
         began = time.perf_counter()
         kept = whole(take, settings).at(at_level_of(take, settings).level).key_frames
-        return _only(Found([key.time for key in kept], seconds=time.perf_counter() - began))
+        return _only(Detection([key.time for key in kept], seconds=time.perf_counter() - began))
 
     return Method(name, FIXED, run)
 
 
-def _only(found: Found) -> Variants:
+def _only(found: Detection) -> Variants:
     return {"": found}

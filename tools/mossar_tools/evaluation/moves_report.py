@@ -50,7 +50,7 @@ class Choice(msgspec.Struct, frozen=True):
     scores: Summary
 
 
-class Found(msgspec.Struct, frozen=True):
+class MovesResult(msgspec.Struct, frozen=True):
     """Everything that is reported.
 
     Args:
@@ -71,51 +71,51 @@ class Found(msgspec.Struct, frozen=True):
 
 
 def is_of_moves(folder: Path) -> bool:
-    """Tell whether a folder holds sessions or segmented examples."""
+    """Return whether a folder holds sessions or segmented examples."""
     return bool(session_labels(folder) or sample_files(folder))
 
 
 def evaluate_moves(
     folder: Path,
     settings: Settings,
-    tell: Callable[[str], None],
+    on_progress: Callable[[str], None],
     *,
     sides: bool = False,
     strict: float | None = None,
-) -> Found:
+) -> MovesResult:
     """Score the sessions and the examples of a folder.
 
     Args:
         folder: See `sessions`.
         settings: Of the segmenters.
-        tell: Gets a line before each step.
+        on_progress: Gets a line before each step.
         sides: Whether the sessions are also seen from other sides.
         strict: Of all moves in the sessions as they were recorded; None for the usual.
 
     Raises:
         MossarError: If something cannot be used.
     """
-    sessions = load_sessions(folder, lambda path: tell(f"reading {path}"))
+    sessions = load_sessions(folder, lambda path: on_progress(f"reading {path}"))
     choices = []
     for name, chosen in _choices(sessions):
         outcomes = []
         for session in sessions:
-            tell(f"{session.name}, {name}")
+            on_progress(f"{session.name}, {name}")
             moves = session.examples.moves(chosen)
             for move in moves.names:
                 moves.set_rule(move, strict=strict)
             outcomes.append(judge(session, confirmed(session, moves, settings)))
         choices.append(Choice(name, outcomes, summary(outcomes)))
-    others = list(views(sessions, settings, tell)) if sides and sessions else []
+    others = list(views(sessions, settings, on_progress)) if sides and sessions else []
     skeleton = sessions[0].skeleton if sessions else None
     players = {path.stem: load_examples(path, skeleton) for path in sample_files(folder)}
     seconds = sum(float(session.times[-1] - session.times[0]) for session in sessions)
     if len(players) < 2:  # nobody else
-        return Found(seconds, choices, 0, {}, None, others)
+        return MovesResult(seconds, choices, 0, {}, None, others)
     if len({own.skeleton for own in players.values()}) > 1:
         raise MossarError(f"{folder}: the players' examples have different joints; they cannot be compared")
-    tell("segmented examples")
-    return Found(seconds, choices, len(players), *_segmented(players), others)
+    on_progress("segmented examples")
+    return MovesResult(seconds, choices, len(players), *_segmented(players), others)
 
 
 def _choices(sessions: Sequence[Session]) -> list[tuple[str, slice]]:
@@ -136,7 +136,7 @@ def _segmented(players: Mapping[str, Examples]) -> tuple[dict[int, float], tuple
     return told, (count, moves, index)
 
 
-def moves_lines(found: Found) -> Iterator[str]:
+def moves_lines(found: MovesResult) -> Iterator[str]:
     """Yield the lines of the tables."""
     if found.choices:
         first = found.choices[0]
@@ -175,7 +175,7 @@ def _line(name: str, scores: Summary) -> str:
     return f"{name:<24}{scores.recall:>8.3f}{scores.precision:>11.3f}{scores.f1:>8.3f}{delays}{side}"
 
 
-def moves_json(found: Found) -> dict[str, Any]:
+def moves_json(found: MovesResult) -> dict[str, Any]:
     """Return everything as one JSON object."""
     content: dict[str, Any] = msgspec.to_builtins(found, str_keys=True)
     for choice, one in zip(found.choices, content["choices"], strict=True):
@@ -183,7 +183,7 @@ def moves_json(found: Found) -> dict[str, Any]:
     return {"v": 1, **content}
 
 
-def moves_rows(found: Found) -> list[dict[str, Any]]:
+def moves_rows(found: MovesResult) -> list[dict[str, Any]]:
     """Return a row for each choice of examples or view, and session."""
     everything = [(choice.examples, choice.outcomes) for choice in found.choices]
     return [

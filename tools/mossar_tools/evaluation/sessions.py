@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
+from mossar_adapters.files.loaded import load
 from mossar_adapters.regular import check_regular
 from mossar_stream import Moves, Skeleton
 from mossar_tools.evaluation.labels import MAX_BYTES, LabelError
-from mossar_tools.evaluation.takes import all_frames
 from mossar_tools.moves_file import read_moves
 
 SAMPLES = "samples"  # folder of examples
@@ -117,7 +117,8 @@ def load_session(path: Path) -> Session:
     """
     label = _read_label(path)
     recording = open_recording(path.parent / label.recording, ReadOptions(fps=label.fps, unit=label.unit))
-    positions, times = all_frames(recording.chunks(), recording.performers[0], recording.path)
+    loaded = load(recording)
+    positions, times = loaded.positions, loaded.times
     if len(times) < 2:
         raise FileError(recording.path, "fewer than two frames")
     fps = recording.fps or (len(times) - 1) / float(times[-1] - times[0])
@@ -218,15 +219,15 @@ def _holds_examples(path: Path) -> bool:
     return bool(names) and "positions" not in names and any(map(_NUMBERED.fullmatch, names))
 
 
-def load_sessions(folder: Path, tell: Callable[[str], None]) -> list[Session]:
+def load_sessions(folder: Path, on_progress: Callable[[str], None]) -> list[Session]:
     """Return the sessions of a folder; see `load_session`.
 
     Args:
         folder: Where.
-        tell: Gets the name of each label file before its recording is read.
+        on_progress: Gets the name of each label file before its recording is read.
     """
     found = []
     for path in session_labels(folder):
-        tell(str(path))
+        on_progress(str(path))
         found.append(load_session(path))
     return found

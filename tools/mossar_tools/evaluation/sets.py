@@ -7,7 +7,7 @@ import numpy as np
 
 from mossar_stream import Segmenter, Settings
 from mossar_tools.evaluation.chance import blind, random_cuts
-from mossar_tools.evaluation.found import FIXED, Found, Method, Variants
+from mossar_tools.evaluation.detection import FIXED, Detection, Method, Variants
 from mossar_tools.evaluation.mossar import found_in, stream
 from mossar_tools.evaluation.takes import Take, load_folder
 from mossar_tools.evaluation.trial import Row, row_of, run_all, trial
@@ -16,7 +16,7 @@ FACTORS = (0.35, 0.5, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0, 3.0)  # of the level's stre
 LEFT_OUT = "final, strength chosen on the other sets"
 
 
-def load_sets(folders: Sequence[Path], tell: Callable[[str], None]) -> dict[str, list[Take]]:
+def load_sets(folders: Sequence[Path], on_progress: Callable[[str], None]) -> dict[str, list[Take]]:
     """Return the takes of several folders by the folder's name, and the level where a folder has several.
 
     Raises:
@@ -25,7 +25,7 @@ def load_sets(folders: Sequence[Path], tell: Callable[[str], None]) -> dict[str,
     """
     sets: dict[str, list[Take]] = {}
     for folder in folders:
-        takes = load_folder(folder, tell)
+        takes = load_folder(folder, on_progress)
         levels = sorted({take.level for take in takes})
         for level in levels:
             name = folder.resolve().name + (f", {level}" if len(levels) > 1 else "")
@@ -46,7 +46,7 @@ def set_methods(settings: Settings) -> list[Method]:
 def compare_sets(
     sets: Mapping[str, Sequence[Take]],
     settings: Settings,
-    tell: Callable[[str], None],
+    on_progress: Callable[[str], None],
     *,
     leave_out: bool,
 ) -> dict[str, list[Row]]:
@@ -55,22 +55,22 @@ def compare_sets(
     Args:
         sets: Takes by the name of the set.
         settings: What they are segmented with; the level is that of each take.
-        tell: Gets what is being done, for a status line.
+        on_progress: Gets what is being done, for a status line.
         leave_out: Whether to add what is reached with the strength that serves the other sets of the level best.
     """
-    rows = {name: trial(takes, set_methods(settings), tell) for name, takes in sets.items()}
+    rows = {name: trial(takes, set_methods(settings), on_progress) for name, takes in sets.items()}
     if leave_out:
-        for name, row in _left_out(sets, settings, tell).items():
+        for name, row in _left_out(sets, settings, on_progress).items():
             rows[name].insert(1, row)
     return rows
 
 
 def _left_out(
-    sets: Mapping[str, Sequence[Take]], settings: Settings, tell: Callable[[str], None]
+    sets: Mapping[str, Sequence[Take]], settings: Settings, on_progress: Callable[[str], None]
 ) -> dict[str, Row]:
     """Return for each set the row with the strength that is best, on average, on the other sets of its level."""
     method = Method(LEFT_OUT, FIXED, lambda take: _at_strengths(take, settings), online=True)
-    outcomes = {name: run_all(method, takes, tell) for name, takes in sets.items()}
+    outcomes = {name: run_all(method, takes, on_progress) for name, takes in sets.items()}
     rows = {}
     for name, takes in sets.items():
         others = [other for other in sets if other != name and sets[other][0].level == takes[0].level]
@@ -89,7 +89,7 @@ def _at_strengths(take: Take, settings: Settings) -> Variants:
     """Stream a take at strengths around that of its level, with the level's bundle."""
     chosen = settings.replace(level=take.level)
     usual = chosen.strength(take.level)
-    found: dict[str, Found] = {}
+    found: dict[str, Detection] = {}
     for factor in FACTORS:
         segmenter = Segmenter(take.skeleton, chosen, fps=take.fps)
         segmenter.level = factor * usual

@@ -1,6 +1,6 @@
 """Takes: recordings in memory, each with its true cuts."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import msgspec
@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files import FileError, ReadOptions, open_recording
-from mossar_stream import Frames, LevelName, MossarError, Skeleton
+from mossar_adapters.files.loaded import load
+from mossar_stream import LevelName, MossarError, Skeleton
 from mossar_tools.console import LOGGER
 from mossar_tools.evaluation.annotated import annotated_cuts, is_annotated
 from mossar_tools.evaluation.judges import truth_from_judges
 from mossar_tools.evaluation.labels import LabelError, Labels, read_folder, read_labels
 from mossar_tools.evaluation.matching import Cut
 
-MAX_NUMBERS = 250_000_000  # coordinates of one recording: 1 GB
 SECONDS_LOOK = 5.0  # Hz; at lower rates frames and seconds look alike
 
 
@@ -50,12 +50,12 @@ class Take(msgspec.Struct, frozen=True):
         return float(self.times[-1] - self.times[0])
 
 
-def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> list[Take]:
+def load_folder(folder: Path, on_progress: Callable[[str], None] = lambda _: None) -> list[Take]:
     """Return the takes of a labelled folder.
 
     Args:
         folder: See `labels`.
-        tell: Gets the name of each label file before its recording is read.
+        on_progress: Gets the name of each label file before its recording is read.
 
     Raises:
         LabelError: If a label file cannot be used or its recording is missing.
@@ -64,7 +64,7 @@ def load_folder(folder: Path, tell: Callable[[str], None] = lambda _: None) -> l
     takes: list[Take] = []
     stray: MossarError | None = None
     for path, labels in read_folder(folder):
-        tell(str(path))
+        on_progress(str(path))
         try:
             takes.append(_load(path, labels, path.relative_to(folder).with_suffix("").as_posix()))
         except MossarError as error:
@@ -90,7 +90,8 @@ def _load(path: Path, labels: Labels, name: str) -> Take:
     skeleton = str(path.parent / labels.skeleton) if labels.skeleton else None
     options = ReadOptions(fps=labels.fps, unit=labels.unit, skeleton=skeleton)
     recording = open_recording(path.parent / labels.recording, options)
-    positions, times = all_frames(recording.chunks(), recording.performers[0], recording.path)
+    loaded = load(recording)
+    positions, times = loaded.positions, loaded.times
     if len(times) < 2:
         raise FileError(recording.path, "fewer than two frames; there is nothing to segment")
     return Take(
@@ -104,29 +105,6 @@ def _load(path: Path, labels: Labels, name: str) -> Take:
         cuts=_cuts(path, labels, times),
         tolerance=labels.tolerance_s,
     )
-
-
-def all_frames(
-    chunks: Iterable[Frames], performer: str, path: str
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return positions (n, J, 3) and times (n,) of one performer's frames.
-
-    Raises:
-        FileError: If they are too many to hold.
-    """
-    positions, times, numbers = [], [], 0
-    for chunk in chunks:
-        if chunk.performer != performer:
-            continue
-        numbers += chunk.positions.size
-        if numbers > MAX_NUMBERS:
-            raise FileError(path, "too long to be evaluated at once; cut it into parts")
-        hidden = chunk.confidence is not None and chunk.confidence[:, :, None] <= 0
-        positions.append(np.where(hidden, np.float32(np.nan), chunk.positions))
-        times.append(chunk.times)
-    if not times:
-        return np.zeros((0, 1, 3), np.float32), np.zeros(0)
-    return np.concatenate(positions), np.concatenate(times)
 
 
 def cuts_of(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import msgspec
 import numpy as np
 
-from mossar_tools.evaluation.found import Choice, Found, Method
+from mossar_tools.evaluation.detection import Choice, Detection, Method
 from mossar_tools.evaluation.metrics import Scores, mean_scores
 from mossar_tools.evaluation.takes import Take
 
@@ -23,7 +23,7 @@ class Outcome(msgspec.Struct, frozen=True):
 
     take: str
     variant: str
-    found: Found
+    found: Detection
     scores: Scores
 
 
@@ -52,29 +52,29 @@ def groups_of(takes: Sequence[Take]) -> dict[str, list[Take]]:
 
 
 def trial(
-    takes: Sequence[Take], methods: Sequence[Method], tell: Callable[[str], None] = lambda _: None
+    takes: Sequence[Take], methods: Sequence[Method], on_progress: Callable[[str], None] = lambda _: None
 ) -> list[Row]:
     """Return what each method reached on a group of takes.
 
     Args:
         takes: The takes of one group.
         methods: The methods.
-        tell: Gets what is being done, for a status line.
+        on_progress: Gets what is being done, for a status line.
     """
     rows = []
     for method in methods:
-        outcomes = run_all(method, takes, tell)
+        outcomes = run_all(method, takes, on_progress)
         rows += [_row(method, choice, outcomes) for choice in method.choices]
     return rows
 
 
 def run_all(
-    method: Method, takes: Sequence[Take], tell: Callable[[str], None] = lambda _: None
+    method: Method, takes: Sequence[Take], on_progress: Callable[[str], None] = lambda _: None
 ) -> list[dict[str, Outcome]]:
     """Return the outcome of each variant of a method for each take."""
     outcomes = []
     for take in takes:
-        tell(f"{method.name}: {take.name}")
+        on_progress(f"{method.name}: {take.name}")
         outcomes.append(_outcomes(method, take))
     return outcomes
 

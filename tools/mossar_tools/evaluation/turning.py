@@ -78,16 +78,18 @@ def mirrored(session: Session) -> Moves:
     return moves
 
 
-def views(sessions: Sequence[Session], settings: Settings, tell: Callable[[str], None]) -> Iterator[View]:
+def views(
+    sessions: Sequence[Session], settings: Settings, on_progress: Callable[[str], None]
+) -> Iterator[View]:
     """Yield what comes of sessions that are turned, and with the examples of one side mirrored.
 
     Args:
         sessions: As they were recorded.
         settings: Of the segmenters.
-        tell: Gets a line before each step.
+        on_progress: Gets a line before each step.
     """
     for name, angle in ANGLES.items():
-        tell(name)
+        on_progress(name)
         yield _view(
             name,
             [
@@ -98,7 +100,7 @@ def views(sessions: Sequence[Session], settings: Settings, tell: Callable[[str],
             ],
         )
     if any(side_of(move) for session in sessions for move in session.examples.shown):
-        tell("mirrored")
+        on_progress("mirrored")
         found = [judge(session, confirmed(session, mirrored(session), settings)) for session in sessions]
         yield _view(f"{SHOWN_SIDE} shown, mirrored", found)
 

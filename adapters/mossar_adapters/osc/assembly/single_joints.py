@@ -22,7 +22,7 @@ from mossar_adapters.osc.profiles.profile import Context, Message
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.senders import MAX_SENDERS
-from mossar_adapters.source import Left
+from mossar_adapters.source import Departure
 from mossar_stream import MAX_NAME, Skeleton, performer_name
 
 MAX_PERFORMERS = 64  # per profile
@@ -90,11 +90,11 @@ class SingleJoints:
                 self._scales[sender] = found
         return found
 
-    def leave(self, message: Message, person: str, reason: str) -> list[Pose | Left]:
+    def leave(self, message: Message, person: str, reason: str) -> list[Pose | Departure]:
         """Return what a performer has, and that it left."""
         name = self._senders.name(message.sender, person)
         found = self._performers.pop(name).finish() if self._performers.get(name) is not None else ()
-        return [*found, Left(name, reason)]
+        return [*found, Departure(name, reason)]
 
     def idle(self, now: float) -> list[Pose]:
         """Return the frames that nothing more comes for."""

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.options import METRES
-from mossar_adapters.files.units import Scale, fitted, guessed, height
+from mossar_adapters.files.units import Scale, fitted_scale, guessed_scale, height
 from mossar_adapters.joint_sets import JOINT_SETS, by_count
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_adapters.receiving.pose import Pose
-from mossar_adapters.source import Left
+from mossar_adapters.source import Departure
 from mossar_stream import MAX_JOINTS, FrameError, Skeleton
 
 OPTIONS = {
@@ -96,8 +96,8 @@ class Flat:
             return False
         return all(type(value) in {float, int} for value in arguments)
 
-    def receive(self, message: Message) -> Found:
-        """Take a frame, or note that nobody is there."""
+    def receive(self, message: Message) -> Items:
+        """Process a frame, or note that no person is present."""
         arguments = _flattened(message.arguments)
         if _nobody(arguments):
             return self._gone(message, 0)
@@ -112,7 +112,7 @@ class Flat:
         poses = [self._pose(message, self._person(message, i), table[i]) for i in range(people)]
         return [*poses, *self._gone(message, people)]
 
-    def idle(self, now: float) -> Found:  # noqa: ARG002 - as other profiles have it
+    def idle(self, now: float) -> Items:  # noqa: ARG002 - as other profiles have it
         """Return nothing: every message is a whole frame."""
         return NOTHING
 
@@ -144,8 +144,8 @@ class Flat:
         if options.unit in METRES:
             return Scale(METRES[options.unit])
         if largest <= 1.5 and not 1.2 <= tall <= 2.3:  # shares of the picture, not metres
-            return fitted(options, tall)
-        return guessed(options, tall)
+            return fitted_scale(options, tall)
+        return guessed_scale(options, tall)
 
     def _skeleton(self, joints: int) -> Skeleton:
         if self._known is not None:
@@ -156,12 +156,12 @@ class Flat:
             found = self._skeletons[joints] = by_count(joints) or plain
         return found
 
-    def _gone(self, message: Message, people: int) -> list[Left]:
+    def _gone(self, message: Message, people: int) -> list[Departure]:
         """Return those who were in the message before and are not in this one."""
         before = self._present.get(message.address, 0)
         if message.address in self._present or len(self._present) < 64:
             self._present[message.address] = people
-        return [Left(self._person(message, i), "nobody is there") for i in range(people, before)]
+        return [Departure(self._person(message, i), "nobody is there") for i in range(people, before)]
 
 
 def _nobody(arguments: Sequence[Any]) -> bool:

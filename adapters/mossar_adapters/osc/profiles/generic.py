@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from mossar_adapters.address import Address
-from mossar_adapters.files.units import guessed
+from mossar_adapters.files.units import guessed_scale
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers_at
-from mossar_adapters.osc.profiles.profile import Context, Found, Message
+from mossar_adapters.osc.profiles.profile import Context, Items, Message
 from mossar_stream import FrameError
 
 OPTIONS = {
@@ -35,7 +35,7 @@ class Generic:
     name = "generic"
 
     def __init__(self, context: Context) -> None:
-        self._joints = SingleJoints(context, isotropic(lambda tall: guessed(context.options, tall)))
+        self._joints = SingleJoints(context, isotropic(lambda tall: guessed_scale(context.options, tall)))
         self._pattern = _compiled(checked_pattern(context.address))
         self._args = checked_args(context.address)
         self._places = [self._args.index(letter) for letter in "xyzc" if letter in self._args]
@@ -47,7 +47,7 @@ class Generic:
         """Return whether the address has the form."""
         return message.address in self._names or self._pattern.fullmatch(message.address) is not None
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a joint."""
         performer, joint = self._names.get(message.address) or self._parts(message.address)
         if "p" in self._args:

@@ -5,10 +5,10 @@
 
 import numpy as np
 
-from mossar_adapters.files.units import given
+from mossar_adapters.files.units import stated_scale
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_stream import FrameError
 
 _CONFIDENCE = {"tracked": 1.0, "inferred": 0.5, "nottracked": 0.0}
@@ -20,7 +20,7 @@ class KinectV2:
     name = "kinectv2"
 
     def __init__(self, context: Context) -> None:
-        self._joints = SingleJoints(context, isotropic(lambda _: given(context.options, 1.0)))
+        self._joints = SingleJoints(context, isotropic(lambda _: stated_scale(context.options, 1.0)))
         self.idle = self._joints.idle
         self.pending = self._joints.pending
 
@@ -28,7 +28,7 @@ class KinectV2:
         """Return whether the address is that of a body."""
         return message.address.startswith("/bodies/")
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a joint; hands and other parts of a body are passed over."""
         parts = message.address.split("/")
         if len(parts) != 5 or parts[3] != "joints":

@@ -9,7 +9,7 @@ import numpy as np
 
 from mossar_adapters.joint_sets import printable_names, with_known_parents
 from mossar_adapters.osc.messages import numbers, whole_number, word
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_adapters.receiving.names import distinct_name
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.sequence import Sequences
@@ -32,13 +32,13 @@ class Mossar:
         """Return whether the address is one of ours."""
         return message.address in {META, FRAME}
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a meta or a frame."""
         if message.address == META:
             return (self._meta(message),)
         return (self._pose(message),) if message.address == FRAME else NOTHING
 
-    def idle(self, now: float) -> Found:  # noqa: ARG002 - as other profiles have it
+    def idle(self, now: float) -> Items:  # noqa: ARG002 - as other profiles have it
         """Return nothing: every message is a whole frame."""
         return NOTHING
 

@@ -8,12 +8,12 @@ import re
 
 import numpy as np
 
-from mossar_adapters.files.units import guessed
+from mossar_adapters.files.units import guessed_scale
 from mossar_adapters.joint_sets import openni_parents
 from mossar_adapters.osc.assembly.known_joints import MAX_NAMES
 from mossar_adapters.osc.assembly.single_joints import SingleJoints, isotropic
 from mossar_adapters.osc.messages import numbers
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_stream import FrameError
 
 _ADDRESS = re.compile(r"/(?:(?P<person>[^/]{1,40})/)?skeleton[_/](?P<joint>[^/]{1,60})")
@@ -27,7 +27,7 @@ class NiMate:
 
     def __init__(self, context: Context) -> None:
         self._joints = SingleJoints(
-            context, isotropic(lambda tall: guessed(context.options, tall)), openni_parents
+            context, isotropic(lambda tall: guessed_scale(context.options, tall)), openni_parents
         )
         self.idle = self._joints.idle
         self.pending = self._joints.pending
@@ -38,7 +38,7 @@ class NiMate:
             _ADDRESS.fullmatch(message.address) is not None or _OMNI.fullmatch(message.address) is not None
         )
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a joint, or all of them."""
         if single := _ADDRESS.fullmatch(message.address):
             xyz = numbers(message.arguments, 0, 3)

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.files.options import ReadOptions
-from mossar_adapters.files.units import Scale, fitted, guessed, height
+from mossar_adapters.files.units import Scale, fitted_scale, guessed_scale, height
 from mossar_adapters.joint_sets import openni_parents
 from mossar_adapters.osc.assembly.single_joints import SingleJoints
 from mossar_adapters.osc.messages import numbers, whole_number, word
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_stream import FrameError
 
 FIELD = (2.56, 1.92, 1.28)  # m per unit along x, y, z
@@ -35,7 +35,7 @@ class Osceleton:
         address = message.address
         return address == "/joint" or address.startswith(("/joint/", "/new_user", "/lost_user"))
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a joint, or note that a user left."""
         address, arguments = message.address, message.arguments
         if address == "/joint":
@@ -58,8 +58,8 @@ class Osceleton:
 def _scaling(raw: NDArray[np.float64], options: ReadOptions) -> tuple[NDArray[np.float64], Scale]:
     largest = np.nanmax(np.abs(raw)) if np.isfinite(raw).any() else 0.0
     if largest > _RAW:
-        scale = guessed(options, height(raw))
+        scale = guessed_scale(options, height(raw))
         return np.full(3, scale.metres), scale
     field = np.array(FIELD)
-    scale = fitted(options, height(raw * field))
+    scale = fitted_scale(options, height(raw * field))
     return field * scale.metres, scale

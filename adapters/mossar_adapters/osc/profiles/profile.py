@@ -10,10 +10,10 @@ from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.senders import Senders
-from mossar_adapters.source import Left, Meta
+from mossar_adapters.source import Departure, Meta
 
-Found = Sequence[Meta | Pose | Left]
-NOTHING: Found = ()
+Items = Sequence[Meta | Pose | Departure]
+NOTHING: Items = ()
 
 
 class Message(NamedTuple):
@@ -22,7 +22,7 @@ class Message(NamedTuple):
     Args:
         address: With the leading slash.
         arguments: As python-osc gives them.
-        sender: What tells this sender's performers from others', see `Senders.suffix`.
+        sender: Distinguishes this sender's performers from others', see `Senders.suffix`.
         arrival: Seconds since the socket opened.
     """
 
@@ -40,14 +40,14 @@ class Profile(Protocol):
     def claims(self, message: Message) -> bool:
         """Return whether `auto` should hand this message over."""
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Return what is complete with this message, in order.
 
         Raises:
             FrameError: If it is malformed; nothing that was complete is lost by it.
         """
 
-    def idle(self, now: float) -> Found:
+    def idle(self, now: float) -> Items:
         """Return the frames that nothing more has come for; called when nothing waits to be read."""
 
     def pending(self) -> bool:

@@ -9,17 +9,17 @@ from mossar_adapters.osc.profiles.kinectv2 import KinectV2
 from mossar_adapters.osc.profiles.mossar import Mossar
 from mossar_adapters.osc.profiles.nimate import NiMate
 from mossar_adapters.osc.profiles.osceleton import Osceleton
-from mossar_adapters.osc.profiles.profile import Context, Found, Message, Profile
+from mossar_adapters.osc.profiles.profile import Context, Items, Message, Profile
 from mossar_adapters.osc.profiles.vmc import Vmc
 
-PROFILES: dict[str, Callable[[Context], Profile]] = {
+PROFILES: dict[str, Callable[[Context], Profile]] = {  # `auto` asks them in this order
+    "mossar": Mossar,
     "vmc": Vmc,
     "osceleton": Osceleton,
     "kinectv2": KinectV2,
     "nimate": NiMate,
     "flat": Flat,
     "generic": Generic,
-    "mossar": Mossar,
 }
 NAMES = ("auto", *PROFILES)
 OPTIONS = {
@@ -34,7 +34,7 @@ OPTIONS = {
 }
 _MAX_ADDRESSES = 4096  # remembered
 _LONGEST = 256  # characters of an address that is remembered
-_AUTO = ("mossar", "vmc", "osceleton", "kinectv2", "nimate", "flat")  # asked in this order
+_AUTO = tuple(name for name in PROFILES if name != "generic")  # which needs options
 
 
 class Routes:
@@ -50,7 +50,7 @@ class Routes:
         self._profiles = [PROFILES[name](context) for name in names]
         self._known: dict[str, Profile] = {}  # by address, where that alone decides
 
-    def receive(self, message: Message) -> Found | None:
+    def receive(self, message: Message) -> Items | None:
         """Return what is complete with a message, None if it fits no profile.
 
         Raises:
@@ -59,7 +59,7 @@ class Routes:
         profile = self.find(message)
         return None if profile is None else profile.receive(message)
 
-    def idle(self, now: float) -> Found:
+    def idle(self, now: float) -> Items:
         """Return the frames that nothing more has come for."""
         return [item for profile in self._profiles for item in profile.idle(now)]
 
@@ -74,8 +74,8 @@ class Routes:
             return known
         for profile in self._profiles:
             if profile.claims(message):
-                brief = len(message.address) <= _LONGEST
-                if brief and not isinstance(profile, Flat) and len(self._known) < _MAX_ADDRESSES:
+                brief = len(message.address) <= _LONGEST and len(self._known) < _MAX_ADDRESSES
+                if brief and profile.claims(message._replace(arguments=())):  # the address alone decides
                     self._known[message.address] = profile
                 return profile
         return None

@@ -17,7 +17,7 @@ from mossar_adapters.osc.assembly.known_joints import ClosedFrame, KnownJoints
 from mossar_adapters.osc.assembly.vmc_frames import VmcFrames, exact_time
 from mossar_adapters.osc.assembly.vmc_pose import BUILT_IN, VmcPose
 from mossar_adapters.osc.messages import numbers, word
-from mossar_adapters.osc.profiles.profile import NOTHING, Context, Found, Message
+from mossar_adapters.osc.profiles.profile import NOTHING, Context, Items, Message
 from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.receiving.recent import Recent
 from mossar_stream import FrameError
@@ -47,7 +47,7 @@ class Vmc:
         """Return whether the address is one of VMC's."""
         return message.address.startswith("/VMC/")
 
-    def receive(self, message: Message) -> Found:
+    def receive(self, message: Message) -> Items:
         """Take a bone, a root, OK or T."""
         address, arguments, arrival = message.address, message.arguments, message.arrival
         if address == BONE:
@@ -70,7 +70,7 @@ class Vmc:
             return avatar.poses(avatar.frames.ok(arrival))
         return NOTHING
 
-    def idle(self, now: float) -> Found:
+    def idle(self, now: float) -> Items:
         """Return the frames that nothing more comes for."""
         return [pose for avatar in self._avatars.values() for pose in avatar.idle(now)]
 

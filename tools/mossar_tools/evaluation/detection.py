@@ -1,4 +1,4 @@
-"""Found: what a method made of a take, and what a method is."""
+"""Detection: the key frames that a method found in a take, and what a method is."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -10,7 +10,7 @@ from mossar_tools.evaluation.metrics import Scores, score
 from mossar_tools.evaluation.takes import Take
 
 
-class Found(msgspec.Struct, frozen=True):
+class Detection(msgspec.Struct, frozen=True):
     """Key frames that a method found in a take.
 
     Args:
@@ -35,7 +35,7 @@ class Found(msgspec.Struct, frozen=True):
         )
 
 
-Variants = Mapping[str, Found]  # what there is to choose from, by what sets the variants apart
+Variants = Mapping[str, Detection]  # what there is to choose from, by what sets the variants apart
 Choice = Literal["fixed", "best for all", "best each"]
 FIXED: tuple[Choice, ...] = ("fixed",)
 
