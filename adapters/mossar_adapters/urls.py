@@ -97,14 +97,12 @@ def open_source(
     Raises:
         MossarError: If it cannot be opened; one line says why and what to do.
     """
-    address, scheme = _scheme(url, "source")
+    address, opened = _opened(url, "source")
     given = _merged(options or ReadOptions(), address)
     # With slots, --performer is one of them, and not an id of the sender.
     inner = given if people is None else msgspec.structs.replace(given, performer=None)
     wanted = OpenOptions(inner, speed, listener, loop=loop, people=people)
-    if scheme.source is None:
-        raise address.error(f"{address.scheme}: cannot be read from")
-    source = scheme.source(address, wanted)
+    source: Source = opened(address, wanted)
     picky = inner.joints or inner.root or inner.performer
     source = SelectedSource(source, inner) if picky and address.scheme != "file" else source
     if people is None:
@@ -124,10 +122,9 @@ def open_sink(url: str, *, force: bool = False, position: int | None = None) -> 
     Raises:
         MossarError: If it cannot be opened; one line says why and what to do.
     """
-    address, scheme = _scheme(url, "sink")
-    if scheme.sink is None:
-        raise address.error(f"{address.scheme}: takes no events")
-    return scheme.sink(address, OpenOptions(force=force, position=position))
+    address, opened = _opened(url, "sink")
+    sink: Sink = opened(address, OpenOptions(force=force, position=position))
+    return sink
 
 
 def open_frame_sink(url: str, *, force: bool = False, position: int | None = None) -> FrameSink:
@@ -144,17 +141,23 @@ def open_frame_sink(url: str, *, force: bool = False, position: int | None = Non
     Raises:
         MossarError: If it cannot be opened; one line says why and what to do.
     """
-    address, scheme = _scheme(url, "frame_sink")
-    if scheme.frame_sink is None:
-        raise address.error(f"{address.scheme}: takes no frames")
-    return scheme.frame_sink(address, OpenOptions(force=force, position=position))
+    address, opened = _opened(url, "frame_sink")
+    sink: FrameSink = opened(address, OpenOptions(force=force, position=position))
+    return sink
 
 
-def _scheme(url: str, use: str) -> tuple[Address, Scheme]:
+_CANNOT = {"source": "cannot be read from", "sink": "takes no events", "frame_sink": "takes no frames"}
+
+
+def _opened(url: str, use: str) -> tuple[Address, Callable[[Address, OpenOptions], Any]]:
+    """Return the address, and what opens it for a use."""
     address = parse_url(url)
     for scheme in SCHEMES:
         if address.scheme in scheme.names:
-            return address, scheme
+            opened = getattr(scheme, use)
+            if opened is None:
+                raise address.error(f"{address.scheme}: {_CANNOT[use]}")
+            return address, opened
     known = ", ".join(
         f"{s.names[0]}:" for s in SCHEMES if getattr(s, use) and s.names[0] not in {"-", "file"}
     )

@@ -85,7 +85,7 @@ def test_one_performer_of_several_can_be_chosen():
         ("foo://x:1", "no scheme foo:; there are demo:, osc:, zmq:"),
         ("osc://127.0.0.1", "a port is missing"),
         ("osc://127.0.0.1:0?profil=vmc", "no option 'profil'; there are: profile"),
-        ("osc://127.0.0.1:0?profile=kinect", "one of auto, vmc"),
+        ("osc://127.0.0.1:0?profile=kinect", "one of auto, mossar, vmc"),
         ("osc://127.0.0.1:0?fps=-3", "fps must lie in"),
         ("osc://127.0.0.1:0?unit=feet", "unit must be auto, m"),
         ("osc://127.0.0.1:0?allow=here", "IP numbers"),

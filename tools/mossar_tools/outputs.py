@@ -1,7 +1,7 @@
 """Outputs: where results go, as JSON, as a table or as a picture; the same for every command."""
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -92,6 +92,14 @@ class Outputs(NamedTuple):
     def silent(self) -> bool:
         """Whether there is nothing left to be shown as a table to read."""
         return bool(self.json or self.csv or self.picture or self.exports or self.clips or self.curves)
+
+    def write(self, console: Console, report: Mapping[str, Any], rows: Rows, lines: Iterable[str]) -> None:
+        """Write the JSON object and the table, if they are wanted, and lines to read unless standard output is taken."""
+        self.write_json(report, console)
+        self.write_csv(rows, console)
+        if not self.piped:
+            for line in lines:
+                console.line(line)
 
     def write_json(self, value: Mapping[str, Any], console: Console) -> None:
         """Write one JSON object, if that is wanted."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mossar_adapters.files.asf import Acclaim, Bone, read_skeleton, skeleton_path
 from mossar_adapters.files.assembly import sane_frames, skeleton_of, unique_names
-from mossar_adapters.files.cells import numbers
+from mossar_adapters.files.cells import is_number, numbers
 from mossar_adapters.files.errors import FileError, shown
 from mossar_adapters.files.kinematics import JointMotion, MotionChunk, euler_rotations, joint_positions
 from mossar_adapters.files.options import ReadOptions
@@ -193,18 +193,10 @@ def _count_frames(path: Path, layout: Layout) -> tuple[int, bool]:
     count, last = 0, list[str]()
     for _, words in _frame_blocks(path):
         count, last = count + 1, words
-    cut = len(last) < layout.width or (ends_in_mid_line(path) and not _is_number(last[-1]))
+    cut = len(last) < layout.width or (ends_in_mid_line(path) and not is_number(last[-1]))
     if count == cut:
         raise FileError(path, "there is no whole frame in the file")
     return count - cut, cut
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _blocks(amc: AmcFile) -> Iterator[AmcBlock]:

@@ -6,7 +6,6 @@ import logging
 import random
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -18,20 +17,6 @@ from mossar_adapters.urls import open_frame_sink, open_sink
 from mossar_stream import Frames, SegmentEvent, Skeleton, StreamEvent
 
 STARTED = StreamEvent(performer="p1", event="started", take=0)
-SEGMENT = SegmentEvent(
-    performer="p1",
-    id="p1/0/0-9",
-    rev=1,
-    status="final",
-    state="moving",
-    take=0,
-    start_frame=0,
-    end_frame=9,
-    start_time=0.0,
-    end_time=0.3,
-    active_joints=("hand",),
-    similarity=None,
-)
 META = Meta("p1", Skeleton(("hip", "hand"), (-1, 0)))
 
 
@@ -72,16 +57,16 @@ def test_a_file_that_is_shorter_than_was_written_is_cut_behind_its_last_line_and
     assert f"{position - 8 * len(whole) // 10} bytes of the last run are lost" in caplog.text
 
 
-def test_a_table_has_one_heading_however_short_it_became(tmp_path):
+def test_a_table_has_one_heading_however_short_it_became(tmp_path, made):
     path = tmp_path / "segments.csv"
     sink = open_sink(str(path))
-    sink.send([SEGMENT] * 3)
+    sink.send([made(SegmentEvent)] * 3)
     position = sink.position()
     sink.close()
     for size in (0, 5, path.stat().st_size - 3):
         path.write_bytes(path.read_bytes()[:size])
         again = open_sink(str(path), position=position)
-        again.send([SEGMENT])
+        again.send([made(SegmentEvent)])
         again.close()
         lines = path.read_text().splitlines()
         assert lines[0].startswith("recording,performer,take")
@@ -152,12 +137,12 @@ def test_devices_that_cannot_be_synchronised_are_written_all_the_same():
     file.close()
 
 
-def test_names_in_a_table_are_no_formulas(tmp_path):
+def test_names_in_a_table_are_no_formulas(tmp_path, made):
     path = tmp_path / "segments.csv"
     sink = open_sink(str(path))
     sink.announce(Meta("=1+1", META.skeleton, recording="@take.bvh"))
-    sink.send([msgspec.structs.replace(SEGMENT, performer="=1+1", active_joints=("-hand", "foot"))])
-    sink.send([msgspec.structs.replace(SEGMENT, channel="@arm", limb="+arm", start_time=-2.5)])
+    sink.send([made(SegmentEvent, performer="=1+1", active_joints=("-hand", "foot"))])
+    sink.send([made(SegmentEvent, channel="@arm", limb="+arm", start_time=-2.5)])
     sink.close()
     with path.open(newline="") as file:
         row, of_limb = csv.DictReader(file)

@@ -27,21 +27,6 @@ from mossar_stream import (
 )
 
 SKELETON = Skeleton(("hips", "head"), (-1, 0))
-KEY_FRAME = KeyFrameEvent(
-    performer="p1",
-    id="p1/0/12",
-    rev=1,
-    status="confirmed",
-    decided=False,
-    kind="minimum",
-    take=0,
-    frame=12,
-    time=0.2,
-    decided_frame=20,
-    decided_time=0.33,
-    velocity=0.1,
-    strength=None,
-)
 
 
 def frames(count, performer="p1", confidence=False):
@@ -144,12 +129,12 @@ def test_local_sockets_carry_frames(hear, tmp_path):
     assert heard.count() == 10
 
 
-def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber):
+def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber, made):
     sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
     sink.announce(Meta("p1", SKELETON, 60.0, settings={"level": "motion"}, run="a1"))
     late = subscriber(sink.endpoint, b"mossar.")
     time.sleep(0.3)
-    sink.send([StreamEvent(performer="p1", event="started", take=0), KEY_FRAME])
+    sink.send([StreamEvent(performer="p1", event="started", take=0), made(KeyFrameEvent)])
     received = [late.recv_multipart() for _ in range(3)]
     sink.close()
     assert [topic for topic, _ in received] == [
@@ -170,17 +155,17 @@ def test_events_go_out_in_two_parts_with_the_topic_of_their_performer(subscriber
         "take": 0,
         "reason": "",
     }
-    assert key_frame == msgspec.to_builtins(KEY_FRAME)
+    assert key_frame == msgspec.to_builtins(made(KeyFrameEvent))
 
 
-def test_json_is_sent_on_request(subscriber):
+def test_json_is_sent_on_request(subscriber, made):
     sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0?encoding=json"))
     listener = subscriber(sink.endpoint, b"mossar.key_frame.")
     time.sleep(0.3)
-    sink.send([KEY_FRAME])
+    sink.send([made(KeyFrameEvent)])
     _, data = listener.recv_multipart()
     sink.close()
-    assert json.loads(data)["id"] == "p1/0/12"
+    assert json.loads(data)["id"] == "p1/0/7"
 
 
 def test_the_topic_of_p1_does_not_match_p10(subscriber):
@@ -273,14 +258,14 @@ def test_who_subscribes_late_is_told_where_everybody_stands(subscriber):
     assert (state["type"], state["take"], state["present"], state["run"]) == ("state", 2, True, "a1")
 
 
-def test_a_subscriber_that_never_reads_does_not_stop_the_others(subscriber):
+def test_a_subscriber_that_never_reads_does_not_stop_the_others(subscriber, made):
     sink = ZmqSink(parse_url("zmq+bind://127.0.0.1:0"))
     lazy = subscriber(sink.endpoint)
     lazy.setsockopt(zmq.RCVHWM, 10)
     time.sleep(0.3)
     started = time.monotonic()
     for _ in range(300):
-        sink.send([KEY_FRAME] * 200)
+        sink.send([made(KeyFrameEvent)] * 200)
     assert time.monotonic() - started < 5
     quick = subscriber(sink.endpoint, b"mossar.stream.")
     time.sleep(0.3)

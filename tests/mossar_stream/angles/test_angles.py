@@ -84,27 +84,12 @@ def test_a_missing_joint_leaves_the_others():
     assert found["right_knee_flexion"][0] == pytest.approx(20, abs=0.1)
 
 
-def repetition(count, start, end):
-    return RepetitionEvent(
-        performer="p1",
-        id=f"p1/0/r{count}",
-        rev=1,
-        status="counted",
-        take=0,
-        channel="body",
-        count=count,
-        total=count,
-        period=None,
-        tempo=None,
-        start=start,
-        end=end,
-        amplitude=0.1,
-        joint="hips",
-        decided_time=end,
-    )
+@pytest.fixture
+def repetition(made):
+    return lambda count, start, end: made(RepetitionEvent, count=count, start=start, end=end)
 
 
-def test_ranges_say_how_far_and_how_long():
+def test_ranges_say_how_far_and_how_long(repetition):
     times = np.arange(401) / 100
     shape = np.interp(times, [0, 1, 2, 2.5, 4], [0, 100, 100, 0, 0])  # up in 1 s, held for 1 s, down in 0.5 s
     angles = {
@@ -120,7 +105,7 @@ def test_ranges_say_how_far_and_how_long():
     assert trunk.up == pytest.approx(0.8, abs=0.011)
 
 
-def test_what_does_not_move_or_is_not_seen_has_no_phases():
+def test_what_does_not_move_or_is_not_seen_has_no_phases(repetition):
     times = np.arange(100) / 50
     still = {"left_knee_flexion": np.full(100, 3.0), "right_knee_flexion": np.full(100, np.nan)}
     (only,) = ranges_of_motion(still, times, [repetition(1, 0.0, 1.9)])

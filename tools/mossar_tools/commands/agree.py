@@ -71,11 +71,8 @@ def run(options: Options, console: Console) -> int:
         every = [*parts.items(), ("all", wholes[-1])]
         rows += [{"a": one, "b": other, "recording": name, **part.summary} for name, part in every]
         report.append({"a": one, "b": other, **_as_json(parts, wholes[-1])})
-    outputs.write_json({"v": 1, "tolerances": list(limits), "pairs": report}, console)
-    outputs.write_csv([_rounded(row) for row in rows], console)
-    if not outputs.piped:
-        for line in _table(rows, wholes, labellers):
-            console.line(line)
+    found = {"v": 1, "tolerances": list(limits), "pairs": report}
+    outputs.write(console, found, [_rounded(row) for row in rows], _table(rows, wholes, labellers))
     if outputs.picture is not None:
         from mossar_tools.agreement.drawing import draw_agreement
 

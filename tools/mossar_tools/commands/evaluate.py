@@ -102,15 +102,10 @@ def run(options: Options, console: Console) -> int:
     with reporting_compilation(settings):
         rows = interruptibly(lambda: {name: trial(own, methods, progress) for name, own in groups.items()})
     report = as_json(groups, rows)
-    outputs.write_json(report, console)
-    outputs.write_csv(_flat(report), console)
-    if not outputs.piped:
-        for line in tables(groups, rows):
-            console.line(line)
-        for name, own in groups.items():
-            console.line("")
-            for line in recording_table(own, next(row for row in rows[name] if row.method == SHOWN)):
-                console.line(line)
+    shown = {name: next(row for row in rows[name] if row.method == SHOWN) for name in groups}
+    lists = (("", *recording_table(own, shown[name])) for name, own in groups.items())
+    lines = itertools.chain(tables(groups, rows), *lists)
+    outputs.write(console, report, _flat(report), lines)
     if outputs.picture is not None:
         from mossar_tools.evaluation.strips import draw_strips
 
@@ -150,11 +145,7 @@ def _moves(options: Options, console: Console, outputs: Outputs, settings: Setti
                 strict=options.strict,
             )
         )
-    outputs.write_json(moves_json(found), console)
-    outputs.write_csv(moves_rows(found), console)
-    if not outputs.piped:
-        for line in moves_lines(found):
-            console.line(line)
+    outputs.write(console, moves_json(found), moves_rows(found), moves_lines(found))
     return DONE
 
 
@@ -173,11 +164,7 @@ def _sets(options: Options, console: Console, outputs: Outputs, settings: Settin
             lambda: compare_sets(sets, settings, console.status, leave_out=options.leave_out)
         )
     report = as_json(sets, rows)
-    outputs.write_json(report, console)
-    outputs.write_csv(_flat(report), console)
-    if not outputs.piped:
-        for line in tables(sets, rows):
-            console.line(line)
+    outputs.write(console, report, _flat(report), tables(sets, rows))
     return DONE
 
 
