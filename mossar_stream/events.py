@@ -333,26 +333,26 @@ def _most_deviant_limb(event: "FollowEvent | PoseEvent") -> str:
 
 
 class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", kw_only=True, gc=False):
-    """News about a performance of a move that is followed (parameter `follow`): how far it is, how fast, and how like.
+    """A message about a performance of a followed move (parameter `follow`): progress, tempo, deviation and score.
 
     Args:
         id: `performer/follow/take/NUMBER`, which counts the performances of the take from 1.
         rev: Counts the messages about this id from 1.
-        name: Of the move, as its examples have it.
+        name: Name of the move, as its examples have it.
         status: `begun` when the performance is recognised, `progress` at most every `follow_every` seconds, then `done`, or
             `left` if it was given up or became something else.
         count: Performances of this name that are done in this take, this one included when `done`.
         start: Begin of the performance, s on the source's clock.
-        time: Of the moment that the numbers are of, s; of `done` the end of the performance.
+        time: Time that the numbers belong to, s; of `done` the end of the performance.
         progress: 0 to 1, along the whole of what was shown.
         tempo: Relative to the example, over the last second; 1.2 is a fifth faster. Of `done` that of the whole.
         certainty: 0 to 1: how likely the performance will be done.
         deviation: Root mean square angle between the directions of bones and the example's, since `start`, degrees.
         limbs: The same for each limb.
-        joint: End of the bone that strayed most.
+        joint: End of the bone that deviates most.
         range: When `done`: extent of each limb's path relative to the example's, for limbs that move in the example; else
             None.
-        score: When `done`: 0 to 1, how alike the performance and the examples are; else None.
+        score: When `done`: 0 to 1, the similarity of the performance and the examples; else None.
         decided_time: Time of the frame that caused this message, s.
     """
 
@@ -380,19 +380,19 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
 
 
 class PoseEvent(msgspec.Struct, frozen=True, tag_field="type", tag="pose", kw_only=True, gc=False):
-    """News about a pose that was shown and is held: recognised whenever the moves have poses.
+    """A message about a pose that the performer takes; sent whenever the moves have poses.
 
     Args:
         id: `performer/pose/take/NUMBER`, which counts the poses of the take from 1.
         rev: Counts the messages about this id from 1.
-        name: Of the pose, as it was shown.
+        name: Name of the pose, as it was taught.
         status: `entered` when the performer comes to rest in the pose, `held` once, when it has been held for its `hold`
             seconds, and `left`.
         start: When the performer came near to the pose, s on the source's clock.
         seconds: How long the pose has been held, s; of `left` how long it was.
         deviation: Root mean square angle between the directions of bones and those of the pose, since `entered`, degrees.
         limbs: The same for each limb.
-        joint: End of the bone that strayed most.
+        joint: End of the bone that deviates most.
         decided_time: Time of the frame that caused this message, s.
     """
 
