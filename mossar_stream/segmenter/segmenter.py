@@ -255,7 +255,8 @@ class Segmenter:
         Raises:
             SettingsError: If a value is illegal, or FrameError if joints of the limbs lack; nothing is changed then.
         """
-        return self.adopt(*self.steps.planned(changes))
+        plan, level = self.steps.planned(changes)
+        return self.adopt(plan, level)
 
     def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
         """Go on with what `steps.planned` returned, and return the events of the take that this ends."""

@@ -29,7 +29,6 @@ from mossar_adapters.demo import performance
 from mossar_stream import BODY, Event, Segmenter, Settings, SettingsError, Skeleton, to_json
 
 CORE = str(Path(mossar_stream.__file__).parent)
-CALLS = {"CALL", "CALL_FUNCTION_EX"}
 MOVES = ("punch_left", "squat", "wave_left", "rest:1.2", "kick_right", "squat", "squat", "stand:1")
 FOLLOWING = 40  # frames that are compared after each exception
 ROUNDS = 16  # exceptions in the life of a segmenter
@@ -65,9 +64,11 @@ class Striking:
     def _opcode(self, frame: FrameType, event: str, _argument: object) -> Callable[..., Any]:
         if event == "opcode":
             name = _names_of(frame.f_code)[frame.f_lasti]
+            if name in ("NOP", "JUMP_FORWARD"):  # on the way to a return
+                return self._opcode
             before, self._before[id(frame)] = self._before.get(id(frame)), name
-            # A call of Python does not look before it returns.
-            returned = before in CALLS and name != "RETURN_VALUE"
+            # A call of Python does not look before it returns, unless its arguments are unpacked.
+            returned = before == "CALL_FUNCTION_EX" or (before == "CALL" and name != "RETURN_VALUE")
             if name in ("RESUME", "JUMP_BACKWARD") or returned:
                 self.left -= 1
                 if self.left == 0:
