@@ -91,7 +91,7 @@ from mossar_stream.memory.joint_pages import (
 )
 from mossar_stream.memory.slots import start_slots
 from mossar_stream.repetitions.sampling import take_frame
-from mossar_stream.repetitions.state import HEADER, begin, forget_counted, kept_views
+from mossar_stream.repetitions.state import HEADER, PERIODS, begin, forget_periods, kept_views
 from mossar_stream.similarity.protocol import add_pose
 
 DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop codes
@@ -110,7 +110,7 @@ class Arrays(NamedTuple):
     history: PoseHistory
     activity: Activity
     counted: Counted
-    adopted: NDArray[np.void]  # (1,) HEADER of a limb, or none
+    periods: NDArray[np.void]  # (1,) PERIODS by which candidates are judged, or none
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
     ring_step: NDArray[np.int64]  # (ring,)
@@ -220,9 +220,14 @@ def _arrays_of(state, row, params):
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
         Counted(
             part(row, at.counted, HEADER, (plan.repetitions,)),
-            kept_views(part(row, at.samples, np.float32, (plan.samples,)), plan.repetitions * plan.joints),
+            kept_views(part(row, at.samples, np.uint8, (plan.samples,)), plan.repetitions * plan.joints),
         ),
-        part(row, at.adopted, HEADER, (plan.adopts,)),
+        part(
+            row,
+            at.adopted if plan.adopts == 1 else at.periods,
+            PERIODS,
+            (max(plan.adopts, plan.repetitions),),
+        ),
         part(row, at.filtered, np.float64, (6, plan.filtered_joints)),
         part(row, at.ring_time, np.float64, (plan.ring,)),
         part(row, at.ring_step, np.int64, (plan.ring,)),
@@ -280,8 +285,8 @@ def _open_take(state, a, time):
     start_activity(state.activity, time)
     if plan.repetitions == 1:
         begin(a.counted.headers[0], a.counted.samples, time)
-    if plan.adopts == 1:
-        forget_counted(a.adopted[0])
+    if len(a.periods) == 1:
+        forget_periods(a.periods[0])
 
 
 @inline_kernel

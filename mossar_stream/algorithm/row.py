@@ -30,8 +30,7 @@ from mossar_stream.algorithm.verdicts import NOTE, NOTED_CANDIDATES, VERDICTS
 from mossar_stream.algorithm.window import KEY, WINDOW
 from mossar_stream.memory.joint_pages import body_size, pad
 from mossar_stream.memory.slots import SLOTS
-from mossar_stream.repetitions.state import HEADER
-from mossar_stream.repetitions.state import length as samples_size
+from mossar_stream.repetitions.state import HEADER, PERIODS, samples_bytes
 
 CACHE_LINE = 64  # bytes
 
@@ -55,8 +54,9 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("bouts", "BOUT"),  # (bouts,) of movement, the latest that have ended
     ("notes", "NOTE"),  # (NOTED_CANDIDATES,) of the last candidates
     ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
-    ("samples", "f4"),  # of them, see repetitions/state.py
-    ("adopted", "HEADER"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
+    ("periods", "PERIODS"),  # (1,) of it, by which candidates are judged
+    ("samples", "u1"),  # of them, see repetitions/state.py
+    ("adopted", "PERIODS"),  # (1,) of a limb: what is counted of its body, by which its candidates are judged
 )
 
 PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` sets it
@@ -75,7 +75,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("memo_size", "i8"),
         ("history_size", "i8"),
         ("bouts", "i8"),
-        ("samples", "i8"),  # numbers of the repetitions' samples
+        ("samples", "i8"),  # bytes of the repetitions' samples
         ("capacity", "i8"),  # W
         ("most_events", "i8"),  # that one frame, or the end of a take, can cause
         # Settings; the row's own, so that a level can move while others stay.
@@ -142,7 +142,15 @@ ROW = np.dtype(
     ],
 )
 ROW_BYTES = ROW.itemsize
-_DTYPES = {"KEY": KEY, "NOTE": NOTE, "HEADER": HEADER, "MARK": MARK, "MEMO": MEMO, "BOUT": BOUT}
+_DTYPES = {
+    "KEY": KEY,
+    "NOTE": NOTE,
+    "HEADER": HEADER,
+    "PERIODS": PERIODS,
+    "MARK": MARK,
+    "MEMO": MEMO,
+    "BOUT": BOUT,
+}
 
 
 class Shape(msgspec.Struct, frozen=True):
@@ -214,7 +222,8 @@ class Shape(msgspec.Struct, frozen=True):
             "bouts": self.bouts,
             "notes": NOTED_CANDIDATES * self.features,
             "counted": int(self.repetitions),
-            "samples": samples_size(self.joints) * self.repetitions,
+            "periods": int(self.repetitions),
+            "samples": samples_bytes(self.joints) * self.repetitions,
             "adopted": int(self.adopts),
         }
 

@@ -50,7 +50,7 @@ class Verdicts(NamedTuple):
 
     state: np.void  # VERDICTS
     notes: NDArray[np.void]  # (NOTED_CANDIDATES,) NOTE, ring
-    counted: NDArray[np.void]  # (1,) HEADER of the performer's repetitions
+    periods: NDArray[np.void]  # (1,) PERIODS of the performer's repetitions
 
 
 class Counted(NamedTuple):
@@ -104,7 +104,7 @@ def judge(verdicts):
     if state.candidates - number > NOTED_CANDIDATES:
         return NO_VERDICT
     note = verdicts.notes[number % NOTED_CANDIDATES]
-    period = _period_at(verdicts.counted[0], note.reported)
+    period = _period_at(verdicts.periods[0], note.reported)
     if not 0.0 < period <= LONGEST_PERIOD:
         return NO_VERDICT
     best, least = number, np.inf
@@ -112,7 +112,7 @@ def judge(verdicts):
         candidate = verdicts.notes[other % NOTED_CANDIDATES]
         if abs(candidate.reported - note.reported) > 0.5 * period:
             continue
-        off = _off_bound(verdicts.counted[0], candidate.reported) / period
+        off = _off_bound(verdicts.periods[0], candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost
@@ -123,31 +123,31 @@ def judge(verdicts):
 
 
 @kernel
-def _period_at(header, time):
+def _period_at(periods, time):
     """Return the period of the even bout that a time lies in, or goes on to, s; 0 if it lies in none."""
-    if header.clear == 0:
+    if periods.clear == 0:
         return 0.0
-    at = time - header.origin
-    for place in range(header.cycles - 1, -1, -1):
-        cycle = header.cycle[place]
+    at = time - periods.origin
+    for place in range(periods.cycles - 1, -1, -1):
+        cycle = periods.cycle[place]
         period = _duration(cycle)
-        goes_on = place == header.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + LOOKS_APART
+        goes_on = place == periods.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + LOOKS_APART
         if at >= cycle.begins:
-            return period if (at <= cycle.ends or goes_on) and _is_even(header, place) else 0.0
+            return period if (at <= cycle.ends or goes_on) and _is_even(periods, place) else 0.0
     return 0.0
 
 
 @kernel
-def _is_even(header, place):
+def _is_even(periods, place):
     """Tell whether all periods of a repetition's bout are alike."""
     first = last = place
-    while first > 0 and header.cycle[first].count > 1:
+    while first > 0 and periods.cycle[first].count > 1:
         first -= 1
-    while last + 1 < header.cycles and header.cycle[last + 1].count > 1:
+    while last + 1 < periods.cycles and periods.cycle[last + 1].count > 1:
         last += 1
     shortest, longest = np.inf, 0.0
     for i in range(first, last + 1):
-        period = _duration(header.cycle[i])
+        period = _duration(periods.cycle[i])
         shortest, longest = min(shortest, period), max(longest, period)
     return longest <= LONGEST_RATIO * shortest
 
@@ -159,13 +159,13 @@ def _duration(cycle):
 
 
 @kernel
-def _off_bound(header, time):
+def _off_bound(periods, time):
     """Return how far a time is from where a repetition begins or ends, after the last one from where one should, s."""
-    at = time - header.origin
+    at = time - periods.origin
     off = np.inf
-    for place in range(header.cycles - 1, -1, -1):
-        cycle = header.cycle[place]
-        if place == header.cycles - 1 and at > cycle.ends:
+    for place in range(periods.cycles - 1, -1, -1):
+        cycle = periods.cycle[place]
+        if place == periods.cycles - 1 and at > cycle.ends:
             period = _duration(cycle)
             steps = (at - cycle.ends) / period
             off = abs(steps - np.rint(steps)) * period

@@ -79,7 +79,7 @@ from mossar_stream.memory.event_buffer import (
 )
 from mossar_stream.memory.joint_pages import flatten
 from mossar_stream.memory.slots import allocate, free
-from mossar_stream.repetitions.state import HEADER
+from mossar_stream.repetitions.state import PERIODS
 from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge_into, write_features
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
@@ -139,7 +139,7 @@ def _window_of(state, row, params, scratch, event_buffer):
     plan, at = state.plan, state.at
     places = plan.capacity + 2
     counted = 0 if plan.offline == 1 else places
-    repetitions = at.adopted if plan.adopts == 1 else at.counted
+    repetitions = at.adopted if plan.adopts == 1 else at.periods
     return Window(
         plan,
         state.clock,
@@ -157,7 +157,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         Verdicts(
             state.verdicts,
             part(row, at.notes, NOTE, (plan.has_features * NOTED_CANDIDATES,)),
-            part(row, repetitions, HEADER, (plan.has_features,)),
+            part(row, repetitions, PERIODS, (plan.has_features,)),
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
         state.noise,

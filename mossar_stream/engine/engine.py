@@ -114,7 +114,7 @@ def tell(desk: Desk, time: float) -> None:
     elif stop == LOOKED:
         row = station.rows[stage]
         if row.looks is not None:
-            row.looks.append((time, row.counted.copy()))
+            row.looks.append((time, row.periods.copy()))
         if head["changed"][0]:
             _tell_repetitions(row, desk.stopped)
 
@@ -174,7 +174,7 @@ def _look_once_more(row: Row) -> None:
     row.is_looking = True
     changed = look(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
     if row.looks is not None:
-        row.looks.append((math.inf, row.counted.copy()))
+        row.looks.append((math.inf, row.periods.copy()))
     if changed:
         _tell_repetitions(row, NOT_STOPPED)
     row.is_looking = False

@@ -217,9 +217,8 @@ class Plan:
             state["plan"][name] = values[name]
         for name, offset in self.shape.offsets()[0].items():
             state["at"][name] = offset
-        for name in ("counted", "adopted"):
-            for header in region(row, self.shape, name):
-                prepare_counting(header, self.skeleton, self.channel)
+        for header in region(row, self.shape, "counted"):
+            prepare_counting(header, self.skeleton, self.channel)
 
     def new_memory(self, count: int) -> NDArray[np.uint8]:
         """Return memory for so many rows, (count, row_bytes), not prepared."""

@@ -9,7 +9,6 @@ from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import Source
-from mossar_stream.repetitions.state import adopt_counted
 from mossar_stream.repetitions.telling import Telling
 
 ROWS_AT_ONCE = 64  # of a pool for many
@@ -83,7 +82,8 @@ class Row:
         clock: CLOCK, one of them.
         counted: (1,) HEADER of repetitions; empty unless they are counted here.
         counting: Bytes of it and of the poses in which they are counted; empty likewise.
-        adopted: (1,) HEADER of a limb: what is counted of its body; empty if it does not matter.
+        periods: (1,) PERIODS of it; empty likewise.
+        adopted: (1,) PERIODS of a limb: what is counted of its body; empty if it does not matter.
         looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
         is_looking: Whether the last look of a take is being reported.
         looked_take: Number of the take of which that is done; -1 if of none.
@@ -114,6 +114,7 @@ class Row:
         self.clock = self.state["clock"]
         shape = self.plan.shape
         self.counted = region(self.memory, shape, "counted")
+        self.periods = region(self.memory, shape, "periods")
         self.adopted = region(self.memory, shape, "adopted")
         begin, end = (shape.offsets()[0][name] for name in ("counted", "adopted"))
         self.counting = self.memory[begin:end]
@@ -147,10 +148,10 @@ class Row:
         else:
             self.telling = None
 
-    def adopt_repetitions(self, counted: NDArray[np.void]) -> None:
-        """Let a limb know what is counted of its body, `counted` of the body's row."""
+    def adopt_periods(self, periods: NDArray[np.void]) -> None:
+        """Let a limb know what is counted of its body, `periods` of the body's row."""
         if len(self.adopted):
-            adopt_counted(self.adopted, counted)
+            self.adopted[:] = periods
 
     def look_for_place(self) -> None:
         """Take note of where the performer is."""

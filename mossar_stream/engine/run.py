@@ -45,7 +45,7 @@ from mossar_stream.jit.linked import linked
 from mossar_stream.jit.views import at_address, part
 from mossar_stream.memory.event_buffer import EVENT, EVENT_BYTES, put_start
 from mossar_stream.readers import BACK, call_reader
-from mossar_stream.repetitions.state import HEADER, adopt
+from mossar_stream.repetitions.state import PERIODS, copy_periods
 
 ADVANCE, UPDATE = "mossar.advance", "mossar.update_window"
 advance_by_name = linked(ADVANCE, int64)(advance)
@@ -206,10 +206,10 @@ def _step_limb(where: Any, stage: Any, buffers: Any, params: Any, time: Any) -> 
     limb = at_address(channel.row, ROW, (1,))[0]
     body = at_address(channels[0].row, ROW, (1,))[0]
     if limb.plan.adopts == 1 and body.plan.repetitions == 1:
-        own = at_address(channel.row + limb.at.adopted, HEADER, (1,))[0]
-        counted = at_address(channels[0].row + body.at.counted, HEADER, (1,))[0]
+        own = at_address(channel.row + limb.at.adopted, PERIODS, (1,))[0]
+        counted = at_address(channels[0].row + body.at.periods, PERIODS, (1,))[0]
         if own.looked != counted.looked or own.origin != counted.origin:
-            adopt(own, counted)
+            copy_periods(own, counted)  # type: ignore[no-untyped-call]
     frame = at_address(
         seat.station + station.frame + POINT_BYTES * channel.first, np.float32, (ONE, channel.joints, 3)
     )

@@ -13,7 +13,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.memory.joint_pages import LINES, LIVE, PAGE
 from mossar_stream.repetitions.preparing import is_sound as counting_is_sound
 from mossar_stream.repetitions.preparing import prepare
-from mossar_stream.repetitions.state import HEADER
+from mossar_stream.repetitions.state import CYCLES, HEADER
 from mossar_stream.similarity import protocol as similarity
 
 FARTHEST_ORIGIN = 1e9  # m, that somebody may be from the origin
@@ -67,7 +67,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         follows = own["begun"] == 1 and own["latest"] == state["clock"]["taken_time"]
         if not (follows and counting_is_sound(own, prepared)):
             return False
-    if not all(counting_is_sound(header, prepared) for header in region(row, shape, "adopted")):
+    periods = [*region(row, shape, "periods"), *region(row, shape, "adopted")]
+    if not all(0 <= int(one["cycles"]) <= CYCLES for one in periods):
         return False
     live = region(row, shape, "body").reshape(-1, LINES, PAGE)[:, LIVE // PAGE]
     if not np.isin(live, (0.0, 1.0)).all():

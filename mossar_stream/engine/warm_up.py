@@ -12,7 +12,6 @@ from mossar_stream.jit.linked import publish
 from mossar_stream.memory.event_buffer import EVENT_BYTES, events_size
 from mossar_stream.readers import address_of_reader
 from mossar_stream.repetitions.counting import look
-from mossar_stream.repetitions.state import HEADER, adopt_counted
 from mossar_stream.settings import SimilarityName
 
 # Measures whose kernels are there; looking them up takes as long as a thousand frames.
@@ -40,9 +39,8 @@ def warm_up(plan: Plan) -> None:
 
 @functools.cache
 def warm_up_looks() -> None:
-    """Compile what looks at repetitions, and what lets limbs know of them, or load it."""
+    """Compile what looks at repetitions, or load it."""
     address_of_reader(look)
-    adopt_counted(np.zeros(1, HEADER), np.zeros(1, HEADER))
 
 
 def warm_up_decisions(plan: Plan) -> None:

@@ -410,14 +410,14 @@ def _push_all(
     desk = desk_of(row, readers)
     for begin, end in pairwise(sorted(bounds)):
         if begin in counted:
-            row.adopt_repetitions(counted[begin])
+            row.adopt_periods(counted[begin])
         engine.process(desk, frames[begin:end], times[begin:end])
         if curves:
             states.append(curve_state(row.memory, row.plan))
         if len(middles):
             set_middle(row.memory, middles[begin])
     if looks:
-        row.adopt_repetitions(looks[-1][1])
+        row.adopt_periods(looks[-1][1])
     for reader in readers:
         reader.end(0, row.pending)
     return states, row.take_pending()

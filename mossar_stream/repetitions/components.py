@@ -7,6 +7,7 @@ are enough; the first look at a movement makes a few.
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
+from mossar_stream.jit.simd import line_product
 from mossar_stream.repetitions.sampling import MEDIAN
 from mossar_stream.repetitions.state import (
     COMPONENTS,
@@ -36,14 +37,11 @@ def find_components(header, samples, scratch):
     """
     n = window_size(header)
     oldest = ring_place(header, n, 0)
-    for i in range(n):
-        row = samples.by_sample[(oldest + i) % SAMPLES]
-        for j in range(samples.pose.size):
-            samples.by_coordinate[j, i] = row[j]
+    _lay_out(header, samples, n, oldest)
     lost = _begin_axes(samples, n)
     for _ in range(4 if lost else 2):
         _project(samples, n)
-        _turn_axes(samples, n, oldest)
+        _turn_axes(samples)
     _project(samples, n)
     for k in range(COMPONENTS):
         for j in range(samples.pose.size):
@@ -54,6 +52,24 @@ def find_components(header, samples, scratch):
     if n - fine >= LEAST_SAMPLES:
         header.step = SHARE**2 * _spread(samples, fine, n)
     return n
+
+
+@kernel
+def _lay_out(header, samples, n, oldest):
+    """Set the coordinates of the window in the order of time, m, and 0 from there on."""
+    until = min(n, SAMPLES - oldest)
+    for k in range(samples.pose.size):
+        row, ring = samples.by_coordinate[k], samples.ring[k]
+        for i in range(until):
+            row[i] = np.float32(ring[oldest + i]) * header.quantum
+        for i in range(until, n):
+            row[i] = np.float32(ring[i - until]) * header.quantum
+        for i in range(n, SAMPLES):
+            row[i] = np.float32(0.0)
+    for c in range(3):
+        row, path = samples.by_coordinate[3 * header.root + c], samples.root[c]
+        for i in range(n):
+            row[i] = path[(oldest + i) % SAMPLES]
 
 
 @kernel
@@ -114,7 +130,7 @@ def _project(samples, n):
     """Set the centred scores of the window, and of a pose of zeros."""
     for k in range(COMPONENTS):
         row = samples.scores[k]
-        row[:n] = np.float32(0.0)
+        row[:] = np.float32(0.0)
         axis = samples.axes[k]
         for j in range(0, samples.pose.size, 3):  # a joint at a time is quicker
             a, b, c = axis[j], axis[j + 1], axis[j + 2]
@@ -131,26 +147,11 @@ def _project(samples, n):
 
 
 @kernel
-def _turn_axes(samples, n, oldest):
+def _turn_axes(samples):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
-    scores = samples.scores
-    one, two, three, four = samples.axes[0], samples.axes[1], samples.axes[2], samples.axes[3]
-    samples.axes[:] = np.float32(0.0)
-    for i in range(0, n - 1, 2):  # two samples at a time are quicker
-        now, then = samples.by_sample[(oldest + i) % SAMPLES], samples.by_sample[(oldest + i + 1) % SAMPLES]
-        a, b, c, d = scores[0, i], scores[0, i + 1], scores[1, i], scores[1, i + 1]
-        for j in range(one.size):
-            one[j] = one[j] + a * now[j] + b * then[j]
-            two[j] = two[j] + c * now[j] + d * then[j]
-        a, b, c, d = scores[2, i], scores[2, i + 1], scores[3, i], scores[3, i + 1]
-        for j in range(one.size):
-            three[j] = three[j] + a * now[j] + b * then[j]
-            four[j] = four[j] + c * now[j] + d * then[j]
-    if n % 2 == 1:
-        pose = samples.by_sample[(oldest + n - 1) % SAMPLES]
-        for k in range(COMPONENTS):
-            for j in range(one.size):
-                samples.axes[k, j] += scores[k, n - 1] * pose[j]
+    for k in range(COMPONENTS):
+        for j in range(samples.pose.size):
+            samples.axes[k, j] = line_product(samples.scores[k], samples.by_coordinate[j])
     _orthonormalise(samples.axes)
 
 

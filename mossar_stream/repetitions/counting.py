@@ -31,11 +31,14 @@ from mossar_stream.repetitions.state import (
     CYCLES,
     HEADER,
     LEAST_SAMPLES,
+    PERIODS,
+    PERIODS_AT,
     RECENT,
     ROOM_AT,
     SAMPLES,
     SAMPLES_AT,
     SCRATCH,
+    copy_periods,
     note_look,
     ring_place,
     views,
@@ -75,7 +78,7 @@ def look(
     """Look at the window as often as is due before a frame: a function as readers have it.
 
     Args:
-        state: Bytes of what is counted: `HEADER`, and the samples from `SAMPLES_AT` on.
+        state: Bytes of what is counted: `HEADER`, `PERIODS` from `PERIODS_AT` on, the samples from `SAMPLES_AT` on.
         store: Bytes in which a look works, see `store_size`.
         time: s, of the frame; inf to look at what there is, once.
 
@@ -83,7 +86,7 @@ def look(
         1 if that changed what is counted, else 0.
     """
     header = part(state, 0, HEADER, (1,))[0]
-    memory = part(state, SAMPLES_AT, np.float32, ((len(state) - SAMPLES_AT) // 4,))
+    memory = part(state, SAMPLES_AT, np.uint8, (len(state) - SAMPLES_AT,))
     scratch = part(store, 0, SCRATCH, (1,))[0]
     room = part(store, ROOM_AT, np.float32, ((len(store) - ROOM_AT) // 4,))
     samples = views(memory, room, header.joints)
@@ -93,7 +96,9 @@ def look(
         append_sample(header, samples, samples.before)
     elif time < header.due:
         return 0
-    return 1 if _look_once(header, samples, scratch) else 0
+    changed = _look_once(header, samples, scratch)
+    copy_periods(part(state, PERIODS_AT, PERIODS, (1,))[0], header)
+    return 1 if changed else 0
 
 
 @kernel

@@ -52,7 +52,10 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
     counts = [int(header[name]) for name in ("frames", "open", "first", "looked", "dropped", "cycles")]
     cycles = header["cycle"]
     places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
-    times = [float(header[name]) for name in ("origin", "latest", "wanted", "middle", "noise", "step")]
+    times = [
+        float(header[name])
+        for name in ("origin", "latest", "wanted", "middle", "noise", "step", "quantum", "per_quantum")
+    ]
     return bool(
         same
         and all(0 <= count < LONGEST_TAKE for count in counts)

@@ -11,7 +11,16 @@ import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import FARTHEST
-from mossar_stream.repetitions.state import HOME, LOOKS_APART, RATE, SAMPLES, STRIDE
+from mossar_stream.repetitions.state import (
+    HOME,
+    LOOKS_APART,
+    RATE,
+    REACH,
+    SAMPLES,
+    SMALLEST_QUANTUM,
+    STRIDE,
+    WHOLE,
+)
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
 SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
@@ -86,6 +95,8 @@ def take_pose(header, samples, positions, time):
             samples.before[k] = samples.older[k] = pose[k]
         header.middle = since
         header.size = _size(header, samples.pose)
+        header.quantum = max(SMALLEST_QUANTUM, REACH * math.sqrt(header.size / header.joints) / WHOLE)
+        header.per_quantum = np.float32(1.0) / header.quantum
         append_sample(header, samples, samples.before)
     else:
         _follow(header, samples)
@@ -107,7 +118,7 @@ def _place(coordinate):
 def _follow(header, samples):
     """Let noise and samples follow the newest pose."""
     pose, before, older = samples.pose, samples.before, samples.older
-    last = samples.by_sample[(header.open - 1) % SAMPLES]
+    last = samples.last
     bend = way = moved = np.float32(0.0)
     for k in range(pose.size):
         a, b, c = older[k], before[k], pose[k]
@@ -182,14 +193,23 @@ def append_sample(header, samples, pose):
     if header.open > 0 and header.middle - header.left[(header.open - 1) % SAMPLES] > LONGEST_REST:
         header.first = header.open - 1
     for k in range(pose.size):
-        samples.by_sample[place, k] = np.float32(0.0) if np.isnan(pose[k]) else pose[k]
+        samples.last[k] = np.float32(0.0) if np.isnan(pose[k]) else pose[k]
+        samples.ring[k, place] = _in_quanta(header, samples.last[k])
+    for c in range(3):
+        samples.root[c, place] = samples.last[3 * header.root + c]
     header.at[place] = header.left[place] = header.middle
-    samples.straight[place] = _straightness(header, samples.by_sample[place])
+    samples.straight[place] = _straightness(header, samples.last)
     header.open += 1
     if header.open >= header.looked + STRIDE:
         header.due = header.latest
     else:
         header.due = min(header.due, header.latest + LOOKS_APART - EARLY)
+
+
+@inline_kernel
+def _in_quanta(header, coordinate):
+    """Return a coordinate, m, as the nearest multiple of the quantum, the largest one at most."""
+    return np.int16(min(max(np.rint(coordinate * header.per_quantum), -WHOLE), WHOLE))
 
 
 @kernel
@@ -205,8 +225,10 @@ def _appear(header, samples, positions):
                 continue
             header.unseen -= 1
             for i in range(SAMPLES):
-                samples.by_sample[i, k] = value
-            samples.home[k] = samples.before[k] = samples.older[k] = value
+                samples.ring[k, i] = _in_quanta(header, value)
+                if j == header.root:
+                    samples.root[c, i] = value
+            samples.home[k] = samples.last[k] = samples.before[k] = samples.older[k] = value
 
 
 @kernel

@@ -1,15 +1,15 @@
-"""State of one performer's repetitions: a record of fixed size and one array of samples.
+"""State of one performer's repetitions: a record of fixed size, and samples.
 
-A sample is a pose that has moved far enough from the sample before (sampling.py). A look lays samples out by coordinate,
-too, so that both products of a power iteration run along contiguous memory.
+A sample is a pose that has moved far enough from the sample before (sampling.py). Samples lie coordinate by coordinate, as
+16-bit multiples of a quantum, so that both products of a power iteration run along contiguous memory; only the root, which
+may go far, has its own path in full.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.views import part
 
 RATE = 30.0  # Hz, of the frames that are looked at, at most
@@ -22,6 +22,10 @@ COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
 HOME = 15  # frames from which on it is known where movements begin
 CYCLES = 32  # remembered; more than fit into the window
 CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
+
+WHOLE = np.float32(32767.0)  # largest multiple of the quantum
+SMALLEST_QUANTUM = 1.0 / 8192.0  # m: reaches 4 m from the root
+REACH = 8.0  # times the rms distance of joints from their centre, which the quantum reaches at least
 
 POSTURES = 9  # that describe a cycle
 BINS = 64  # of histograms
@@ -73,6 +77,8 @@ HEADER = np.dtype(
         ("middle", "f8"),  # s, time of the frame before, which is the middle one of three
         ("noise", "f8"),  # m², of the sensor: variance of a pose, added up over all coordinates
         ("size", "f8"),  # m², square of how far joints are from their centre, added up, as the take began
+        ("quantum", "f4"),  # m, of which samples are multiples
+        ("per_quantum", "f4"),  # 1/m
         ("step", "f8"),  # m², by which a pose must differ from the last sample, added up likewise
         ("wander", "f8"),  # m², how far the pose went from the last sample, and
         ("returns", "i8"),  # how often it came back: small movements, of which a large step shows nothing
@@ -89,6 +95,18 @@ HEADER = np.dtype(
         ("changed", "i8"),  # the first remembered cycle that the last look changed
         ("cycle", CYCLE, (CYCLES,)),
     ]
+)
+
+PERIODS = (
+    np.dtype(  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
+        [
+            ("origin", "f8"),  # as in `HEADER`, and so are the others
+            ("looked", "i8"),
+            ("clear", "i8"),
+            ("cycles", "i8"),
+            ("cycle", [("begins", "f8"), ("ends", "f8"), ("period", "f8"), ("count", "i8")], (CYCLES,)),
+        ]
+    )
 )
 
 WINNER = np.dtype(
@@ -116,7 +134,8 @@ SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since thos
 )
 
 LINE = 64  # bytes; what is looked at begins with one
-SAMPLES_AT = -(-HEADER.itemsize // LINE) * LINE  # where the samples begin, after the header
+PERIODS_AT = -(-HEADER.itemsize // LINE) * LINE  # where the periods begin, after the header,
+SAMPLES_AT = PERIODS_AT + -(-PERIODS.itemsize // LINE) * LINE  # and the samples
 ROOM_AT = -(-SCRATCH.itemsize // LINE) * LINE
 
 GIVEN = (
@@ -130,11 +149,15 @@ GIVEN = (
 
 
 class Kept(NamedTuple):
-    """Views of one performer's array; D = 3 · joints, float32."""
+    """Views of what is kept of one performer; D = 3 · joints, float32 but for the samples."""
 
-    by_sample: np.ndarray  # (SAMPLES, D), m, ring buffer
+    ring: (
+        np.ndarray
+    )  # (D, SAMPLES) int16, samples in quanta, joints relative to the root; each line a ring buffer
+    root: np.ndarray  # (3, SAMPLES) m, the root of each sample: its own path, or 0; ring buffers as `ring`
     axes: np.ndarray  # (COMPONENTS, D), unit vectors
-    straight: np.ndarray  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `by_sample`
+    straight: np.ndarray  # (SAMPLES,) how straight and upright limbs are, 0 to 2, ring buffer as `ring`
+    last: np.ndarray  # (D,) m, pose of the last sample
     older: np.ndarray  # (D,) m, pose of the frame before `before`
     before: np.ndarray  # (D,) m, pose of the frame before
     home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` frames
@@ -144,22 +167,24 @@ class Kept(NamedTuple):
 class Samples(NamedTuple):
     """What a look works with: what is kept, and arrays that performers share, who are looked at one after the other."""
 
-    by_sample: np.ndarray  # as in `Kept`
+    ring: np.ndarray  # as in `Kept`
+    root: np.ndarray
     axes: np.ndarray
     straight: np.ndarray
+    last: np.ndarray
     older: np.ndarray
     before: np.ndarray
     home: np.ndarray
     pose: np.ndarray
-    by_coordinate: np.ndarray  # (D, SAMPLES), as `by_sample`
+    by_coordinate: np.ndarray  # (D, SAMPLES), m, in the order of time
     scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
     smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
     home_scores: np.ndarray  # (COMPONENTS,) of the pose `home`, as `scores`
 
 
-def length(joints: int) -> int:
-    """Return how many float32 are kept of a performer's samples."""
-    return 3 * joints * (SAMPLES + COMPONENTS + 4) + SAMPLES
+def samples_bytes(joints: int) -> int:
+    """Return the bytes of a performer's samples, with what is kept beside them."""
+    return 3 * joints * (2 * SAMPLES + 4 * (COMPONENTS + 5)) + 4 * 4 * SAMPLES
 
 
 def store_size(joints: int) -> int:
@@ -171,18 +196,21 @@ def store_size(joints: int) -> int:
 def kept_views(memory, joints):
     """Return the parts of a performer's array as `Kept`; of no joints there are none."""
     d = 3 * joints
-    a = d * SAMPLES
-    b = a + COMPONENTS * d
     n = SAMPLES if joints > 0 else 0
-    c = b + n
+    at_root = 2 * d * SAMPLES
+    at_axes = at_root + 4 * 3 * n
+    at_straight = at_axes + 4 * COMPONENTS * d
+    at_poses = at_straight + 4 * n
     return Kept(
-        part(memory, 0, np.float32, (SAMPLES, d)),
-        part(memory, 4 * a, np.float32, (COMPONENTS, d)),
-        part(memory, 4 * b, np.float32, (n,)),
-        part(memory, 4 * c, np.float32, (d,)),
-        part(memory, 4 * (c + d), np.float32, (d,)),
-        part(memory, 4 * (c + 2 * d), np.float32, (d,)),
-        part(memory, 4 * (c + 3 * d), np.float32, (d,)),
+        part(memory, 0, np.int16, (d, SAMPLES)),
+        part(memory, at_root, np.float32, (3, n)),
+        part(memory, at_axes, np.float32, (COMPONENTS, d)),
+        part(memory, at_straight, np.float32, (n,)),
+        part(memory, at_poses, np.float32, (d,)),
+        part(memory, at_poses + 4 * d, np.float32, (d,)),
+        part(memory, at_poses + 8 * d, np.float32, (d,)),
+        part(memory, at_poses + 12 * d, np.float32, (d,)),
+        part(memory, at_poses + 16 * d, np.float32, (d,)),
     )
 
 
@@ -195,9 +223,11 @@ def views(memory, room, joints):
     c = b + COMPONENTS * SAMPLES
     kept = kept_views(memory, joints)
     return Samples(
-        kept.by_sample,
+        kept.ring,
+        kept.root,
         kept.axes,
         kept.straight,
+        kept.last,
         kept.older,
         kept.before,
         kept.home,
@@ -225,37 +255,31 @@ def begin(header, samples, time):
     header.first = header.fine = header.returns = 0
     header.noise = header.size = header.step = header.wander = header.middle = 0.0
     note_look(header)
+    header.quantum, header.per_quantum = SMALLEST_QUANTUM, 1.0 / SMALLEST_QUANTUM
     samples.axes[:] = 0.0
     samples.home[:] = 0.0
     samples.pose[:] = np.nan
 
 
 @kernel
-def forget_counted(header):
-    """Forget what was adopted, as a take begins."""
-    header.clear = header.cycles = header.looked = 0
+def forget_periods(periods):
+    """Forget what is counted, as a take begins."""
+    periods.clear = periods.cycles = periods.looked = 0
 
 
 @kernel
-def adopt(header: Any, body: Any) -> None:
-    """Let a limb know what is counted of its body.
+def copy_periods(periods, counted):
+    """Set `PERIODS` to what is counted.
 
     Args:
-        header: `HEADER` record of the limb.
-        body: `HEADER` record.
+        periods: `PERIODS` record.
+        counted: `HEADER` or `PERIODS` record.
     """
-    header.origin, header.due = body.origin, body.due
-    header.open, header.looked = body.open, body.looked
-    header.clear, header.cycles = body.clear, body.cycles
-    for q in range(body.cycles):
-        header.cycle[q] = body.cycle[q]
-        header.cycle[q].joint = 0  # the body's are counted otherwise
-
-
-@entry_point(makes_arrays=False)
-def adopt_counted(headers: NDArray[np.void], bodies: NDArray[np.void]) -> None:
-    """Do the same from Python, with arrays of one record."""
-    adopt(headers[0], bodies[0])
+    periods.origin, periods.looked = counted.origin, counted.looked
+    periods.clear, periods.cycles = counted.clear, counted.cycles
+    for q in range(counted.cycles):
+        to, cycle = periods.cycle[q], counted.cycle[q]
+        to.begins, to.ends, to.period, to.count = cycle.begins, cycle.ends, cycle.period, cycle.count
 
 
 @kernel

@@ -88,12 +88,12 @@ class Limbs:
                 clock["used_frame"], clock["time"] = body.clock["used_frame"], body.clock["time"]
                 if body.clock["open"]:
                     clock["next_frame"] = body.clock["next_frame"]
-            own, counted = row.adopted, body.counted
+            own, counted = row.adopted, body.periods
             if not len(own) or not len(counted):
                 continue  # or the body counts no longer, and the settings of the limb follow
             # Field by field: of whole records numpy compares types in Python, and reports an exception in there as a TypeError.
             if own["looked"][0] != counted["looked"][0] or own["origin"][0] != counted["origin"][0]:
-                row.adopt_repetitions(counted)
+                row.adopt_periods(counted)
 
     def end_take(self) -> None:
         """End the take of all limbs, as the body's has ended."""

@@ -22,7 +22,7 @@ from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.snapshot import HEADER_BYTES, MAGIC, SNAPSHOT_VERSION
 from mossar_stream.memory import joint_pages as body_lines
 from mossar_stream.moves.recogniser import STATE as MOVES
-from mossar_stream.repetitions.state import HEADER
+from mossar_stream.repetitions.state import HEADER, PERIODS
 from mossar_stream.similarity import summary
 from mossar_stream.similarity.evidence import EVIDENCE
 from mossar_stream.similarity.likelihood import LIKELIHOOD
@@ -107,12 +107,12 @@ def test_a_snapshot_of_an_earlier_version_is_refused_by_its_version(segmenter):
 def test_rows_that_are_laid_out_otherwise_have_the_next_version(core):
     # Does this fail? Then raise SNAPSHOT_VERSION, and take the new digest down beside it.
     kinds = [ROW.descr, KEY.descr, MARK.descr, MEMO.descr, REGIONS, LIKELIHOOD.descr, EVIDENCE.descr, PATH_KERNEL.descr,
-             MOVES.descr, HEADER.descr]  # fmt: skip
+             MOVES.descr, HEADER.descr, PERIODS.descr]  # fmt: skip
     lines = [sorted((n, v) for n, v in vars(module).items() if n.isupper() and isinstance(v, int))
              for module in (body_lines, summary)]  # fmt: skip
     rows = [Plan(core.skeleton(33), Settings(**kind)).shape.offsets() for kind in KINDS.values()]
     digest = hashlib.sha256(repr((kinds, lines, rows)).encode()).hexdigest()[:16]
-    assert (SNAPSHOT_VERSION, digest) == (24, "00873256b1499712")
+    assert (SNAPSHOT_VERSION, digest) == (25, "443b91e578c23e14")
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_samples_that_are_no_numbers_keep_nothing_from_going_on(segmenter, core,
     positions, times = core.moving_people(1, frames=600, losses=False)
 
     def change(row):
-        region(row, segmenter.row.plan.shape, "samples")[::step] = value
+        region(row, segmenter.row.plan.shape, "samples").view(np.float32)[::step] = value
 
     own = Segmenter.restore(with_row(segmenter, change))
     own.push(positions[200:], times[200:])

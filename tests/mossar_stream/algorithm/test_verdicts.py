@@ -17,7 +17,7 @@ from mossar_stream.algorithm.verdicts import (
     start_verdicts,
 )
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.repetitions.state import HEADER
+from mossar_stream.repetitions.state import PERIODS
 
 ORIGIN = 5.0  # s
 
@@ -38,7 +38,7 @@ def records(kind, count=1):
 
 def bouts(*periods):
     """Return a header of bouts of repetitions with these periods, s, 20 s of rest between, and the same as a table."""
-    headers, at, rows = records(HEADER), 0.0, []
+    headers, at, rows = records(PERIODS), 0.0, []
     for bout in periods:
         for count, period in enumerate(bout, 1):
             rows.append((at, at + period, period, count))
