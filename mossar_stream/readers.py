@@ -32,7 +32,7 @@ class Reader(Protocol):
         state: Bytes, never moved. The first eight are a float64, `due`: a frame from `due - BACK` until before `due`, s, brings
             nothing; -inf to see every frame.
         store: Bytes that the function needs besides; never moved, empty if there is nothing.
-        told: What was reported so far, as far as the state does not say so.
+        reported: What was reported so far, as far as the state does not say so.
     """
 
     @property
@@ -42,10 +42,10 @@ class Reader(Protocol):
     @property
     def store(self) -> NDArray[np.uint8]: ...  # noqa: D102
 
-    told: Any
+    reported: Any
 
-    def news(self, take: int, origin: NDArray[np.float64] | None) -> tuple[list[Event], Any]:
-        """Return the events of the last frame, and what `told` is once they are pending; nothing is changed.
+    def report(self, take: int, origin: NDArray[np.float64] | None) -> tuple[list[Event], Any]:
+        """Return the events of the last frame, and what `reported` is once they are pending; nothing is changed.
 
         Args:
             take: Number of the take that is open.
@@ -56,7 +56,7 @@ class Reader(Protocol):
         """Forget what is going on, as a take ends; add the events that this brings to `pending`."""
 
     def to_bytes(self) -> bytes:
-        """Return the state and what was told, for a snapshot."""
+        """Return the state and what was reported, for a snapshot."""
 
 
 def address_of_reader(kernel: Any) -> int:

@@ -2,7 +2,7 @@
 
 Whatever is caused is added to `Row.pending`, step by step in its order; callers take it from there once all is done.
 `mend` finishes what an exception, such as Ctrl-C, cut short between two steps. A compiled call is never cut short, nor do
-exceptions come between two statements without a call, as in `reader.told = told; row.pending += events`.
+exceptions come between two statements without a call, as in `reader.reported = reported; row.pending += events`.
 
 `Segmenter` is a desk of one performer, `Performers.push_many` desks of many, `segment_recording` one that decides at the end.
 """
@@ -22,12 +22,12 @@ from mossar_stream.engine.run import LOOKED, PHASE, READ, SAID, run
 from mossar_stream.engine.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
 from mossar_stream.repetitions.counting import look
-from mossar_stream.repetitions.telling import Told
+from mossar_stream.repetitions.reporting import Reported
 
 T = TypeVar("T")
 NOBODY = "nobody seen"  # in the reason for which a take ended
 NO_ENDS: list[tuple[int, int]] = []
-UNTOLD, NOT_STOPPED = Told(), np.zeros(1, np.int64)
+NOTHING_REPORTED, NOT_STOPPED = Reported(), np.zeros(1, np.int64)
 NO_POSITIONS = np.zeros((0, 3), np.float32)
 UNCHANGED = -1  # the first cycle that a look changed, if it changed none
 
@@ -102,33 +102,33 @@ def tell(desk: Desk, time: float) -> None:
     take = int(body.clock["take"])
     if stop == READ:
         reader = station.readers[stage - len(station.rows) - 1]
-        events, told = reader.news(take, body.origin)
+        events, reported = reader.report(take, body.origin)
         desk.stopped[0] = DONE
-        reader.told = told
+        reader.reported = reported
         body.pending += events
-    elif stop == PHASE and body.telling is not None and body.clock["open"]:
-        events, told = body.telling.phase_news(take, float(body.clock["time"]))
+    elif stop == PHASE and body.reporter is not None and body.clock["open"]:
+        events, reported = body.reporter.report_phase(take, float(body.clock["time"]))
         desk.stopped[0] = DONE
-        body.telling.told = told
+        body.reporter.reported = reported
         body.pending += events
     elif stop == LOOKED:
         row = station.rows[stage]
         if row.looks is not None:
             row.looks.append((time, row.periods.copy()))
         if head["changed"][0]:
-            _tell_repetitions(row, desk.stopped)
+            _report_repetitions(row, desk.stopped)
 
 
-def _tell_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
+def _report_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
     """Add the events of a look that changed something to what is pending."""
-    if row.telling is None:
+    if row.reporter is None:
         return
     take = int(row.clock["take"])
-    events, told = row.telling.news(take)
+    events, reported = row.reporter.report(take)
     stopped[0] = DONE
     row.looked_take = take if row.is_looking else row.looked_take
     row.is_looking = False
-    row.telling.told = told
+    row.reporter.reported = reported
     row.pending += events
 
 
@@ -176,17 +176,17 @@ def _look_once_more(row: Row) -> None:
     if row.looks is not None:
         row.looks.append((math.inf, row.periods.copy()))
     if changed:
-        _tell_repetitions(row, NOT_STOPPED)
+        _report_repetitions(row, NOT_STOPPED)
     row.is_looking = False
     row.looked_take = take
 
 
 def _finish_look(row: Row) -> None:
-    """Tell what the last look of a take has changed, if an exception kept that from being told."""
+    """Tell what the last look of a take has changed, if an exception kept that from being reported."""
     if row.is_looking and row.counted["open"][0] > row.samples:
         take = int(row.clock["take"])
         if row.counted["changed"][0] != UNCHANGED:
-            _tell_repetitions(row, NOT_STOPPED)
+            _report_repetitions(row, NOT_STOPPED)
         row.looked_take = take
     row.is_looking = False
 
@@ -219,8 +219,8 @@ def report_end(row: Row, reason: str) -> None:
     if row.is_live:
         number = int(row.clock["take"])
         ended = [stream_event(row, "ended", reason, number - 1)] if row.plan.channel == BODY else []
-        if row.telling is not None:
-            row.telling.told = UNTOLD
+        if row.reporter is not None:
+            row.reporter.reported = NOTHING_REPORTED
         row.ended = number
         row.pending += ended
 

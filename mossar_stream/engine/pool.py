@@ -9,7 +9,7 @@ from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan, move_row
 from mossar_stream.events import Event
 from mossar_stream.memory.event_buffer import Source
-from mossar_stream.repetitions.telling import Telling
+from mossar_stream.repetitions.reporting import RepetitionReporter
 
 ROWS_AT_ONCE = 64  # of a pool for many
 FIRST_ROWS = 8  # of the first pool: most plans have few performers, and skeletons may come and go
@@ -88,7 +88,7 @@ class Row:
         is_looking: Whether the last look of a take is being reported.
         looked_take: Number of the take of which that is done; -1 if of none.
         samples: How many there were before it.
-        telling: Their events; None without the setting.
+        reporter: Their events; None without the setting.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
         pending: Events that were caused and have not been handed to the caller, in order; of a limb its body's.
         ended: How many takes ended, as was reported; the clock counts them as they end.
@@ -100,7 +100,7 @@ class Row:
         self.name, self.pending, self.number = source.performer, source.pending, number
         self.is_level_new = self.is_torn = False
         self.looks: list[tuple[float, NDArray[np.void]]] | None = None
-        self.telling: Telling | None = None
+        self.reporter: RepetitionReporter | None = None
         self.is_looking = False
         self.looked_take, self.samples = -1, 0
         self._successor: Row | None = None  # while the row moves
@@ -118,7 +118,7 @@ class Row:
         self.adopted = region(self.memory, shape, "adopted")
         begin, end = (shape.offsets()[0][name] for name in ("counted", "adopted"))
         self.counting = self.memory[begin:end]
-        self._renew_telling()
+        self._renew_reporter()
         self.look_for_place()
 
     @property
@@ -140,13 +140,15 @@ class Row:
         """Note that the ends of all takes are reported."""
         self.ended = int(self.clock["take"])
 
-    def _renew_telling(self) -> None:
-        """Tell of what is counted in the row, if the settings call for it; go on if it is so already."""
+    def _renew_reporter(self) -> None:
+        """Report what is counted in the row, if the settings call for it; go on if it is so already."""
         if self.plan.given.repetitions:
-            self.telling = self.telling or Telling(self.plan.skeleton, self.name, self.plan.channel)
-            self.telling.look_into(self.counted)
+            self.reporter = self.reporter or RepetitionReporter(
+                self.plan.skeleton, self.name, self.plan.channel
+            )
+            self.reporter.look_into(self.counted)
         else:
-            self.telling = None
+            self.reporter = None
 
     def adopt_periods(self, periods: NDArray[np.void]) -> None:
         """Let a limb know what is counted of its body, `periods` of the body's row."""

@@ -21,7 +21,7 @@ from mossar_stream.frames import constant_times, performer_name
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.moves import Moves
 from mossar_stream.moves.recognition import Recognition
-from mossar_stream.repetitions.telling import Told
+from mossar_stream.repetitions.reporting import Reported
 from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
@@ -48,7 +48,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     moves: bytes | None = None
     digest: bytes = b""
     recognition: bytes | None = None
-    repetitions: Told | None = None
+    repetitions: Reported | None = None
     limbs: tuple[bytes, ...] = ()
     steps: bytes | None = None
     follow: bool | tuple[str, ...] = ()

@@ -81,7 +81,7 @@ class Station:
         for channel, row in zip(self._channels, self.rows, strict=True):
             channel["row"], channel["row_bytes"] = row.memory.ctypes.data, len(row.memory)
             channel["heed"] = (
-                ALL_LOOKS if row.looks is not None else CHANGES if row.telling is not None else NO_LOOK
+                ALL_LOOKS if row.looks is not None else CHANGES if row.reporter is not None else NO_LOOK
             )
         table = self._bytes[self._readers_at :][: READER_BYTES * len(self.readers)].view(READER)
         for place, reader in zip(table, self.readers, strict=True):

@@ -160,7 +160,7 @@ class Alignment:
         self._reports = self.state[at : at + size].view(np.float64).reshape(moved, -1)
         at += size + 4 * (6 * int(head["points"]) + 3 * count + 2 * int(head["phases"]) + moved * count)
         self._boxes = self.state[at : at + 24 * moved * count].view(np.float32).reshape(moved, 2, count, 3)
-        self.told: None = None
+        self.reported: None = None
         open_cache()
         self._begin()
         # No frame: the kernels are compiled now, and never while frames come in.
@@ -219,7 +219,7 @@ class Alignment:
         """Where the performer is in each followed move at the last frame; None where it is not being made."""
         return {name: self._now(m) if self._moves[m]["active"] else None for m, name in enumerate(self.names)}
 
-    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
         """Return the events of the last frame.
 
         Args:
@@ -241,7 +241,7 @@ class Alignment:
         before = self.state.copy()
         try:
             finish_take(self.state, self.store)
-            events, _ = self.news(take)
+            events, _ = self.report(take)
             if begins:
                 self._begin()
             self._happened[:] = NOTHING

@@ -62,7 +62,7 @@ class Recognition:
         self.state = new_memory(self._joints, len(self.names))
         self._explained = moves.explained
         self._state: Any = state_of(self.state)
-        self.told: None = None
+        self.reported: None = None
         # The kernel is compiled now, and never while frames come in.
         self.address = address_of_reader(recognise)
 
@@ -76,7 +76,7 @@ class Recognition:
         """What tells these moves from others."""
         return hashlib.sha256(self.moves_text).digest()
 
-    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
         """Return the events of the last frame.
 
         Args:

@@ -54,7 +54,7 @@ class Holding:
         self._state = self.state[:STATE_BYTES].view(STATE)
         at = STATE_BYTES + 8 * 6 * count
         self._strays = self.state[at : at + 8 * count].view(np.float64)
-        self.told: None = None
+        self.reported: None = None
         self._begin()
         # The kernel is compiled now, and never while frames come in.
         self.address = address_of_reader(match_frame)
@@ -74,7 +74,7 @@ class Holding:
         """Number poses on from those of another holding of the same take."""
         self._state["number"] = number
 
-    def news(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
+    def report(self, take: int, _origin: NDArray[np.float64] | None = None) -> tuple[list[Event], None]:
         """Return the event of the last frame.
 
         Args:

@@ -49,7 +49,7 @@ from mossar_stream.moves.recognition import Recognition
 from mossar_stream.poses.holding import holding_of
 from mossar_stream.readers import Reader
 from mossar_stream.recording import notebook
-from mossar_stream.repetitions.telling import as_said_last
+from mossar_stream.repetitions.reporting import latest_repetitions
 from mossar_stream.segmenter.limbs import settings_of_limbs
 from mossar_stream.settings import LevelName, Settings, settings_or_default
 from mossar_stream.skeleton import Skeleton
@@ -341,7 +341,7 @@ def _segmented(
     result.followed = notebook.Table(done, FollowEvent)
     left = [event for event in told if isinstance(event, PoseEvent) and event.status == "left"]
     result.poses = notebook.Table(left, PoseEvent)
-    result.repetitions = notebook.Table(as_said_last(told), RepetitionEvent)
+    result.repetitions = notebook.Table(latest_repetitions(told), RepetitionEvent)
     result.steps = notebook.Table((e for e in told if isinstance(e, StepEvent)), StepEvent)
     return result
 

@@ -13,13 +13,13 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import FARTHEST
 from mossar_stream.repetitions.state import (
     HOME,
+    LEAST_REACH,
     LOOKS_APART,
+    MOST_QUANTA,
     RATE,
-    REACH,
     SAMPLES,
     SMALLEST_QUANTUM,
     STRIDE,
-    WHOLE,
 )
 
 ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
@@ -95,7 +95,9 @@ def take_pose(header, samples, positions, time):
             samples.before[k] = samples.older[k] = pose[k]
         header.middle = since
         header.size = _size(header, samples.pose)
-        header.quantum = max(SMALLEST_QUANTUM, REACH * math.sqrt(header.size / header.joints) / WHOLE)
+        header.quantum = max(
+            SMALLEST_QUANTUM, LEAST_REACH * math.sqrt(header.size / header.joints) / MOST_QUANTA
+        )
         header.per_quantum = np.float32(1.0) / header.quantum
         append_sample(header, samples, samples.before)
     else:
@@ -209,7 +211,7 @@ def append_sample(header, samples, pose):
 @inline_kernel
 def _in_quanta(header, coordinate):
     """Return a coordinate, m, as the nearest multiple of the quantum, the largest one at most."""
-    return np.int16(min(max(np.rint(coordinate * header.per_quantum), -WHOLE), WHOLE))
+    return np.int16(min(max(np.rint(coordinate * header.per_quantum), -MOST_QUANTA), MOST_QUANTA))
 
 
 @kernel

@@ -23,9 +23,9 @@ HOME = 15  # frames from which on it is known where movements begin
 CYCLES = 32  # remembered; more than fit into the window
 CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
 
-WHOLE = np.float32(32767.0)  # largest multiple of the quantum
+MOST_QUANTA = np.float32(32767.0)  # largest multiple of the quantum
 SMALLEST_QUANTUM = 1.0 / 8192.0  # m: reaches 4 m from the root
-REACH = 8.0  # times the rms distance of joints from their centre, which the quantum reaches at least
+LEAST_REACH = 8.0  # times the rms distance of joints from their centre, which the quantum reaches at least
 
 POSTURES = 9  # that describe a cycle
 BINS = 64  # of histograms

@@ -65,7 +65,7 @@ class Followers:
         """Let the loop know of what there is now."""
         limbs = self.limbs
         rows, joints = ([], []) if limbs is None else (limbs.rows, limbs.joints)
-        phase = self._given.phase and self._row.telling is not None
+        phase = self._given.phase and self._row.reporter is not None
         self.desk = Desk([Station([self._row, *rows], joints, self._readers, phase=phase)])
 
     @property
@@ -189,12 +189,12 @@ class Followers:
 
     def snapshot(self, *, with_moves: bool = True) -> Following:
         """Return everything that is known here; see `Segmenter.snapshot`."""
-        recognition, telling = self._recognition, self._row.telling
+        recognition, reporter = self._recognition, self._row.reporter
         return Following(
             moves=None if recognition is None or not with_moves else recognition.moves_text,
             digest=b"" if recognition is None else recognition.digest,
             recognition=None if recognition is None else recognition.to_bytes(),
-            repetitions=None if telling is None else telling.told,
+            repetitions=None if reporter is None else reporter.reported,
             limbs=() if self.limbs is None else self.limbs.snapshot(),
             steps=None if self.stepping is None else self.stepping.to_bytes(),
             follow=self.followed,
@@ -209,8 +209,8 @@ class Followers:
             SnapshotError: If it is damaged, or of other settings.
         """
         row = self._row
-        if row.telling is not None and row.clock["open"]:
-            row.telling.go_on(known.repetitions)
+        if row.reporter is not None and row.clock["open"]:
+            row.reporter.go_on(known.repetitions)
         if self.limbs is not None:
             self.limbs.restore(known.limbs)
         if self.stepping is not None:

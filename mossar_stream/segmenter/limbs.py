@@ -153,7 +153,7 @@ class Limbs:
                 self._level,
                 [],
                 row.memory,
-                Following(repetitions=None if row.telling is None else row.telling.told),
+                Following(repetitions=None if row.reporter is None else row.reporter.reported),
             )
             for row in self.rows
         )
@@ -173,8 +173,8 @@ class Limbs:
             if not same or known.limbs:
                 raise SnapshotError("the snapshot's limbs are not those of its settings")
             fresh = restored_row(plan, row.buffers, performer, content, self._body.pending)
-            if fresh.telling is not None and fresh.clock["open"]:
-                fresh.telling.go_on(known.repetitions)
+            if fresh.reporter is not None and fresh.clock["open"]:
+                fresh.reporter.go_on(known.repetitions)
             found.append(fresh)
         self.release()
         self.rows = found

@@ -340,15 +340,15 @@ class Segmenter:
     def repetitions(self) -> int:
         """Repetitions counted in the open take; 0 without the setting."""
         row = self.row
-        return row.telling.total if row.telling is not None and row.clock["open"] else 0
+        return row.reporter.total if row.reporter is not None and row.clock["open"] else 0
 
     @property
     def phase(self) -> float | None:
         """Where in the cycle of a repeated movement the latest frame is, 0 to 1; None when nothing repeats."""
         row = self.row
-        if row.telling is None or not row.clock["open"]:
+        if row.reporter is None or not row.clock["open"]:
             return None
-        return row.telling.phase(float(row.clock["time"]))
+        return row.reporter.phase(float(row.clock["time"]))
 
     def end_take(self, reason: str = "") -> list[Event]:
         """End the take: decide everything, and let the next push start a new one.

@@ -59,11 +59,11 @@ class Stepping:
             state["up"], state["is_up_given"] = UPWARD_AXES[settings.up], 1
         state["time"] = state["sample"] = -np.inf
         state["due"] = -np.inf
-        self.told = (-1, 0)  # take, and number of its latest event
+        self.reported = (-1, 0)  # take, and number of its latest event
         # The kernel is compiled now, and never while frames come in.
         self.address = address_of_reader(follow_feet)
 
-    def news(
+    def report(
         self, take: int, origin: NDArray[np.float64] | None = None
     ) -> tuple[list[Event], tuple[int, int]]:
         """Return the events of the last frame, the earlier one first.
@@ -72,7 +72,7 @@ class Stepping:
             take: Number of the take that is open.
             origin: Where the positions are counted from, m.
         """
-        number = self.told[1] if self.told[0] == take else 0
+        number = self.reported[1] if self.reported[0] == take else 0
         found = sorted(
             (float(foot["time"]), side)
             for side, foot in enumerate(self._state[0]["feet"])
@@ -112,7 +112,7 @@ class Stepping:
 
     def to_bytes(self) -> bytes:
         """Return the state, for a snapshot."""
-        self._state["take"], self._state["number"] = self.told
+        self._state["take"], self._state["number"] = self.reported
         return self._state.tobytes()
 
     def go_on_from(self, known: bytes | None) -> None:
@@ -144,4 +144,4 @@ class Stepping:
         ):
             raise SnapshotError("the snapshot's state of steps contradicts itself")
         self._state[:] = fresh
-        self.told = int(fresh["take"][0]), int(fresh["number"][0])
+        self.reported = int(fresh["take"][0]), int(fresh["number"][0])

@@ -21,7 +21,7 @@ from mossar_stream import (
     segment_recording,
     to_json,
 )
-from mossar_stream.repetitions.telling import as_said_last
+from mossar_stream.repetitions.reporting import latest_repetitions
 from mossar_tools.evaluation.matching import Cut, match
 
 SHARED = Path(__file__).parents[3].parent / "shared/data/labelled"
@@ -66,7 +66,7 @@ def test_a_coordinate_that_is_no_position_counts_as_missing(at: int, far: float,
     positions, times = raises([1.2] * 6)
     spoilt, missing = positions.copy(), positions.copy()
     spoilt[at, joint], missing[at, joint] = far, np.nan
-    assert len(as_said_last(pushed(missing, times, 7))) == 6
+    assert len(latest_repetitions(pushed(missing, times, 7))) == 6
     assert [to_json(e) for e in counted(pushed(spoilt, times, 7))] == [
         to_json(e) for e in counted(pushed(missing, times, 7))
     ]
@@ -94,7 +94,7 @@ def test_the_total_of_each_message_is_the_count_so_far(periods: list[float]) -> 
 
 
 def test_the_tempo_is_right_within_three_percent_from_the_second_cycle() -> None:
-    for event in as_said_last(pushed(*raises([1.3] * 12), 7)):
+    for event in latest_repetitions(pushed(*raises([1.3] * 12), 7)):
         if event.count >= 2:
             assert event.period == pytest.approx(1.3, rel=0.03)
             assert event.tempo == pytest.approx(60 / 1.3, rel=0.03)
@@ -128,7 +128,7 @@ def test_the_tempo_of_the_performer_is_said_after_two_cycles_and_right(
     assert timed[0].count == 2
     assert timed[0].decided_time < begin + 2 * period + 1.1  # the next look, at most a second later
     assert timed[0].tempo == pytest.approx(60 / period, rel=0.06)  # of a cycle that may not be over
-    for event in (event for event in as_said_last(timed) if event.tempo):
+    for event in (event for event in latest_repetitions(timed) if event.tempo):
         assert event.tempo == pytest.approx(60 / period, rel=0.03)
     assert events[-1].total == pytest.approx(12, abs=1)
 
@@ -165,7 +165,7 @@ def test_the_tempo_of_fast_movements_is_right_as_said_last(
     events = counted([*segmenter.push(shown.frames), *segmenter.end_take()])
     periods = [event.period for event in events if event.period is not None]
     assert np.median(periods) == pytest.approx(0.45, rel=0.01)
-    last = [event.period for event in as_said_last(events) if event.period is not None]
+    last = [event.period for event in latest_repetitions(events) if event.period is not None]
     assert len(last) >= 13
     assert last == pytest.approx([0.45] * len(last), rel=0.03)
 
@@ -267,7 +267,7 @@ def test_several_looks_at_once_after_a_gap_are_told_of_together(seed: int) -> No
     assert all(event.period is None or event.period > 0.3 for event in found)
     segmenter = Segmenter(shown.skeleton, COUNTING.replace(max_pause=10.0))
     events = segmenter.push(shown.frames.positions, times) + segmenter.end_take()
-    assert [(e.start, e.end, e.period) for e in as_said_last(events)] == [
+    assert [(e.start, e.end, e.period) for e in latest_repetitions(events)] == [
         (e.start, e.end, e.period) for e in found
     ]
 
@@ -398,7 +398,7 @@ def test_exercises_are_counted() -> None:
     errors, shares, scores = [], [], []
     for positions, fps, skeleton, labels in labelled(SHARED / "ui_prmd"):
         segmenter = Segmenter(skeleton, COUNTING, fps=fps)
-        events = as_said_last(segmenter.push(positions) + segmenter.end_take())
+        events = latest_repetitions(segmenter.push(positions) + segmenter.end_take())
         errors.append(abs(len(events) - labels["repetitions"]))
         shares.append(errors[-1] / labels["repetitions"])
         cuts = [Cut(*(frame / fps for frame in cut)) for cut in labels["cuts"]]
@@ -413,7 +413,7 @@ def test_exercises_are_counted() -> None:
 
 def rising(events: list[RepetitionEvent]) -> bool:
     """Return whether each repetition ends after it began, and begins where the one before ended, or later."""
-    spans = [(event.start, event.end) for event in as_said_last(events) if event.start and event.end]
+    spans = [(event.start, event.end) for event in latest_repetitions(events) if event.start and event.end]
     times = [time for span in spans for time in span]
     return all(a < b for a, b in spans) and all(a <= b + 1e-9 for a, b in itertools.pairwise(times))
 
@@ -462,7 +462,7 @@ def test_starts_and_ends_rise_for_a_performer_who_waves_and_squats(seed: int) ->
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize(("period", "times"), [(0.4, 5), (0.7, 3), (1.0, 3), (8.0, 3)])
 def test_series_that_are_short_are_counted_at_any_tempo(period: float, times: int, fps: float) -> None:
-    events = as_said_last(pushed(*raises([period] * times, fps), 64))
+    events = latest_repetitions(pushed(*raises([period] * times, fps), 64))
     assert len(events) == times
     for number, event in enumerate(events):
         assert event.end == pytest.approx(1.0 + period * (number + 1), abs=max(0.15, 0.2 * period))
@@ -471,10 +471,10 @@ def test_series_that_are_short_are_counted_at_any_tempo(period: float, times: in
 @pytest.mark.parametrize("period", [0.5, 0.7, 1.0])
 def test_series_without_a_rest_around_them_are_counted(period: float) -> None:
     positions, times = raises([period] * 3, rest=0.0)
-    assert len(as_said_last(pushed(positions, times, 64))) == 3
+    assert len(latest_repetitions(pushed(positions, times, 64))) == 3
     begun = int(0.3 * period * 30)  # in the midst of a movement
     rolled = np.roll(positions[: int(3 * period * 30)], begun, axis=0)
-    assert len(as_said_last(pushed(rolled, times[: len(rolled)], 64))) == 3
+    assert len(latest_repetitions(pushed(rolled, times[: len(rolled)], 64))) == 3
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.002, 0.004])
@@ -495,7 +495,7 @@ def test_who_sways_before_a_series_is_not_counted() -> None:
     sway[:, 2, 0] = 0.0007 * np.sin(2 * np.pi * np.arange(600) / 30)
     positions = np.concatenate([sway, large])
     positions[:, 1, 1] -= 0.5  # a leg: how large who stands there is
-    events = as_said_last(pushed(positions, np.arange(len(positions)) / 30, 64))
+    events = latest_repetitions(pushed(positions, np.arange(len(positions)) / 30, 64))
     assert len(events) == 4
     assert all(event.amplitude is not None and event.amplitude > 0.1 for event in events)
 
@@ -503,7 +503,7 @@ def test_who_sways_before_a_series_is_not_counted() -> None:
 def test_poses_that_are_stretched_frame_by_frame_are_survived() -> None:
     for positions, fps, skeleton, _ in labelled(SHARED.parent / "stretched_repcount")[::8]:
         segmenter = Segmenter(skeleton, COUNTING, fps=fps)
-        for event in as_said_last(segmenter.push(positions) + segmenter.end_take()):
+        for event in latest_repetitions(segmenter.push(positions) + segmenter.end_take()):
             assert event.start is not None
             assert event.end is not None
             assert event.start < event.end

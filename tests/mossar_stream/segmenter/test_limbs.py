@@ -325,7 +325,7 @@ def test_repetitions_of_a_limb_are_those_of_its_joints_alone_when_the_source_is_
         body.push(frames[i], float(times[i]))
         row = body._followers.limbs.rows[body.limbs.index("left_arm")]
         # The pose that was counted last; at 120 Hz that is every fourth one.
-        samples = region(row.memory, row.plan.shape, "samples")
+        samples = region(row.memory, row.plan.shape, "samples").view(np.float32)
         latest = samples[-own.shape[1] :]
         assert any(np.array_equal(latest, own[k]) for k in range(max(0, i - 8), i + 1))
 

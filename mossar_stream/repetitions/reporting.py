@@ -1,4 +1,4 @@
-"""Telling: the events of counted repetitions, and their revisions when a later analysis changes them."""
+"""Reporting: the events of counted repetitions, and their revisions when a later analysis changes them."""
 
 import math
 from collections.abc import Iterable
@@ -27,8 +27,8 @@ NO_CYCLE: dict[str, Any] = {"count": 0} | dict.fromkeys(
 )
 
 
-class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was told so far.
+class Reported(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What was reported so far.
 
     Args:
         total: Repetitions of the take.
@@ -41,7 +41,7 @@ class Told(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     phase: tuple[float, bool] = (-math.inf, False)
 
 
-def as_said_last(events: Iterable[Event]) -> list[RepetitionEvent]:
+def latest_repetitions(events: Iterable[Event]) -> list[RepetitionEvent]:
     """Return the repetitions that events report, each as it was reported at last, without those that were withdrawn.
 
     Their `total` is that of the repetition: how many there were with it.
@@ -59,7 +59,7 @@ def number_of(event: RepetitionEvent) -> int:
     return int(event.id.rpartition("/r")[2])
 
 
-class Telling:
+class RepetitionReporter:
     """The events of the repetitions of one performer, or of a limb.
 
     Args:
@@ -68,17 +68,17 @@ class Telling:
         channel: The same.
 
     Attributes:
-        told: What was told so far; methods return what it is once their events are pending, and change nothing.
+        reported: What was reported so far; methods return what it is once their events are pending, and change nothing.
     """
 
     def __init__(self, skeleton: Skeleton, performer: str, channel: str = BODY) -> None:
         self._performer = performer
         self._channel = channel
         self._names = skeleton.names
-        self.told = Told()
+        self.reported = Reported()
 
     def look_into(self, headers: NDArray[np.void]) -> None:
-        """Tell of what is counted in a (1,) `HEADER` from now on."""
+        """Report what is counted in a (1,) `HEADER` from now on."""
         self._tally = headers[TALLY]  # views
         self._cycles = headers["cycle"][0]
 
@@ -88,21 +88,21 @@ class Telling:
         clear, dropped, cycles, *_ = self._tally.tolist()[0]
         return dropped + cycles if clear else 0
 
-    def news(self, take: int) -> tuple[list[Event], Told]:
-        """Return what to say after a look that changed something: repetitions withdrawn, then those new or changed."""
+    def report(self, take: int) -> tuple[list[Event], Reported]:
+        """Return the events of a look that changed something: repetitions withdrawn, then those new or changed."""
         clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
         total = dropped + cycles if clear else 0
-        standing, revisions = min(self.told.total, total), dict(self.told.revisions)
+        standing, revisions = min(self.reported.total, total), dict(self.reported.revisions)
         events = [
             self._event((take, number, number - 1), "withdrawn", revisions)
-            for number in range(self.told.total, total, -1)
+            for number in range(self.reported.total, total, -1)
         ]
         events += [
             self._event((take, number, max(number, standing)), "counted", revisions)
             for number in range(dropped + changed + 1, total + 1)
         ]
         still = {number: rev for number, rev in revisions.items() if number > dropped}
-        return events, Told(total, still, self.told.phase)
+        return events, Reported(total, still, self.reported.phase)
 
     def phase(self, time: float) -> float | None:
         """Return where in the cycle a frame is, s: 0 to 1 from where cycles begin; None out of a bout."""
@@ -114,16 +114,16 @@ class Telling:
         since = time - origin - end
         return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + LOOKS_APART else None
 
-    def phase_news(self, take: int, time: float) -> tuple[list[Event], Told]:
-        """Return the phase of a frame, s, unless it was told, or nothing repeats and that was told."""
-        phase, before = self.phase(time), self.told.phase
-        told = Told(self.told.total, self.told.revisions, (time, phase is not None))
+    def report_phase(self, take: int, time: float) -> tuple[list[Event], Reported]:
+        """Return the phase of a frame, s, unless it was reported, or nothing repeats and that was reported."""
+        phase, before = self.phase(time), self.reported.phase
+        reported = Reported(self.reported.total, self.reported.revisions, (time, phase is not None))
         if time == before[0] or (phase is None and not before[1]):
-            return [], told
+            return [], reported
         event = PhaseEvent(
             performer=self._performer, take=take, channel=self._channel, time=time, phase=phase
         )
-        return [event], told
+        return [event], reported
 
     def _event(
         self, which: tuple[int, int, int], status: RepetitionStatus, revisions: dict[int, int]
@@ -160,14 +160,14 @@ class Telling:
             "joint": self._names[cycle["joint"]],
         }
 
-    def go_on(self, told: Told | None) -> None:
+    def go_on(self, reported: Reported | None) -> None:
         """Go on where a snapshot was made; what is counted is there already.
 
         Raises:
             SnapshotError: If it does not fit what is counted.
         """
         total = self.total
-        fits = told is not None and 0 <= told.total <= total and len(told.revisions) <= 2 * CYCLES
-        if told is None or not fits:
+        fits = reported is not None and 0 <= reported.total <= total and len(reported.revisions) <= 2 * CYCLES
+        if reported is None or not fits:
             raise SnapshotError("the snapshot's repetitions contradict themselves")
-        self.told = told
+        self.reported = reported
