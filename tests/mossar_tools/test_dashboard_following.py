@@ -137,3 +137,24 @@ def test_a_move_is_followed_once_it_is_taught(moves, wanted, found):
     show._recognise(moves)
     show.tick(pipeline)
     assert pipeline.pool.follow == found
+
+
+def test_a_held_pose_is_shown_above_the_curve_until_it_is_left(take):
+    frames, moves = take.frames.positions, Moves(take.skeleton)
+    moves.add_pose("standing", frames[60])
+    segmenter, track = Segmenter(take.skeleton, Settings(), moves=moves), Track("p1", take.skeleton)
+    shown = []
+    for k, time in enumerate(take.frames.times.tolist()):
+        track.take_frames(Frames(frames[k : k + 1], np.array([time])))
+        for event in segmenter.push(frames[k], time):
+            track.take_event(event)
+        track.take_sample(segmenter.state)
+        if k % 6 == 5:
+            stretches = [move for move in track.glimpse(5.0, []).moves if move.name == "standing"]
+            shown.append((time, [(move.start, move.end) for move in stretches]))
+    during = next(stretches for time, stretches in shown if 1.5 < time < 1.8)
+    assert len(during) == 1
+    assert during[0][1] >= 1.5  # it goes on
+    later = next(stretches for time, stretches in shown if 3.4 < time < 3.8)
+    assert len(later) == 1
+    assert 1.5 < later[0][1] < 3.4

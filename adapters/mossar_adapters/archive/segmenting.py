@@ -16,6 +16,7 @@ from mossar_stream import (
     MossarError,
     MoveEvent,
     Moves,
+    PoseEvent,
     RepetitionEvent,
     Segment,
     Segmenter,
@@ -44,6 +45,7 @@ class Segmented(msgspec.Struct, frozen=True):
         repetitions: Of the body and of limbs, with the setting `repetitions`.
         steps: With the setting `steps`.
         followed: Performances of the moves that are followed that were done.
+        poses: Those that were held or entered, if the moves have poses.
     """
 
     performer: str
@@ -59,6 +61,7 @@ class Segmented(msgspec.Struct, frozen=True):
     repetitions: list[RepetitionEvent] = []
     steps: list[StepEvent] = []
     followed: list[FollowEvent] = []
+    poses: list[PoseEvent] = []
 
 
 def segment_file(
@@ -147,4 +150,5 @@ def _segmented(
         repetitions,
         list(result.steps),
         result.followed,
+        result.poses,
     )

@@ -5,6 +5,7 @@
     segments/     those at the level of the settings
     moves/        those that were recognised, if a file of moves was given
     followed/     performances of the moves that are followed that were done
+    poses/        those that were held or entered, if the file of moves has poses
     repetitions/  repetitions of movements, with the setting `repetitions`
     steps/        feet that come down or leave the ground, with the setting `steps`
     errors/       files that could not be read, and why
@@ -25,7 +26,16 @@ import pyarrow.parquet as pq
 from mossar_adapters.archive.places import Place
 from mossar_adapters.archive.segmenting import Segmented
 from mossar_adapters.spans import Spanning, span
-from mossar_stream import BODY, FollowEvent, KeyFrame, MoveEvent, RepetitionEvent, Segment, StepEvent
+from mossar_stream import (
+    BODY,
+    FollowEvent,
+    KeyFrame,
+    MoveEvent,
+    PoseEvent,
+    RepetitionEvent,
+    Segment,
+    StepEvent,
+)
 
 LAST = "recordings"  # the table whose part makes the others count
 
@@ -57,6 +67,7 @@ SCHEMAS: dict[str, pa.Schema] = {
         " active_start active_end limb",
     ),
     "moves": _schema(MoveEvent, "path performer name start_time end_time score limb"),
+    "poses": _schema(PoseEvent, "path performer name start_time end_time seconds deviation limbs joint"),
     "repetitions": _schema(
         RepetitionEvent, "path performer channel start_time end_time count total period amplitude joint"
     ),
@@ -93,6 +104,7 @@ def add_rows(rows: Rows, path: str, found: Iterable[Segmented]) -> None:
             ("moves", one.moves),
             ("repetitions", one.repetitions),
             ("followed", one.followed),
+            ("poses", one.poses),
         ):
             rows[table] += [_row_of(event) | who for event in events]
         rows["steps"] += [

@@ -27,6 +27,7 @@ class Player:
         self.error: Exception | None = None
         self._port = port
         self._endings: list[tuple[float, bytes]] = []  # heap of when, monotonic s, and a message
+        self._held: set[bytes] = set()  # messages that end the notes that are held
         self._pulse = 0.0  # s between two of the clock; 0 while it stands
         self._next = 0.0  # monotonic s, of the next one
         self._until = 0.0  # monotonic s, when the clock stops unless it is prolonged
@@ -42,6 +43,20 @@ class Player:
             ending = bytes((0x80 | channel, note, 0))
             heapq.heappush(self._endings, (time.monotonic() + seconds, ending))
             self._changed.notify()
+
+    def hold(self, channel: int, note: int, velocity: int) -> None:
+        """Begin a note that sounds until `release` or `close`."""
+        with self._changed:
+            self._write(bytes((0x90 | channel, note, velocity)))
+            self._held.add(bytes((0x80 | channel, note, 0)))
+
+    def release(self, channel: int, note: int) -> None:
+        """End a note that is held; others are left alone."""
+        ending = bytes((0x80 | channel, note, 0))
+        with self._changed:
+            if ending in self._held:
+                self._held.remove(ending)
+                self._write(ending)
 
     def control(self, channel: int, controller: int, value: int) -> None:
         """Set a controller, 0 to 127."""
@@ -77,6 +92,9 @@ class Player:
                 self._stop()
                 while self._endings:
                     self._write(heapq.heappop(self._endings)[1])
+                for ending in sorted(self._held):
+                    self._write(ending)
+                self._held.clear()
             self._changed.notify()
         self._thread.join()
 

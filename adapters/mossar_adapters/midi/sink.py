@@ -1,9 +1,9 @@
-"""The MIDI sink: a note for each key frame, the clock for the tempo of repetitions, controllers for followed moves.
+"""The MIDI sink: a note for each key frame, the clock for the tempo of repetitions, controllers for followed moves, notes for held poses.
 
 Onsets, minima and offsets are three notes; each performer has a channel. One cycle of a repeated movement is a quarter
 note of the clock, or `?beats=` of them; the clock runs from the second cycle on and stops when the repetitions do.
 A move that is followed has a controller for its progress, 20 for the first one that is made, and a note when it is done,
-72 for the first, as loud as its score is high.
+72 for the first, as loud as its score is high. A pose that is held sounds as a note from `held` to `left`, 84 for the first.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,16 @@ from mossar_adapters.address import Address
 from mossar_adapters.midi.player import Player
 from mossar_adapters.midi.ports import open_port
 from mossar_adapters.source import Meta
-from mossar_stream import BODY, Event, FollowEvent, KeyFrameEvent, KeyFrameKind, RepetitionEvent, StreamEvent
+from mossar_stream import (
+    BODY,
+    Event,
+    FollowEvent,
+    KeyFrameEvent,
+    KeyFrameKind,
+    PoseEvent,
+    RepetitionEvent,
+    StreamEvent,
+)
 
 OPTIONS = {
     "name": "name of the virtual port; default mossar",
@@ -28,6 +37,8 @@ CHANNELS = 16
 CONTROLLER = 20  # of the first followed move; 20 to 31 have no meaning of their own in MIDI
 FIRST_DONE = 72  # note of the first followed move when it is done
 FOLLOWED = 12  # moves that have a controller and a note
+FIRST_HELD = 84  # note of the first pose while it is held
+POSES = 12  # that have a note
 SILENCE = 2.5  # cycles without a new one, after which the clock stops
 
 
@@ -53,6 +64,7 @@ class MidiSink:
         self._channels: dict[str, int] = {}
         self._leader = ""  # performer who keeps the clock
         self._followed: dict[str, int] = {}  # places of followed moves, in the order of their first events
+        self._poses: dict[str, int] = {}  # the same of poses
         self._port = open_port(address, replace=force)
         self._player = Player(self._port)
 
@@ -78,6 +90,8 @@ class MidiSink:
                     self._keep_time(event)
                 case FollowEvent():
                     self._play_along(event)
+                case PoseEvent(status="held" | "left"):
+                    self._sound(event)
                 case StreamEvent(event="ended" | "stalled") if event.performer == self._leader:
                     self._player.rest()
                     self._leader = ""
@@ -105,6 +119,17 @@ class MidiSink:
         if event.status == "done":
             loudness = max(1, round(127 * (event.score or 0.0)))
             self._player.note(channel, FIRST_DONE + place, loudness, LENGTH)
+
+    def _sound(self, event: PoseEvent) -> None:
+        """Begin the note of a pose that is held, or end it."""
+        place = self._poses.setdefault(event.name, len(self._poses))
+        if place >= POSES:
+            return
+        channel, note = self._channel(event.performer), FIRST_HELD + place
+        if event.status == "held":
+            self._player.hold(channel, note, VELOCITY)
+        else:
+            self._player.release(channel, note)
 
     def _channel(self, performer: str) -> int:
         return self._channels.setdefault(performer, len(self._channels)) % CHANNELS

@@ -80,6 +80,46 @@ def test_limbs_moves_and_repetitions_are_those_of_segment_recording(performance)
     assert found.repetitions == counted
 
 
+def test_performances_and_held_poses_are_those_of_segment_recording_and_have_rows(tmp_path):
+    meta, *chunks = DemoSource.from_url(
+        "demo:?seconds=9&moves=rest:2,squat,rest:2,squat", speed="max"
+    ).items()
+    with MskWriter(tmp_path / "squats.msk") as writer:
+        for item in (meta, *chunks):
+            writer.write(item)
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    times = np.concatenate([chunk.times for chunk in chunks])
+    moves = Moves(meta.skeleton)
+    moves.add("squat", positions[60:300], 60.0)
+    moves.add_pose("standing", positions[60])
+    (found,) = segment_file(tmp_path / "squats.msk", WHOLE, ReadOptions(), moves, ("squat",))
+    direct = segment_recording(
+        positions, 60.0, meta.skeleton, WHOLE, times=times, moves=moves, follow=("squat",)
+    )
+    assert found.followed == direct.followed
+    assert found.poses == direct.poses
+    assert [done.count for done in found.followed] == [1, 2]
+    assert len(found.poses) >= 2
+    tables = pytest.importorskip("mossar_adapters.archive.tables", reason="needs the extra archive")
+    rows = tables.no_rows()
+    tables.add_rows(rows, "squats.msk", [found])
+    poses, squats = (
+        tables.pa.Table.from_pylist(rows[name], tables.SCHEMAS[name]).to_pylist()
+        for name in ("poses", "followed")
+    )
+    assert [row["path"] for row in poses] == ["squats.msk"] * len(found.poses)
+    for row, event in zip(poses, found.poses, strict=True):
+        assert row["end_time"] - row["start_time"] == pytest.approx(event.seconds)
+        assert (row["name"], row["deviation"], dict(row["limbs"])) == (
+            "standing",
+            event.deviation,
+            event.limbs,
+        )
+    assert [(row["count"], row["score"], dict(row["range"])) for row in squats] == [
+        (event.count, event.score, event.range) for event in found.followed
+    ]
+
+
 def test_steps_are_those_of_segment_recording(tmp_path):
     meta, *chunks = DemoSource.from_url("demo:?seconds=8&moves=walk", speed="max").items()
     with MskWriter(tmp_path / "walk.msk") as writer:

@@ -1,5 +1,6 @@
 import json
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from mossar_adapters.control.requests import Control
 from mossar_adapters.control.zeromq import ZmqControl
 from mossar_adapters.demo import DemoSource
 from mossar_adapters.pipeline import Pipeline
-from mossar_stream import MossarError, StreamEvent
+from mossar_stream import FollowEvent, MossarError, Moves, StreamEvent
 
 
 class Kept:
@@ -116,6 +117,44 @@ def test_a_wrong_request_gets_a_clear_answer(running, request_, error):
     answer = ask(running[0], request_)
     assert answer["ok"] is False
     assert error in answer["error"]
+
+
+def test_what_is_followed_can_be_asked_and_set_while_running():
+    source = DemoSource.from_url("demo:?seconds=9&moves=rest:2,squat", speed="max")
+    meta, *chunks = source.items()
+    shown = np.concatenate([chunk.positions for chunk in chunks])[60:300]
+    moves = Moves(meta.skeleton)
+    for name in ("squat", "other"):
+        moves.add(name, shown, 60.0)
+    sink = Kept()
+    squats = ",".join(["rest:2", "squat"] * 60)
+    live = DemoSource.from_url(f"demo:?moves={squats}", speed=4.0)
+    pipeline = Pipeline([live], [sink], moves=moves, follow=("other",))
+    thread = threading.Thread(target=pipeline.run)
+    thread.start()
+    try:
+        while not pipeline.outcome.frames:
+            pass
+        assert ask(pipeline, {"get": "following"})["value"]["p1"].keys() == {"other"}
+        assert ask(pipeline, {"set": {"follow": "all"}}) == {"ok": True, "value": {"follow": True}}
+        assert ask(pipeline, {"get": "following"})["value"]["p1"].keys() == {"squat", "other"}
+        for wrong in ({"follow": ["squatt"]}, {"follow": 3}, {"follow": ["squat"], "level": "motion"}):
+            answer = ask(pipeline, {"set": wrong})
+            assert answer["ok"] is False
+            assert "squatt" in answer["error"] or "follow" in answer["error"]
+        assert ask(pipeline, {"set": {"follow": ["squat"]}})["value"] == {"follow": ["squat"]}
+        until, states = time.monotonic() + 60, []
+        while time.monotonic() < until and not (states and states[-1] is None):
+            state = ask(pipeline, {"get": "following"})["value"]["p1"]["squat"]
+            states += [state] if state or states else []
+        assert 0 < states[0]["progress"] <= 1
+        assert set(states[0]) >= {"count", "tempo", "certainty", "deviation", "limbs", "joint"}
+        assert ask(pipeline, {"set": {"follow": []}})["value"] == {"follow": []}
+        assert ask(pipeline, {"get": "following"})["value"] == {"p1": {}}
+    finally:
+        pipeline.stop()
+        thread.join()
+    assert {e.name for e in sink.events if isinstance(e, FollowEvent) and e.status == "done"} >= {"squat"}
 
 
 def test_what_is_no_json_gets_an_answer_too(running):

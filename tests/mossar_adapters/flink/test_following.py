@@ -7,20 +7,31 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.flink.following import Following
 from mossar_adapters.flink.records import records_of
 from mossar_adapters.source import Meta
-from mossar_stream import FrameError, Frames, Moves, Segmenter, Settings, Skeleton, SnapshotError, to_json
+from mossar_stream import (
+    FollowEvent,
+    FrameError,
+    Frames,
+    Moves,
+    PoseEvent,
+    Segmenter,
+    Settings,
+    Skeleton,
+    SnapshotError,
+    to_json,
+)
 
 
 class Engine:
     """What an engine does with a following: keeps snapshots, and loses the following now and then."""
 
-    def __init__(self, most=4096, settings=None, moves=None):
-        self.most, self.settings, self.moves = most, settings or Settings(), moves
+    def __init__(self, most=4096, settings=None, moves=None, follow=()):
+        self.most, self.settings, self.moves, self.follow = most, settings or Settings(), moves, follow
         self.kept = {}
         self.now = 0.0
         self.fail()
 
     def fail(self):
-        self.following = Following(self.settings, self.most, self.moves)
+        self.following = Following(self.settings, self.most, self.moves, self.follow)
 
     def take(self, performer, record):
         line, events = self.following.take(performer, record, self.now, lambda: self.kept.get(performer))
@@ -50,6 +61,31 @@ def test_events_are_those_of_direct_runs(flink, people, lost_every, most):
     for performer, events in found.items():
         events += engine.end(performer)
     assert found == flink.direct(people)
+
+
+@pytest.mark.parametrize("lost_every", [3, 10**6])
+def test_followed_moves_and_held_poses_are_those_of_direct_runs(lost_every):
+    source = DemoSource.from_url("demo:?seconds=8&moves=rest:2,squat,rest:2,squat", speed="max")
+    meta, *chunks = source.items()
+    positions = np.concatenate([chunk.positions for chunk in chunks])
+    moves = Moves(meta.skeleton)
+    moves.add("squat", positions[60:300], 60.0)
+    moves.add_pose("standing", positions[60])
+    engine, found = Engine(moves=moves, follow=("squat",)), []
+    for count, record in enumerate(
+        [*records_of(meta), *(one for part in chunks for one in records_of(part))]
+    ):
+        if count % lost_every == lost_every - 1:
+            engine.fail()
+        found += engine.take(meta.performer, record)
+    found += engine.end(meta.performer)
+    segmenter = Segmenter(meta.skeleton, Settings(), meta.performer, meta.fps, moves, ("squat",))
+    wanted = [event for part in chunks for event in segmenter.push(part)] + segmenter.end_take(
+        "end of stream"
+    )
+    assert found == [to_json(event) for event in wanted]
+    said = {(type(event), event.status) for event in wanted if isinstance(event, FollowEvent | PoseEvent)}
+    assert {(FollowEvent, "done"), (PoseEvent, "held"), (PoseEvent, "left")} <= said
 
 
 @pytest.mark.parametrize("lost_every", [1, 7])

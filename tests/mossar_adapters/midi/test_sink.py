@@ -14,6 +14,7 @@ from mossar_stream import (
     FollowEvent,
     KeyFrameEvent,
     MossarError,
+    PoseEvent,
     RepetitionEvent,
     Skeleton,
     StreamEvent,
@@ -156,3 +157,26 @@ def test_a_followed_move_turns_a_controller_and_plays_a_note_as_loud_as_its_scor
     assert turned == [(20, 64), (21, 127), (20, 0), (21, 0)]
     assert [(m.note, m.velocity) for m in heard if m.type == "note_on"] == [(72, 64)]
     assert [m.note for m in heard if m.type == "note_off"] == [72]
+
+
+def pose_event(name, status, performer="p1"):
+    said = {"performer": performer, "id": f"{performer}/pose/0/1", "rev": 2, "name": name, "status": status}
+    numbers = {"take": 0, "start": 12.0, "seconds": 1.0, "deviation": 4.0, "decided_time": 13.0}
+    return PoseEvent(**said, **numbers, limbs={"trunk": 5.0}, joint="Hips")
+
+
+def test_a_held_pose_sounds_until_it_is_left_and_no_longer_than_the_sink(tmp_path):
+    told = [
+        pose_event("plank", "entered"),
+        pose_event("plank", "held"),
+        pose_event("plank", "left"),
+        pose_event("tree", "entered"),
+        pose_event("tree", "left"),  # never held: no note
+        pose_event("tree", "held"),
+        pose_event("tree", "held", "p2"),
+    ]
+    heard = played(tmp_path, told)
+    notes = [(m.type, m.channel, m.note) for m in heard]
+    assert notes[:2] == [("note_on", 0, 84), ("note_off", 0, 84)]
+    assert notes[2:4] == [("note_on", 0, 85), ("note_on", 1, 85)]
+    assert sorted(notes[4:]) == [("note_off", 0, 85), ("note_off", 1, 85)]
