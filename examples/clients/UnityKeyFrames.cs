@@ -1,4 +1,4 @@
-// Unity: a component that raises events for key frames, moves, activity and steps. Not run here: there was no Unity.
+// Unity: a component that raises events for key frames, moves, activity, steps, followed moves and poses. Not run here: there was no Unity.
 // Start: mossar run SOURCE --to osc://127.0.0.1:9000   Add it to a GameObject, and listen to its events.
 using System;
 using System.Collections.Generic;
@@ -13,6 +13,8 @@ public class UnityKeyFrames : MonoBehaviour
     public event Action<string, string, string> Moved; // performer; name of the move; limb (with --moves)
     public event Action<string, bool> Active; // performer; whether the body moves now
     public event Action<string, string, string> Stepped; // performer; strike or off; left or right (with --steps)
+    public event Action<string, string, string, int, float> Followed; // performer; status; name; count; progress (with --follow)
+    public event Action<string, string, string, float> Posed; // performer; entered, held or left; name; seconds
     UdpClient socket;
 
     void OnEnable() => socket = new UdpClient(new IPEndPoint(IPAddress.Loopback, port));
@@ -45,6 +47,12 @@ public class UnityKeyFrames : MonoBehaviour
         // performer, channel, state, take, start, decided_time, previous
         if (address == "/mossar/activity" && (string)arguments[1] == "body")
             Active?.Invoke((string)arguments[0], (string)arguments[2] == "moving");
+        // performer, status, name, limb, joint, take, count, progress, then tempo, certainty, deviation, score, times, id, rev, limbs
+        if (address == "/mossar/follow")
+            Followed?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2], (int)arguments[6], (float)arguments[7]);
+        // performer, status, name, limb, joint, take, start, seconds, then deviation, decided_time, id, rev, limbs
+        if (address == "/mossar/pose")
+            Posed?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2], (float)arguments[7]);
         // performer, status, side, take, time, decided_time, confidence, x, y, z, id
         if (address == "/mossar/step")
             Stepped?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2]);

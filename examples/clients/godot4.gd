@@ -1,4 +1,4 @@
-# Godot 4: a node that emits signals for key frames, moves, activity and steps. Not run here: there was no Godot 4.
+# Godot 4: a node that emits signals for key frames, moves, activity, steps, followed moves and poses. Not run here: there was no Godot 4.
 # Start: mossar run SOURCE --to osc://127.0.0.1:9000   Attach to a Node, connect the signals to what reacts.
 extends Node
 
@@ -6,6 +6,8 @@ signal key_frame(performer: String, status: String, kind: String, take: int, fra
 signal move(performer: String, status: String, name: String, limb: String)  # with --moves
 signal activity(performer: String, channel: String, state: String)  # moving or resting
 signal step(performer: String, status: String, side: String)  # with --steps: strike or off, left or right
+signal follow(performer: String, status: String, name: String, count: int, progress: float)  # with --follow
+signal pose(performer: String, status: String, name: String, seconds: float)  # entered, held or left
 
 @export var port := 9000
 var _socket := PacketPeerUDP.new()
@@ -37,6 +39,10 @@ func _receive(packet: PackedByteArray) -> void:
 			key_frame.emit(arguments[0], arguments[1], arguments[2], arguments[3], arguments[4], arguments[5])
 		"/mossar/move":  # then take, start, end, decided_time, score, rev
 			move.emit(arguments[0], arguments[1], arguments[2], arguments[3])
+		"/mossar/follow":  # performer, status, name, limb, joint, take, count, progress, then the rest of docs/events.md
+			follow.emit(arguments[0], arguments[1], arguments[2], arguments[6], arguments[7])
+		"/mossar/pose":  # performer, status, name, limb, joint, take, start, seconds, then the rest
+			pose.emit(arguments[0], arguments[1], arguments[2], arguments[7])
 		"/mossar/activity":  # then take, start, decided_time, previous
 			activity.emit(arguments[0], arguments[1], arguments[2])
 		"/mossar/step":  # then take, time, decided_time, confidence, x, y, z, id

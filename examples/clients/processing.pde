@@ -1,4 +1,4 @@
-// Processing: a circle that jumps at every onset, turns red at moves, sways with steps, and pales at rest. Not run here: there was no Processing.
+// Processing: a circle that jumps at every onset, turns red at moves, sways with steps, pales at rest, and has a ring for the progress of a followed move. Not run here: there was no Processing.
 // Start: mossar run SOURCE --to osc://127.0.0.1:9000   Needs the library oscP5 (Sketch, Import Library).
 import oscP5.*;
 
@@ -6,6 +6,7 @@ float size = 60;
 float sway = 0;
 color filling = color(230, 159, 0);
 boolean moving = true;
+float progress = 0;
 String said = "waiting for /mossar/key_frame at port 9000";
 
 void setup() {
@@ -19,6 +20,10 @@ void draw() {
   fill(filling, moving ? 255 : 120);
   noStroke();
   circle(width / 2 + sway, height / 2, size);
+  noFill();
+  stroke(86, 180, 233);
+  strokeWeight(6);
+  arc(width / 2, height / 2, 280, 280, -HALF_PI, -HALF_PI + TWO_PI * progress);
   fill(232);
   text(said, 20, 30);
 }
@@ -27,8 +32,23 @@ void oscEvent(OscMessage message) {
   if (message.checkAddrPattern("/mossar/key_frame")) keyFrame(message);
   if (message.checkAddrPattern("/mossar/move")) move(message);
   if (message.checkAddrPattern("/mossar/step")) step(message);
+  if (message.checkAddrPattern("/mossar/follow")) follow(message);
+  if (message.checkAddrPattern("/mossar/pose")) pose(message);
   if (message.checkAddrPattern("/mossar/activity") && message.get(1).stringValue().equals("body"))
     moving = message.get(2).stringValue().equals("moving"); // performer, channel, state, take, start, decided_time, previous
+}
+
+// performer, status, name, limb that strays most, joint, take, count, progress, tempo, certainty, deviation, score, start, time, decided_time, id, rev, limbs
+void follow(OscMessage message) {
+  String status = message.get(1).stringValue();
+  boolean over = status.equals("done") || status.equals("left");
+  progress = over ? 0 : message.get(7).floatValue();
+  if (status.equals("done")) said = message.get(2).stringValue() + "  " + message.get(6).intValue();
+}
+
+// performer, status, name, limb that strays most, joint, take, start, seconds, deviation, decided_time, id, rev, limbs
+void pose(OscMessage message) {
+  if (message.get(1).stringValue().equals("held")) said = message.get(2).stringValue() + "  held";
 }
 
 // performer, status, side, take, time, decided_time, confidence, x, y, z, id

@@ -1,5 +1,6 @@
 """The check of following: it counts repetitions, and a message about what was not done did not come true."""
 
+import json
 import sys
 
 import numpy as np
@@ -34,6 +35,29 @@ def test_the_table_counts_right_repetitions_and_ranks_wrong_ones(tmp_path, monke
     assert "takes 2: exact 1.00, within one 1.00" in said
     assert "AUC 1.000; done in other exercises 0.000" in said
     assert "certainty  messages  said  came true" in said
+    assert "committed at 0.9: 1." in said or "committed at 0.9: 0." in said
+
+
+def test_of_moves_on_command_the_one_that_is_made_leads(tmp_path, monkeypatch, capsys):
+    still = np.repeat(raised([8], 0.0, 0)[:1], 60, axis=0)
+    arms, legs = (raised(joints, 0.7, 7) for joints in ([8, 9], [19, 20, 21]))
+    positions = np.concatenate([still, arms, still, legs, still, still])
+    for folder in ("samples", "sessions"):
+        (tmp_path / folder).mkdir()
+    shown = {"arms_1": raised([8, 9], 0.7, 1), "legs_1": raised([19, 20, 21], 0.7, 2)}
+    np.savez(tmp_path / "samples" / "ann.npz", **shown)
+    names, parents = following.SKELETON.names, following.SKELETON.parents
+    np.savez(
+        tmp_path / "sessions" / "ann.npz", positions=positions, fps=30.0, joint_names=names, parents=parents
+    )
+    commands = [[0, 60, "arms"], [60, 150, "arms"], [150, 300, "legs"], [300, 360, "arms"]]
+    label = {"recording": "ann.npz", "commands": commands, "unit": "m"}
+    (tmp_path / "sessions" / "ann.json").write_text(json.dumps(label))
+    monkeypatch.setattr(sys, "argv", ["checks.following", "--sessions", str(tmp_path)])
+    following.main()
+    said = capsys.readouterr().out
+    assert "ann: 2 of 3 lead at 0.6, 1 never came so far" in said  # nobody follows the last command
+    assert "all 3: 0.667; of those that came so far 1.000" in said
 
 
 def test_a_folder_is_needed(monkeypatch, capsys):

@@ -38,6 +38,8 @@ def test_every_client_reacts_to_moves_activity_and_steps():
         if path.is_file() and path.suffix != ".md" and path.name != "coach.html":  # which is for exercises
             words = set(re.findall(r"\w+", path.read_text()))
             assert {"move", "activity", "key_frame", "step"} <= words, path
+            if path.suffix != ".html":  # read by position
+                assert {"follow", "pose"} <= words, path
 
 
 @pytest.fixture
@@ -130,6 +132,23 @@ def test_the_pure_data_patch_hears_moves(process, patch_on, punches):
         heard = next(line for line in lines if line.startswith("move: "))
         running.kill()
     assert heard == "move: symbol punch"
+
+
+def test_the_pure_data_patch_hears_followed_moves_and_poses(process, patch_on, tmp_path, mossar):
+    demo, moves = f"demo:?moves={','.join(['rest:2', 'squat'] * 30)}", tmp_path / "moves.json"
+    take = tmp_path / "take.msk"
+    assert mossar("record", "demo:?seconds=9&moves=rest:2,squat", take)[0] == 0
+    assert mossar("teach", moves, take, "--name", "squat", "--from", "1", "--until", "4.4")[0] == 0
+    assert mossar("teach", moves, take, "--pose", "standing", "--from", "0", "--until", "1.5")[0] == 0
+    port = free_port(socket.SOCK_DGRAM)
+    with patch_on(port) as lines:
+        more = ("--moves", str(moves), "--follow", "all", "--speed", "2", "--to", f"osc://127.0.0.1:{port}")
+        running = process("run", demo, *more)
+        heard = set()
+        while len(heard) < 2:
+            heard.add(next(line for line in lines if line.startswith(("follow: ", "pose: "))))
+        running.kill()
+    assert heard == {"follow: symbol squat", "pose: symbol standing"}
 
 
 def test_the_pure_data_patch_hears_steps(process, patch_on):

@@ -145,10 +145,10 @@ def test_a_held_pose_is_shown_above_the_curve_until_it_is_left(take):
     segmenter, track = Segmenter(take.skeleton, Settings(), moves=moves), Track("p1", take.skeleton)
     shown = []
     for k, time in enumerate(take.frames.times.tolist()):
-        track.take_frames(Frames(frames[k : k + 1], np.array([time])))
+        track.add_frames(Frames(frames[k : k + 1], np.array([time])))
         for event in segmenter.push(frames[k], time):
-            track.take_event(event)
-        track.take_sample(segmenter.state)
+            track.add_event(event)
+        track.add_sample(segmenter.state)
         if k % 6 == 5:
             stretches = [move for move in track.glimpse(5.0, []).moves if move.name == "standing"]
             shown.append((time, [(move.start, move.end) for move in stretches]))
