@@ -132,6 +132,7 @@ class Slots:
         self._ids: dict[str, Body] = {}
         self._newcomers: OrderedDict[str, _Newcomer] = OrderedDict()
         self._skeletons: OrderedDict[str, Skeleton] = OrderedDict()
+        self._separate: OrderedDict[str, None] = OrderedDict()  # ids that may be of other senders
         self._former: OrderedDict[str, int] = OrderedDict()  # who had an id last: `Body.met`
         self._reuses = False  # whether an id was seen to go from one person to another
         self._met = 0  # people so far
@@ -147,6 +148,15 @@ class Slots:
         self._skeletons.move_to_end(ident)
         if len(self._skeletons) > _IDS:
             self._skeletons.popitem(last=False)
+
+    def separate(self, ident: str) -> None:
+        """Take note that an id may be of another sender than the others.
+
+        Its frames do not come together with theirs, so who is missing is seen a moment later.
+        """
+        self._separate[ident] = None
+        if len(self._separate) > _IDS:
+            self._separate.popitem(last=False)
 
     def follow(self, ident: str, pose: ArrayLike, time: float) -> str | None:
         """Return the slot of a pose.
@@ -440,6 +450,9 @@ class Slots:
         if own is not None and own.time < newcomer.first <= own.time + PAUSE:
             return self._give(_faithful(own, options), newcomer, time)
         self._ids.pop(newcomer.id, None)
+        if newcomer.id in self._separate and time - newcomer.first < _LOOK - _EXACT and not at_once:
+            newcomer.due, newcomer.refused = newcomer.first + _LOOK, False
+            return UNDECIDED  # the others' next frames say who is missing
         if not options:
             return self._refuse(newcomer, time)
         watched = time - newcomer.first >= self.watch - _EXACT

@@ -27,9 +27,9 @@ from mossar_stream import Frames, SettingsError
 _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
 _HAND_OVER: Final = 1.0  # s after a person has left in which another id may go on with its take
-_ANOTHER_CLOCK: Final = (
-    1.0  # s after which an id whose times begin with 0 has a clock of its own, as with --fps
-)
+# A new id of a live source has a clock of its own if its times lie so far before or behind those of the others.
+_BEFORE: Final = 1.0  # s; a sender that was started later, or --fps
+_BEHIND: Final = 60.0  # s; less may be a pause in what is played faster than it was recorded
 _STEP: Final = 1 / 30  # s, where no rate is known
 _MOST_LOGGED: Final = 20  # refused ids that are logged
 
@@ -62,6 +62,7 @@ class PeopleSource:
         self._left: dict[str, tuple[Departure, float]] = {}  # by slot, with the monotonic time, s
         self._shifts: OrderedDict[str, float] = OrderedDict()  # s that are added to the times of an id
         self._now = -np.inf  # s, the latest time
+        self._arrived = 0.0  # monotonic s, when the latest frames came
         self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
         self._logged = 0
@@ -160,6 +161,7 @@ class PeopleSource:
                 slot, count = self._slots.run(item.performer, item.positions, item.times)
                 if slot == expected and count == len(item) and not self._slots.changed:
                     self._now = max(self._now, float(item.times[-1]))
+                    self._arrived = time.monotonic()
                     return [msgspec.structs.replace(item, performer=slot)]
         return [kept for one in self._of(item, slot, count) if (kept := self._unused(one)) is not None]
 
@@ -222,6 +224,7 @@ class PeopleSource:
         if pending and (ident in pending or times[0] > max(float(f.times[-1]) for f in pending.values())):
             yield from self._decide_all()
         self._now = max(self._now, float(times[-1]))
+        self._arrived = time.monotonic()
         end = len(frames)
         if pending:
             end = int(times.searchsorted(min(float(f.times[0]) for f in pending.values())))
@@ -331,13 +334,19 @@ class PeopleSource:
             yield Occupant(change.slot, change.id, another)
 
     def _on_one_clock(self, frames: Frames) -> Frames:
-        """Return frames of a live source on the clock of the others, if the id has one of its own that began late."""
+        """Return frames of a live source on the clock of the others, if the id has one of its own."""
         ident = frames.performer
-        if self.live and ident not in self._shifts:
+        if self.live and ident not in self._shifts and self._now > -np.inf:
             meta = self._metas.get(ident)
-            late = frames.times[0] == 0 and self._now > _ANOTHER_CLOCK and not self._pending
-            step = 1 / meta.fps if meta is not None and meta.fps else _STEP
-            self._shifts[ident] = self._now + step if late and not self._slots.knows(ident) else 0.0
+            silence = time.monotonic() - self._arrived
+            ahead = float(frames.times[0]) - self._now
+            before = self._now - float(frames.times[-1])
+            if (before > _BEFORE or ahead > silence + _BEHIND) and not self._slots.knows(ident):
+                step = 1 / meta.fps if meta is not None and meta.fps else _STEP
+                self._shifts[ident] = max(step, silence) - ahead
+                self._slots.separate(ident)
+            else:
+                self._shifts[ident] = 0.0
             if len(self._shifts) > _IDS:
                 self._shifts.popitem(last=False)
         shift = self._shifts.get(ident, 0.0)

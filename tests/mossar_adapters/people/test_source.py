@@ -1,3 +1,4 @@
+import itertools
 import json
 
 import numpy as np
@@ -125,6 +126,27 @@ def test_an_id_with_a_clock_of_its_own_goes_on_with_the_others(tracked, script):
     times = [float(i.times[0]) for i in PeopleSource(script(late), 1).items() if isinstance(i, Frames)]
     assert (np.diff(times) >= 0).all()
     assert len(times) == 400
+
+
+@pytest.mark.parametrize(
+    "clock", [-200 / 60, 500.0, 500.005]
+)  # of a sender that was started later, or earlier
+def test_a_second_sender_in_the_same_place_is_one_more_person(tracked, bodies, clock, script, monkeypatch):
+    ticks = itertools.count()  # frames come as quickly as they were made
+    monkeypatch.setattr("mossar_adapters.people.source.time.monotonic", lambda: next(ticks) / 60)
+    same = np.stack([bodies[0], bodies[0] + np.float32([0.02, 0, 0])])  # avatars stand in the middle
+    items = [
+        Frames(i.positions, i.times + clock, performer="p2")
+        if isinstance(i, Frames) and i.performer == "p2"
+        else i
+        for i in tracked(lambda k, i: ("p1", "p2" if i >= 200 else None)[k], positions=same)
+    ]
+    found = [i for i in PeopleSource(script(items), 2).items() if isinstance(i, Frames)]
+    for slot, k, first in (("p1", 0, 0), ("p2", 1, 200)):
+        assert np.array_equal(
+            np.concatenate([f.positions for f in found if f.performer == slot]), same[k, first:600]
+        )
+    assert (np.diff([f.times[0] for f in found if f.performer == "p2"]) > 0).all()
 
 
 def test_a_run_that_goes_on_skips_what_was_used(tracked, script):
