@@ -16,20 +16,19 @@ import msgspec
 
 from mossar_adapters.live import OutputClosedError
 from mossar_adapters.pipeline.emission import Emission
-from mossar_adapters.pipeline.feed import Feed
-from mossar_adapters.pipeline.inbox import Arrival, Inbox
+from mossar_adapters.pipeline.inbox import Arrival
 from mossar_adapters.pipeline.latency import Latency
-from mossar_adapters.pipeline.naming import Naming
 from mossar_adapters.pipeline.newcomers import Allowance
 from mossar_adapters.pipeline.odd_times import OddTimes
 from mossar_adapters.pipeline.outcome import WITHOUT_LIMBS, Outcome, in_words
 from mossar_adapters.pipeline.outlet import Outlet, Parcel
 from mossar_adapters.pipeline.pool import Pool
 from mossar_adapters.pipeline.reasons import Reasons
+from mossar_adapters.pipeline.run import Run
 from mossar_adapters.pipeline.snapshot import Snapshot
 from mossar_adapters.pipeline.stream_time import StreamTime
 from mossar_adapters.pipeline.take_starts import is_start, parts, take_starts
-from mossar_adapters.pipeline.upkeep import Upkeep, stream_event
+from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Departure, Meta, Occupant, Source
@@ -53,8 +52,8 @@ class _LatestFrames(NamedTuple):
     time: float
 
 
-class Pipeline:
-    """Segments what sources deliver and hands the events to sinks.
+class Pipeline(Run):
+    """Segments what sources deliver and hands the events to sinks: a `Run` with what makes it go on.
 
     Args:
         sources: At least one.
@@ -92,21 +91,17 @@ class Pipeline:
         run_id: str | None = None,
         tick: Callable[[], None] = lambda: None,
     ) -> None:
-        self.settings = settings or Settings()
-        if self.settings.range == "file":
+        settings = settings or Settings()
+        if settings.range == "file":
             raise SettingsError(
                 "setting range=file needs a whole recording: use mossar segment, or range=running here"
             )
-        self.pool = Pool(self.settings, MAX_PERFORMERS, moves=moves, follow=follow)
-        self.outcome = Outcome()
-        self.run_id = (resume.run if resume is not None else "") or run_id or new_run_id()
-        self.latency: dict[str, Latency] = {}  # of each performer
-        self.stream_time = StreamTime(seconds)
-        self.unusable: dict[str, int] = {}  # frames of each performer that did not fit
+        pool = Pool(settings, MAX_PERFORMERS, moves=moves, follow=follow)
+        name = (resume.run if resume is not None else "") or run_id or new_run_id()
+        super().__init__(sources, settings, pool, StreamTime(seconds), name)
         self._metas: dict[str, Meta] = {}  # as the source announced each performer last
         self._followed: dict[str, Meta] = {}  # the same, with the skeleton that the performer is followed by
         self._heard: dict[str, _LatestFrames] = {}  # the latest frames of each performer
-        self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
         self._reasons = Reasons()
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self._unfollowed: set[str] = set()  # performers who cannot be followed
@@ -114,11 +109,6 @@ class Pipeline:
         self._limbs_lack = False  # whether it was logged that a performer has no limbs
         self._allowances = [Allowance() for _ in sources]  # of each source
         self._put_off: set[int] = set()  # sources of which it was logged that they bring too much that is new
-        self.inbox = Inbox([source.live for source in sources])
-        self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
-        self.running = [True] * len(sources)  # whether each source still delivers
-        self.naming = Naming([source.name for source in sources])
-        self.live = any(source.live for source in sources)
         emission = Emission(emit)
         self.outlets = [self._outlet(sink, emission) for sink in sinks]
         self.outlets += [self._outlet(view, Emission()) for view in views]
@@ -129,11 +119,6 @@ class Pipeline:
         self._stopping = False
         if resume is not None:
             self.upkeep.resume(self, resume)
-
-    @property
-    def times(self) -> Mapping[str, tuple[float, float]]:
-        """First and last time of each performer, s on its source's clock."""
-        return self.stream_time.spans
 
     def run(self) -> Outcome:
         """Run until all sources have ended or `stop` is called; then flush and close everything."""
@@ -180,35 +165,6 @@ class Pipeline:
         for name in self.pool.names if performer is None else (performer,):
             self._announce_settings(name)
         return any(isinstance(event, StreamEvent) and event.event == "ended" for event in events)
-
-    def max_pause(self, performer: str) -> float:
-        """Return how long a performer's frames may stop before its take ends, s."""
-        known = self._max_pauses.get(performer)
-        if known is None:
-            settings = self.pool[performer].settings if performer in self.pool else self.pool.settings
-            known = self._max_pauses[performer] = settings.max_pause
-        return known
-
-    def send(self, events: list[Event], arrived_at: float | None = None) -> None:
-        """Hand events to all sinks."""
-        if events:
-            parcel = Parcel(events, arrived_at)
-            for outlet in self.outlets:
-                outlet.put(parcel)
-
-    def end_takes(self, source: int, reason: str) -> None:
-        """End the takes of all performers of a source."""
-        for performer in self.naming.of_source(source):
-            self.end_take(performer, reason)
-
-    def end_take(self, performer: str, reason: str) -> None:
-        """End the take of a performer, if there is one."""
-        if performer not in self.pool:
-            return
-        try:
-            self.send(self.pool[performer].end_take(reason))
-        except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
-            _log.warning("the take of %s cannot be ended: %s", performer, in_words(error))
 
     def _outlet(self, sink: Sink | FrameSink, emission: Emission) -> Outlet:
         return Outlet(
@@ -408,7 +364,7 @@ class Pipeline:
         self._reasons.seen(frames.performer, float(frames.times[-1]))
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)
-            events.insert(place, stream_event(self, frames.performer, "resumed"))
+            events.insert(place, self.stream_event(frames.performer, "resumed"))
         parcels = [Parcel(frames, arrived_at), *map(Parcel, starts)]
         if events:
             parcels.append(Parcel(events, arrived_at))

@@ -1,11 +1,10 @@
-"""Upkeep: what a pipeline does between frames, on the wall clock: stalls, silence, stats, snapshots."""
+"""Upkeep: what is done for a run between frames, on the wall clock: stalls, silence, stats, snapshots."""
 
 import hashlib
 import logging
 import time
 from collections.abc import Container
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -13,12 +12,10 @@ from mossar_adapters.abilities import HasPosition, Resumes, Syncs, offered
 from mossar_adapters.pipeline.counting import counters_of, explanation
 from mossar_adapters.pipeline.feed import Feed
 from mossar_adapters.pipeline.inbox import Arrival
+from mossar_adapters.pipeline.run import Run
 from mossar_adapters.pipeline.snapshot import Snapshot, write_snapshot
 from mossar_adapters.pipeline.watch import Watch
-from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent, StreamChange, StreamEvent
-
-if TYPE_CHECKING:
-    from mossar_adapters.pipeline.pipeline import Pipeline
+from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent
 
 STOPPED = "frames stopped"  # why a take ended whose frames no longer come; `gap` is a step in their times
 SILENCE = 3.0  # s without a frame after which a source explains itself
@@ -64,17 +61,17 @@ class Upkeep:
             str, tuple[int, float]
         ] = {}  # frames and time of each performer at the last stats
 
-    def begin(self, pipeline: "Pipeline") -> None:
+    def begin(self, run: Run) -> None:
         """Start the clocks."""
         now = time.monotonic()
-        self._watch = Watch(pipeline.max_pause)
+        self._watch = Watch(run.max_pause)
         self._stats_due = now + self._stats if self._stats else float("inf")
         self._snapshot_due = now + self._period if self._path else float("inf")
-        self._write(pipeline, complete=False)  # from here on a run that is killed can go on with its outputs
+        self._write(run, complete=False)  # from here on a run that is killed can go on with its outputs
 
-    def heard(self, pipeline: "Pipeline", arrival: Arrival, performer: str) -> bool:
+    def heard(self, run: Run, arrival: Arrival, performer: str) -> bool:
         """Take note that frames came; return whether they had stalled."""
-        feed = pipeline.feeds[arrival.source]
+        feed = run.feeds[arrival.source]
         feed.heard_at, feed.delivered = arrival.at, True
         self._explained.discard(arrival.source)
         return feed.source.live and self._watch.heard(performer, arrival.source, arrival.at)
@@ -95,70 +92,70 @@ class Upkeep:
         """Stop watching a performer who has left."""
         self._watch.leave(performer)
 
-    def look(self, pipeline: "Pipeline") -> None:
+    def look(self, run: Run) -> None:
         """Do what is due."""
         now = time.monotonic()
         if now - self._looked < _LOOK:
             return
         self._looked = now
-        self._look_for_stalls(pipeline, now)
-        self._look_for_silence(pipeline, now)
+        self._look_for_stalls(run, now)
+        self._look_for_silence(run, now)
         if now >= self._nobody_due:
             self._nobody_due = now + SILENCE
-            self._look_for_nobody(pipeline)
+            self._look_for_nobody(run)
         if now >= self._stats_due:
             self._stats_due = max(now, self._stats_due + (self._stats or 0.0))
-            self.send_stats(pipeline)
+            self.send_stats(run)
         if now >= self._snapshot_due:
             self._snapshot_due = now + self._period
-            if all(outlet.drain(0.5) for outlet in pipeline.outlets):
-                self._write(pipeline, complete=False)
+            if all(outlet.drain(0.5) for outlet in run.outlets):
+                self._write(run, complete=False)
 
-    def send_stats(self, pipeline: "Pipeline") -> None:
+    def send_stats(self, run: Run) -> None:
         """Send the counters of all performers, and say them."""
-        for performer in sorted(pipeline.pool.names):
-            event = self.stats_of(pipeline, performer)
-            pipeline.send([event])
+        for performer in sorted(run.pool.names):
+            event = self.stats_of(run, performer)
+            run.send([event])
             _log.info("stats: %s", _in_words(event))
 
-    def stats_of(self, pipeline: "Pipeline", performer: str) -> StatsEvent:
+    def stats_of(self, run: Run, performer: str) -> StatsEvent:
         """Return the counters of a performer; the rate is that since the last stats, on the source's clock."""
-        source = pipeline.naming.source_of(performer)
-        counted = counters_of(pipeline.feeds[source].source)
-        quantiles = pipeline.latency[performer].quantiles_ms() if performer in pipeline.latency else None
-        stats = pipeline.pool[performer].stats
-        first, last = pipeline.times.get(performer, (0.0, 0.0))
+        source = run.naming.source_of(performer)
+        counted = counters_of(run.feeds[source].source)
+        quantiles = run.latency[performer].quantiles_ms() if performer in run.latency else None
+        stats = run.pool[performer].stats
+        first, last = run.times.get(performer, (0.0, 0.0))
         frames, since = self._counted.get(performer, (1, first))
         fps = (stats["frames"] - frames) / (last - since) if last - since > _SHORTEST else 0.0
         self._counted[performer] = (stats["frames"], last)
         return StatsEvent(
             performer=performer,
             fps=round(fps, 2),
-            malformed=counted.get("malformed", 0) + pipeline.unusable.get(performer, 0),
+            malformed=counted.get("malformed", 0) + run.unusable.get(performer, 0),
             kernel_drops=counted.get("kernel_drops", 0),
-            queue_dropped=pipeline.inbox.dropped[source],
+            queue_dropped=run.inbox.dropped[source],
             latency_p50_ms=quantiles[0] if quantiles else None,
             latency_p99_ms=quantiles[1] if quantiles else None,
             **stats,
         )
 
-    def keeps_takes(self, pipeline: "Pipeline") -> bool:
+    def keeps_takes(self, run: Run) -> bool:
         """Return whether takes stay open at the end: the run was cut short and is to go on later."""
-        return self._path is not None and not pipeline.outcome.complete
+        return self._path is not None and not run.outcome.complete
 
-    def end(self, pipeline: "Pipeline") -> None:
+    def end(self, run: Run) -> None:
         """Send the last stats, say what was lost, and write the last snapshot."""
-        self._look_for_nobody(pipeline)
+        self._look_for_nobody(run)
         if self._stats or self._path is not None:  # the delays of all events count, and none may be lost
-            for outlet in pipeline.outlets:
+            for outlet in run.outlets:
                 outlet.settle()
         if self._stats:
-            self.send_stats(pipeline)
+            self.send_stats(run)
         if self._path is not None:
-            self._write(pipeline, complete=pipeline.outcome.complete and not pipeline.outcome.errors)
+            self._write(run, complete=run.outcome.complete and not run.outcome.errors)
             if self._unwritten:
-                pipeline.outcome.dead_sinks.append(str(self._path))
-        for feed, dropped in zip(pipeline.feeds, pipeline.inbox.dropped, strict=True):
+                run.outcome.dead_sinks.append(str(self._path))
+        for feed, dropped in zip(run.feeds, run.inbox.dropped, strict=True):
             if dropped:
                 _log.warning(
                     "%s: %d frames were dropped, they came faster than they were used",
@@ -166,22 +163,22 @@ class Upkeep:
                     dropped,
                 )
 
-    def resume(self, pipeline: "Pipeline", snapshot: Snapshot) -> None:
+    def resume(self, run: Run, snapshot: Snapshot) -> None:
         """Go on where a snapshot was written.
 
         Raises:
             SnapshotError: If it is of other sources or settings.
         """
-        if not pipeline.naming.fits(snapshot.sources):
+        if not run.naming.fits(snapshot.sources):
             names = ", ".join(position.name for position in snapshot.sources)
             raise SnapshotError(f"the snapshot is of other sources ({names}); delete it to start anew")
-        if snapshot.settings != msgspec.json.encode(pipeline.settings):
+        if snapshot.settings != msgspec.json.encode(run.settings):
             raise SnapshotError("the snapshot was made with other settings; delete it to start anew")
-        pipeline.pool.restore(snapshot.performers, snapshot.pool)
-        if snapshot.moves != self._digest(pipeline.pool.moves):
+        run.pool.restore(snapshot.performers, snapshot.pool)
+        if snapshot.moves != self._digest(run.pool.moves):
             _log.warning("moves are not those of the snapshot; those of now are recognised from here on")
-        pipeline.naming.resume(snapshot.sources)
-        for feed, position in zip(pipeline.feeds, snapshot.sources, strict=True):
+        run.naming.resume(snapshot.sources)
+        for feed, position in zip(run.feeds, snapshot.sources, strict=True):
             if (source := offered(feed.source, Resumes)) is not None:
                 source.resume(position.frames)
 
@@ -192,28 +189,28 @@ class Upkeep:
             self._moves_digest = b"" if moves is None else hashlib.sha256(moves.to_json()).digest()
         return self._moves_digest
 
-    def _write(self, pipeline: "Pipeline", *, complete: bool) -> None:
+    def _write(self, run: Run, *, complete: bool) -> None:
         """Write a snapshot, after the outputs that it counts on."""
         if self._path is None:
             return
-        sinks = [outlet.sink for outlet in pipeline.outlets]
+        sinks = [outlet.sink for outlet in run.outlets]
         try:
             for sink in sinks:
                 if (written := offered(sink, Syncs)) is not None:
                     written.sync()
             snapshot = Snapshot(
-                settings=msgspec.json.encode(pipeline.settings),
+                settings=msgspec.json.encode(run.settings),
                 complete=complete,
-                sources=pipeline.naming.positions(),
-                performers=pipeline.pool.snapshot(),
-                pool=pipeline.pool.lasting(),
-                moves=self._digest(pipeline.pool.moves),
+                sources=run.naming.positions(),
+                performers=run.pool.snapshot(),
+                pool=run.pool.lasting(),
+                moves=self._digest(run.pool.moves),
                 sinks={
                     sink.name: own.position()
                     for sink in sinks
                     if (own := offered(sink, HasPosition)) is not None
                 },
-                run=pipeline.run_id,
+                run=run.run_id,
             )
             write_snapshot(self._path, snapshot)
         except MossarError as error:
@@ -223,38 +220,38 @@ class Upkeep:
         else:
             self._unwritten = False
 
-    def _look_for_stalls(self, pipeline: "Pipeline", now: float) -> None:
+    def _look_for_stalls(self, run: Run, now: float) -> None:
         # Silence is what a reader has heard: after a pause of the whole machine, frames may wait in the socket.
-        until = {i: feed.looked_at for i, feed in enumerate(pipeline.feeds)} | pipeline.inbox.oldest()
+        until = {i: feed.looked_at for i, feed in enumerate(run.feeds)} | run.inbox.oldest()
         for performer, finding in self._watch.check(now, until):
-            if performer not in pipeline.pool:  # others have taken its place
+            if performer not in run.pool:  # others have taken its place
                 self._watch.leave(performer)
             elif finding == "stalled":
-                pipeline.send([stream_event(pipeline, performer, "stalled", "no frames for 0.3 s")])
+                run.send([run.stream_event(performer, "stalled", "no frames for 0.3 s")])
             else:
-                pipeline.end_take(performer, STOPPED)
-                pipeline.stream_time.absent(performer)
+                run.end_take(performer, STOPPED)
+                run.stream_time.absent(performer)
 
-    def _look_for_silence(self, pipeline: "Pipeline", now: float) -> None:
-        for i, feed in enumerate(pipeline.feeds):
-            quiet = 0.0 if i in pipeline.inbox.oldest() else now - feed.heard_at
-            if not pipeline.running[i] or quiet < _TRAILING:
+    def _look_for_silence(self, run: Run, now: float) -> None:
+        for i, feed in enumerate(run.feeds):
+            quiet = 0.0 if i in run.inbox.oldest() else now - feed.heard_at
+            if not run.running[i] or quiet < _TRAILING:
                 self._received.pop(i, None)
             elif i not in self._received:
                 self._received[i] = counters_of(feed.source).get("received", 0)
-            if pipeline.running[i] and quiet > SILENCE and i not in self._explained:
+            if run.running[i] and quiet > SILENCE and i not in self._explained:
                 self._explained.add(i)
                 _log.warning("%s", self._silence(feed, self._received[i]))
-            if pipeline.inbox.dropped[i] and i not in self._full:
+            if run.inbox.dropped[i] and i not in self._full:
                 self._full.add(i)
                 _log.warning(
                     "%s: frames come faster than they are used; the oldest are dropped", feed.source.name
                 )
 
-    def _look_for_nobody(self, pipeline: "Pipeline") -> None:
+    def _look_for_nobody(self, run: Run) -> None:
         """Log once for each performer that its frames have no joints."""
-        for performer in pipeline.pool.names:
-            stats = pipeline.pool[performer].stats
+        for performer in run.pool.names:
+            stats = run.pool[performer].stats
             frames, unseen = self._nobody.get(performer, (0, 0))
             self._nobody[performer] = stats["frames"], stats["unseen"]
             if performer not in self._empty and 0 < stats["frames"] - frames == stats["unseen"] - unseen:
@@ -283,12 +280,6 @@ class Upkeep:
         if came:
             return f"{name}: the frames have stopped; {came} messages came since, without a frame. {why}"
         return f"{name}: the frames have stopped, and nothing else comes; is the sender still running?"
-
-
-def stream_event(pipeline: "Pipeline", performer: str, event: StreamChange, reason: str = "") -> StreamEvent:
-    """Return an event about the latest take of a performer."""
-    take = pipeline.pool[performer].take
-    return StreamEvent(performer=performer, event=event, take=take, reason=reason)
 
 
 def _in_words(event: StatsEvent) -> str:

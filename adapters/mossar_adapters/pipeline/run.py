@@ -1,0 +1,100 @@
+"""Run: what takes part in a run, and what is known of it.
+
+The pipeline drives it; upkeep looks after it between frames, and needs no more than this.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+
+from mossar_adapters.pipeline.feed import Feed
+from mossar_adapters.pipeline.inbox import Inbox
+from mossar_adapters.pipeline.latency import Latency
+from mossar_adapters.pipeline.naming import Naming
+from mossar_adapters.pipeline.outcome import Outcome, in_words
+from mossar_adapters.pipeline.outlet import Outlet, Parcel
+from mossar_adapters.pipeline.pool import Pool
+from mossar_adapters.pipeline.stream_time import StreamTime
+from mossar_adapters.source import Source
+from mossar_stream import Event, Settings, StreamChange, StreamEvent
+
+_log = logging.getLogger("mossar.pipeline")
+
+
+class Run:
+    """Sources with their readers, performers with their segmenters, sinks with their writers, and what was counted.
+
+    Args:
+        sources: At least one.
+        settings: Settings of the segmenters.
+        pool: The segmenters.
+        stream_time: How far each performer's stream is.
+        run_id: Name of the run.
+
+    Attributes:
+        inbox: What readers delivered, until it is processed.
+        feeds: The reader of each source.
+        running: Whether each source still delivers.
+        naming: Our names of the performers.
+        live: Whether a source is live.
+        outlets: The writer of each sink that works.
+        outcome: What becomes of the run.
+        latency: Of each performer.
+        unusable: Frames of each performer that did not fit.
+    """
+
+    def __init__(
+        self, sources: Sequence[Source], settings: Settings, pool: Pool, stream_time: StreamTime, run_id: str
+    ) -> None:
+        self.settings = settings
+        self.pool = pool
+        self.stream_time = stream_time
+        self.run_id = run_id
+        self.inbox = Inbox([source.live for source in sources])
+        self.feeds = [Feed(source, i, self.inbox) for i, source in enumerate(sources)]
+        self.running = [True] * len(sources)
+        self.naming = Naming([source.name for source in sources])
+        self.live = any(source.live for source in sources)
+        self.outlets: list[Outlet] = []
+        self.outcome = Outcome()
+        self.latency: dict[str, Latency] = {}
+        self.unusable: dict[str, int] = {}
+        self._max_pauses: dict[str, float] = {}  # of each performer, until settings change
+
+    @property
+    def times(self) -> Mapping[str, tuple[float, float]]:
+        """First and last time of each performer, s on its source's clock."""
+        return self.stream_time.spans
+
+    def max_pause(self, performer: str) -> float:
+        """Return how long a performer's frames may stop before its take ends, s."""
+        known = self._max_pauses.get(performer)
+        if known is None:
+            settings = self.pool[performer].settings if performer in self.pool else self.pool.settings
+            known = self._max_pauses[performer] = settings.max_pause
+        return known
+
+    def send(self, events: list[Event], arrived_at: float | None = None) -> None:
+        """Hand events to all sinks."""
+        if events:
+            parcel = Parcel(events, arrived_at)
+            for outlet in self.outlets:
+                outlet.put(parcel)
+
+    def end_takes(self, source: int, reason: str) -> None:
+        """End the takes of all performers of a source."""
+        for performer in self.naming.of_source(source):
+            self.end_take(performer, reason)
+
+    def end_take(self, performer: str, reason: str) -> None:
+        """End the take of a performer, if there is one."""
+        if performer not in self.pool:
+            return
+        try:
+            self.send(self.pool[performer].end_take(reason))
+        except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
+            _log.warning("the take of %s cannot be ended: %s", performer, in_words(error))
+
+    def stream_event(self, performer: str, event: StreamChange, reason: str = "") -> StreamEvent:
+        """Return an event about the latest take of a performer."""
+        take = self.pool[performer].take
+        return StreamEvent(performer=performer, event=event, take=take, reason=reason)
