@@ -346,7 +346,8 @@ def _what_is_in(moves: "Moves") -> str:
 def _part(whole: "LoadedRecording", begin: float, until: float) -> tuple[NDArray[np.float32], float]:
     inside = (whole.times >= begin) & (whole.times <= until)
     if np.count_nonzero(inside) < 2:
-        raise UsageError(f"there are no frames from {begin:g} s until {until:g} s of {whole.name}")
+        where = f"from {begin:g} s until {until:g} s" if np.isfinite(until - begin) else "in this part"
+        raise UsageError(f"there are fewer than two frames {where} of {whole.name}")
     times = whole.times[inside]
     fps = (len(times) - 1) / float(times[-1] - times[0]) if times[-1] > times[0] else whole.fps or 0.0
     return whole.positions[inside], fps
