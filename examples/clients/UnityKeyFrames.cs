@@ -16,7 +16,6 @@ public class UnityKeyFrames : MonoBehaviour
     public event Action<string, string, string, int, float> Followed; // performer; status; name; count; progress (with --follow)
     public event Action<string, string, string, float> Posed; // performer; entered, held or left; name; seconds
     UdpClient socket;
-
     void OnEnable() => socket = new UdpClient(new IPEndPoint(IPAddress.Loopback, port));
     void OnDisable() => socket.Dispose();
     void Update()
@@ -24,7 +23,6 @@ public class UnityKeyFrames : MonoBehaviour
         var sender = new IPEndPoint(IPAddress.Any, 0);
         while (socket.Available > 0) Receive(socket.Receive(ref sender));
     }
-
     void Receive(byte[] packet)
     {
         int at = 0;
@@ -38,30 +36,24 @@ public class UnityKeyFrames : MonoBehaviour
             at += 4;
             arguments.Add(type == 'i' ? BitConverter.ToInt32(four, 0) : (object)BitConverter.ToSingle(four, 0));
         }
+        string S(int place) => (string)arguments[place];
+        float F(int place) => (float)arguments[place];
         // performer, status, kind, take, frame, time, decided_time, velocity, strength, rev
-        if (address == "/mossar/key_frame" && (string)arguments[1] == "confirmed")
-            Confirmed?.Invoke((string)arguments[0], (string)arguments[2], (float)arguments[5]);
+        if (address == "/mossar/key_frame" && S(1) == "confirmed") Confirmed?.Invoke(S(0), S(2), F(5));
         // performer, status, name, limb, take, start, end, decided_time, score, rev
-        if (address == "/mossar/move" && (string)arguments[1] == "confirmed")
-            Moved?.Invoke((string)arguments[0], (string)arguments[2], (string)arguments[3]);
+        if (address == "/mossar/move" && S(1) == "confirmed") Moved?.Invoke(S(0), S(2), S(3));
         // performer, channel, state, take, start, decided_time, previous
-        if (address == "/mossar/activity" && (string)arguments[1] == "body")
-            Active?.Invoke((string)arguments[0], (string)arguments[2] == "moving");
+        if (address == "/mossar/activity" && S(1) == "body") Active?.Invoke(S(0), S(2) == "moving");
         // performer, status, name, limb, joint, take, count, progress, then tempo, certainty, deviation, score, times, id, rev, limbs
-        if (address == "/mossar/follow")
-            Followed?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2], (int)arguments[6], (float)arguments[7]);
+        if (address == "/mossar/follow") Followed?.Invoke(S(0), S(1), S(2), (int)arguments[6], F(7));
         // performer, status, name, limb, joint, take, start, seconds, then deviation, decided_time, id, rev, limbs
-        if (address == "/mossar/pose")
-            Posed?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2], (float)arguments[7]);
+        if (address == "/mossar/pose") Posed?.Invoke(S(0), S(1), S(2), F(7));
         // performer, status, side, take, time, decided_time, confidence, x, y, z, id
-        if (address == "/mossar/step")
-            Stepped?.Invoke((string)arguments[0], (string)arguments[1], (string)arguments[2]);
+        if (address == "/mossar/step") Stepped?.Invoke(S(0), S(1), S(2));
     }
-
     static string Text(byte[] packet, ref int at)
     {
-        int end = Array.IndexOf(packet, (byte)0, at);
-        int begin = at;
+        int begin = at, end = Array.IndexOf(packet, (byte)0, at);
         at += ((end - at) / 4 + 1) * 4; // filled up with zeros to a multiple of four bytes
         return Encoding.UTF8.GetString(packet, begin, end - begin);
     }

@@ -30,6 +30,25 @@ SNAPSHOT_VERSION = 25  # the next one whenever rows are laid out, or their numbe
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
+Number = Annotated[int, msgspec.Meta(ge=0, lt=1 << 60)]
+
+
+class Numbers(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What events are numbered on from, also after what reports them was taken away for a while.
+
+    Args:
+        moves: Of the latest recognised move.
+        performances: Of the latest performance of a followed move in this take.
+        counts: How many performances of each followed move are done in this take.
+        poses: Of the latest held pose in this take.
+    """
+
+    moves: Number = 0
+    performances: Number = 0
+    counts: dict[str, Number] = {}
+    poses: Number = 0
+
+
 class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is known of what follows the frames besides the segmentation of the body.
 
@@ -43,6 +62,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         follow: Which moves are to be followed.
         followed: What is known of them; None if none are.
         poses: What is known of held poses; None if none are recognised.
+        numbers: What events are numbered on from.
     """
 
     moves: bytes | None = None
@@ -54,6 +74,7 @@ class Following(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     follow: bool | tuple[str, ...] = ()
     followed: bytes | None = None
     poses: bytes | None = None
+    numbers: Numbers = Numbers()
 
 
 class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -159,7 +180,7 @@ def _recognition(content: _Content, performer: str, moves: Moves | None) -> Reco
     except (MovesError, FrameError) as error:
         raise SnapshotError(f"the snapshot's moves cannot be read: {error}") from None
     if known.moves is None and known.digest != recognition.digest:
-        recognition.count_on_from(known.recognition)
+        recognition.count_on_from(known.numbers.moves)
     else:
         recognition.go_on_from(known.recognition)
     return recognition
@@ -191,5 +212,5 @@ def restored_following(
         if known.digest == recognition.digest and chosen == known.follow:
             alignment.go_on_from(known.followed)
         else:
-            alignment.count_on_from(known.followed)
+            alignment.count_on_from(known.numbers.performances, known.numbers.counts)
     return chosen, alignment

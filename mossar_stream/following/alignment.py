@@ -1,7 +1,7 @@
 """Alignment: a performer's frames in, follow events out."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import msgspec
 import numpy as np
@@ -197,16 +197,18 @@ class Alignment:
             return self
         self.decide(take, pending)
         fresh = Alignment(self.moves, self.names, self._skeleton, settings, self._performer)
-        return fresh.follow_on(self)
+        fresh.count_on_from(*self.numbers)
+        return fresh
 
-    def follow_on(self, before: "Alignment | None") -> "Alignment":
-        """Number performances on from those of another alignment, after `decide`; return this one."""
-        if before is not None:
-            known, moves = before.numbers
-            self._state["number"] = known
-            for m, name in enumerate(self.names):
-                self._moves[m]["count"] = moves.get(name, 0)
-        return self
+    def count_on_from(self, number: int, counts: Mapping[str, int]) -> None:
+        """Number performances on from those of another alignment in the same take.
+
+        Args:
+            number: Of the latest performance.
+            counts: How many are done of each name.
+        """
+        self._state["number"] = number
+        self._moves["count"] = [counts.get(name, 0) for name in self.names]
 
     @property
     def numbers(self) -> tuple[int, dict[str, int]]:
@@ -322,22 +324,6 @@ class Alignment:
             raise SnapshotError("the snapshot's state of followed moves contradicts itself")
         self.state[:] = fresh
         self._state["every"] = self._settings.follow_every
-
-    def count_on_from(self, content: bytes) -> None:
-        """Number performances on from those of an alignment with other moves.
-
-        Args:
-            content: Of its `to_bytes`.
-
-        Raises:
-            SnapshotError: If the bytes are none.
-        """
-        number = -1
-        if len(content) >= STATE_BYTES:
-            number = int(np.frombuffer(content[:STATE_BYTES], STATE)[0]["number"])
-        if not 0 <= number < 1 << 60:
-            raise SnapshotError("the snapshot's state of followed moves contradicts itself")
-        self._state["number"] = number
 
     def _is_sound(self, memory: NDArray[np.uint8]) -> bool:
         """Tell whether a performer's memory is one that following could have left."""

@@ -131,7 +131,7 @@ class Recognition:
     def follow_on(self, before: "Recognition | None") -> "Recognition":
         """Go on where another recognition of the same performer was, with other moves; return this one.
 
-        Numbers of moves are counted on. What is known of the movement stays if the examples have the same joints, and a
+        What is known of the movement stays if the examples have the same joints, and a
         move that is not final yet if it is still among them.
         """
         if before is None:
@@ -148,23 +148,15 @@ class Recognition:
             self._state["nearest"]["open"] = 0
             times = dict(zip(before.names, last_times(memory, theirs).tolist(), strict=True))
             last_times(self.state, own)[:] = [times.get(name, -math.inf) for name in self.names]
-        self._state["found"]["number"] = known["found"]["number"]
         return self
 
-    def count_on_from(self, content: bytes) -> None:
-        """Number moves on from those of a recognition of other moves.
+    @property
+    def number(self) -> int:
+        """Number of the latest move."""
+        return int(self._state["found"]["number"])
 
-        Args:
-            content: Of its `to_bytes`.
-
-        Raises:
-            SnapshotError: If the bytes are none.
-        """
-        number = -1
-        if len(content) >= STATE_BYTES:
-            number = int(state_of(np.frombuffer(content, np.uint8))["found"]["number"])
-        if not 0 <= number < 1 << 60:
-            raise SnapshotError("the snapshot's state of moves contradicts itself")
+    def count_on_from(self, number: int) -> None:
+        """Number moves on from those of a recognition of other moves."""
         self._state["found"]["number"] = number
 
     def _event(self, which: str, status: MoveStatus, rev: int) -> MoveEvent:

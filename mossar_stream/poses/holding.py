@@ -122,27 +122,22 @@ class Holding:
         self._state["happened"] = NOTHING
         return self.state.tobytes()
 
-    def go_on_from(self, content: bytes, *, same_poses: bool) -> None:
-        """Go on where another holding was.
+    def go_on_from(self, content: bytes) -> None:
+        """Go on where another holding of the same poses was.
 
         Args:
             content: Of its `to_bytes`.
-            same_poses: Whether it had the same poses; otherwise only the numbers go on.
 
         Raises:
             SnapshotError: If the bytes do not fit, or contradict themselves.
         """
-        if len(content) < STATE_BYTES or (same_poses and len(content) != len(self.state)):
+        if len(content) != len(self.state):
             raise SnapshotError(f"the snapshot's held poses have {len(content)} bytes, not {len(self.state)}")
         fresh = np.frombuffer(content, np.uint8).copy()
         state = fresh[:STATE_BYTES].view(STATE)[0]
-        number = int(state["number"])
-        if not 0 <= number < 1 << 60 or (same_poses and not self._is_sound(state, fresh[STATE_BYTES:])):
+        if not self._is_sound(state, fresh[STATE_BYTES:]):
             raise SnapshotError("the snapshot's state of held poses contradicts itself")
-        if same_poses:
-            self.state[:] = fresh
-        else:
-            self.count_on_from(number)
+        self.state[:] = fresh
 
     def _is_sound(self, state: np.void, rest: NDArray[np.uint8]) -> bool:
         """Tell whether a performer's memory is one that holding could have left."""
@@ -153,7 +148,7 @@ class Holding:
         return (
             all(-1 <= int(state[name]) < poses for name in ("near", "active"))
             and 0 <= int(state["latest"]) < poses
-            and all(0 <= int(state[name]) < 1 << 60 for name in ("frames", "matched", "rev"))
+            and all(0 <= int(state[name]) < 1 << 60 for name in ("frames", "matched", "rev", "number"))
             and int(state["is_held"]) in (0, 1)
             and int(state["happened"]) == NOTHING
             and not math.isnan(state["due"])

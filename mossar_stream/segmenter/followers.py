@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
-from mossar_stream.engine.snapshot import Following
+from mossar_stream.engine.snapshot import Following, Numbers
 from mossar_stream.engine.station import Desk, Station
 from mossar_stream.events import BODY
 from mossar_stream.following.alignment import Alignment, Follow
@@ -56,6 +56,7 @@ class Followers:
         self.followed, self.alignment = following
         self._new_row = new_row
         self._given = row.plan.given
+        self._numbers = Numbers()
         self.holding = self._holding_of(recognition)
         self.stepping = _stepping_of(row)
         self.limbs = self._limbs_at(level)
@@ -88,12 +89,32 @@ class Followers:
     @recognition.setter
     def recognition(self, recognition: Recognition | None) -> None:
         holding, before = self._holding_of(recognition), self.holding
-        if before is not None and holding is not None:
-            holding.count_on_from(before.number)
+        self._numbers = numbers = self.numbers
+        if recognition is not None:
+            recognition.count_on_from(numbers.moves)
+        if holding is not None:
+            holding.count_on_from(numbers.poses)
         left = [] if before is None else before.left(int(self._row.clock["take"]))
         self._recognition, self.holding = recognition, holding
         self._row.pending += left
         self._lay()
+
+    @property
+    def numbers(self) -> Numbers:
+        """What events are numbered on from: of what reports now, otherwise of what reported last in this take."""
+        known, recognition, alignment, holding = (
+            self._numbers,
+            self._recognition,
+            self.alignment,
+            self.holding,
+        )
+        performances, counts = (known.performances, known.counts) if alignment is None else alignment.numbers
+        return Numbers(
+            moves=known.moves if recognition is None else recognition.number,
+            performances=performances,
+            counts=known.counts | counts,
+            poses=known.poses if holding is None else holding.number,
+        )
 
     def _holding_of(self, recognition: Recognition | None) -> Holding | None:
         """Return what recognises the poses among the moves."""
@@ -106,8 +127,9 @@ class Followers:
         before = self.alignment
         if before is not None and before is not alignment:
             before.decide(int(self._row.clock["take"]), self._row.pending)
-            if alignment is not None:
-                alignment.follow_on(before)
+        self._numbers = numbers = self.numbers
+        if alignment is not None:
+            alignment.count_on_from(numbers.performances, numbers.counts)
         self.followed, self.alignment = follow, alignment
         self._lay()
 
@@ -154,6 +176,7 @@ class Followers:
         self.apply_level()
         for reader in self._readers:
             reader.end(int(row.clock["take"]), row.pending)
+        self._numbers = Numbers(moves=self.numbers.moves)
         engine.close_take(row)
         if self.limbs is not None:
             self.limbs.end_take()
@@ -200,6 +223,7 @@ class Followers:
             follow=self.followed,
             followed=None if self.alignment is None else self.alignment.to_bytes(),
             poses=None if self.holding is None else self.holding.to_bytes(),
+            numbers=self.numbers,
         )
 
     def restore(self, known: Following) -> None:
@@ -217,7 +241,11 @@ class Followers:
             self.stepping.go_on_from(known.steps)
         if self.holding is not None and known.poses is not None:
             same = self._recognition is not None and self._recognition.digest == known.digest
-            self.holding.go_on_from(known.poses, same_poses=same)
+            if same:
+                self.holding.go_on_from(known.poses)
+            else:
+                self.holding.count_on_from(known.numbers.poses)
+        self._numbers = known.numbers
         self._lay()
 
 

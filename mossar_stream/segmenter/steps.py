@@ -125,7 +125,9 @@ class Steps:
         row = self._row
         self._followers.end_take(ended)
         self._followers.forget_ranges()
-        row.pending += [engine.stream_event(row, "reset", reason)]
+        reset = [engine.stream_event(row, "reset", reason)]
+        row.pending += reset
+        self._unfinished = None  # no exception comes between these two lines: the event is reported once
 
     def recognise(self, recognition: Recognition | None, follow: Follow, alignment: Alignment | None) -> None:
         """Let something else recognise moves, and something else follow them."""

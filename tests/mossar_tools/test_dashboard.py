@@ -130,7 +130,7 @@ def press(window, name):
 def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_path):
     running = process("view", "demo:?seed=3", "--speed", "4", "--port", "0", "--no-browser", cwd=tmp_path)
     window = opened(address(running)[0])
-    until(window, lambda: number(window, "#mossar-known") >= 12, seconds=40)
+    until(window, lambda: number(window, "#mossar-known") >= 12, seconds=150)  # kernels may be compiled first
 
     press(window, "posture")
     until(window, lambda: number(window, "#mossar-kept") > 8)

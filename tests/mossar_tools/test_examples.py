@@ -58,7 +58,9 @@ def test_every_example_is_run_here_and_short():
     for path in (ROOT / "examples").rglob("*"):
         # A line of a Pure Data patch is a box or a wire.
         if path.is_file() and path.suffix not in {".md", ".pd"} and "__pycache__" not in path.parts:
-            assert len(path.read_text().splitlines()) <= 60, path
+            # Clients that read every event by position have a line or two for each.
+            most = 80 if path.parent.name == "clients" else 60
+            assert len(path.read_text().splitlines()) <= most, path
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)

@@ -11,6 +11,7 @@ import pytest
 from mossar_stream import (
     Event,
     FollowEvent,
+    MoveEvent,
     Moves,
     MovesError,
     Performers,
@@ -233,6 +234,27 @@ def test_what_is_followed_changes_while_running(moves, take):
     assert segmenter.following == {}
     segmenter.moves = moves
     assert segmenter.following == {"kick_right": None}
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_performances_are_numbered_on_after_following_was_off(moves, take, moved):
+    segmenter = Segmenter(moves.skeleton, moves=moves, follow=True)
+    positions, times = take[:2]
+    half = len(times) // 2
+    events = [*segmenter.push(positions[:half], times[:half])]
+    if moved:
+        segmenter.moves = None
+    else:
+        segmenter.follow = ()
+    events += segmenter.push(positions[half : half + 1], times[half : half + 1])
+    segmenter = Segmenter.restore(segmenter.snapshot())
+    segmenter.moves = moves
+    segmenter.follow = True
+    events += segmenter.push(positions[half + 1 :], times[half + 1 :]) + segmenter.end_take()
+    first = [event.id for event in events if isinstance(event, FollowEvent) and event.rev == 1]
+    recognised = [event.id for event in events if isinstance(event, MoveEvent) and event.rev == 1]
+    assert len(first) == len(set(first)) > 2
+    assert len(recognised) == len(set(recognised))
 
 
 def test_events_come_back_from_every_wire(moves, take):

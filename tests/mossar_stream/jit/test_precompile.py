@@ -56,7 +56,7 @@ def test_one_that_fails_is_no_error(module):
 
 
 def test_one_that_hangs_is_given_up(module, monkeypatch):
-    monkeypatch.setattr(subject, "LONGEST", 0.1)
+    monkeypatch.setattr(subject, "LONGEST_WAIT", 0.1)
     began = time.perf_counter()
     with other_processes(module("import time; time.sleep(60)"), ["likelihood"]):
         compile_something()

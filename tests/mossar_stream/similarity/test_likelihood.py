@@ -32,7 +32,7 @@ def summarise(params, slot, poses, steps, joints, weights):
             body[place(j) + STEP_BEFORE] = steps[i, j]
             for axis in range(4):
                 body[place(j) + POSE_X + axis * PAGE] = poses[i, axis, j]
-        frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1)
+        frame = SummaryFrame(body, poses[i], joints, 0.0, weights[i], 1, 0.0)
         similarity.add_frame(params[0], slot, frame)
     similarity.flush_sums(params[0], slot, body, padded_joints)
     similarity.close(params[0], slot)

@@ -17,7 +17,9 @@ PAGES = (
     *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")),
 )
 TUTORIALS = tuple(sorted(f"docs/tutorials/{p.name}" for p in (ROOT / "docs" / "tutorials").glob("*.md")))
-OTHERS = frozenset({"--group", "--as-shown"})  # options of pip, and of checks.false_moves
+OTHERS = frozenset(
+    {"--group", "--as-shown", "--foreign"}
+)  # of pip, and of checks.false_moves and checks.following
 COMMENT = re.compile(r"\s{2,}|\s+#\s")
 
 

@@ -27,7 +27,7 @@ def add_frame(params, slot, pose, step, joints, time, weight, moving):
     body = np.zeros((joints // PAGE + 1) * PAGE_SIZE, np.float32)
     for j in range(joints):
         body[place(j) + STEP_BEFORE] = step[j]
-    frame = SummaryFrame(body, pose, joints, time, weight, moving)
+    frame = SummaryFrame(body, pose, joints, time, weight, moving, 0.0)
     similarity.add_frame(params[0], slot, frame)
 
 
