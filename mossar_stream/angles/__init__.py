@@ -54,7 +54,7 @@ class RangeOfMotion(msgspec.Struct, frozen=True):
         up: s from 10 % of the range to 90 %, away from where the repetition begins; None if it goes less than 1 degree.
         hold: s beyond 90 %.
         down: s from 90 % back to 10 %.
-        asymmetry: Percent: |left - right| / mean of the ranges of both sides; None of the trunk.
+        asymmetry: Percent: abs(left - right) / mean of the ranges of both sides; None of the trunk.
     """
 
     channel: str

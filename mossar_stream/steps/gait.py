@@ -45,7 +45,7 @@ class Gait(msgspec.Struct, frozen=True):
         stance: Median of each side, s.
         swing: Median of each side, s.
         stance_share: Median share of the cycle in which the foot stands, of each side.
-        asymmetry: Percent: |left - right| / mean of both, of step time, stance and swing.
+        asymmetry: Percent: abs(left - right) / mean of both, of step time, stance and swing.
     """
 
     steps: int
@@ -58,7 +58,7 @@ class Gait(msgspec.Struct, frozen=True):
 
 
 def step_table(events: Sequence[StepEvent]) -> list[Step]:
-    """Return the steps that events tell of, in the order of time."""
+    """Return the steps of step events, in the order of time."""
     strikes = sorted((event for event in events if event.status == "strike"), key=lambda event: event.time)
     found = []
     for number, strike in enumerate(strikes):

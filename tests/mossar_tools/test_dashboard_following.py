@@ -9,10 +9,10 @@ from mossar_adapters.demo import DemoSource, performance
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream import Frames, Moves, Segmenter, Settings, Skeleton
 from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.rings import rings
 from mossar_tools.dashboard.scene import straying
 from mossar_tools.dashboard.shadow import Shadow
-from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.tables import state_card
 from mossar_tools.dashboard.track import Track
 
@@ -49,10 +49,10 @@ def glimpses_of(take, moves, positions):
 
 def test_a_ring_goes_round_with_each_squat_and_the_count_goes_up(take, moves):
     seen = list(glimpses_of(take, moves, take.frames.positions))
-    counts = [glimpse.pursued[0].count for glimpse in seen]
+    counts = [glimpse.followed_moves[0].count for glimpse in seen]
     assert counts == sorted(counts)
     assert counts[-1] >= 4
-    going = [rings([glimpse]) for glimpse in seen if glimpse.pursued[0].progress is not None]
+    going = [rings([glimpse]) for glimpse in seen if glimpse.followed_moves[0].progress is not None]
     shares = {round(float(re.search(r'data-progress="([\d.]+)"', ring)[1]), 1) for ring in going}
     assert len(shares) >= 4
     card = state_card([seen[-1]], frozen=False, recording="", frames=0)
@@ -62,7 +62,7 @@ def test_a_ring_goes_round_with_each_squat_and_the_count_goes_up(take, moves):
 
 def test_the_example_lies_over_the_body_while_the_move_is_made_and_not_else(take, moves):
     seen = list(glimpses_of(take, moves, take.frames.positions))
-    assert all((glimpse.overlay is None) == (glimpse.pursued[0].progress is None) for glimpse in seen)
+    assert all((glimpse.overlay is None) == (glimpse.followed_moves[0].progress is None) for glimpse in seen)
     over = [glimpse for glimpse in seen if glimpse.overlay is not None]
     assert len(over) > 20
     apart = [np.linalg.norm(one.overlay.joints - one.body.joints, axis=1).max() for one in over]
@@ -81,12 +81,12 @@ def test_the_example_faces_as_the_performer_does_and_has_its_size(take, moves, d
     example = moves.examples[0]
     shown = example.followed(len(take.skeleton), take.skeleton.root)[0]
     poses = turned(shown * size, degrees) + np.float32(2.0)
-    stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
+    placement, shadow = Placement(take.skeleton), Shadow(moves.skeleton, take.skeleton)
     for pose in poses:
-        stance.learn(pose)
+        placement.learn(pose)
     for k, pose in enumerate(poses):
-        body = stance.place(pose)
-        over = shadow.pose(example, k / (len(poses) - 1), body, stance)
+        body = placement.place(pose)
+        over = shadow.pose(example, k / (len(poses) - 1), body, placement)
         assert np.abs(over - body).max() < 0.03
         assert np.nanmax(shadow.strays(over, body)) < 3
 
@@ -94,12 +94,12 @@ def test_the_example_faces_as_the_performer_does_and_has_its_size(take, moves, d
 def test_the_bone_that_strays_gets_colour_and_others_do_not(take, moves):
     example, names = moves.examples[0], list(take.skeleton.names)
     pose = example.followed(len(names), take.skeleton.root)[0][0].copy()
-    stance, shadow = Stance(take.skeleton), Shadow(moves.skeleton, take.skeleton)
-    stance.learn(pose)
+    placement, shadow = Placement(take.skeleton), Shadow(moves.skeleton, take.skeleton)
+    placement.learn(pose)
     elbow, hand = names.index("LeftLowerArm"), names.index("LeftHand")
     pose[hand] = pose[elbow] + np.array([0.0, 0.25, 0.0], np.float32)  # straight up
-    body = stance.place(pose)
-    strays = shadow.strays(shadow.pose(example, 0.0, body, stance), body)
+    body = placement.place(pose)
+    strays = shadow.strays(shadow.pose(example, 0.0, body, placement), body)
     shares = dict(zip(take.skeleton.bones(), straying(strays).tolist(), strict=True))
     assert shares.pop((elbow, hand)) == 1.0
     assert max(shares.values()) < 0.1
@@ -117,14 +117,14 @@ def test_joints_of_other_sets_are_matched_and_those_that_are_missing_do_no_harm(
         "nose",
     )
     streamed = Skeleton(names, (-1, 0, 0, 1, 2, 0, 0, 0))
-    shadow, stance = Shadow(moves.skeleton, streamed), Stance(streamed)
+    shadow, placement = Shadow(moves.skeleton, streamed), Placement(streamed)
     rng = np.random.default_rng(1)
     pose = rng.normal(0, 0.5, (8, 3)).astype(np.float32)
-    stance.learn(pose)
+    placement.learn(pose)
     for missing in ([], [0], [1, 2], list(range(8))):
-        body = stance.place(pose)
+        body = placement.place(pose)
         body[missing] = np.nan
-        over = shadow.pose(moves.examples[0], 0.5, body, stance)
+        over = shadow.pose(moves.examples[0], 0.5, body, placement)
         assert np.isfinite(over).all()
         assert shadow.strays(over, body).shape == (7,)
 

@@ -34,10 +34,10 @@ from mossar_tools.dashboard.framing import FIELD, framed, size_teller
 from mossar_tools.dashboard.live import MOST_PERFORMERS, LiveShow
 from mossar_tools.dashboard.live_picture import excerpt_of
 from mossar_tools.dashboard.overview import Outline, overview, place
+from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.player import Player
 from mossar_tools.dashboard.recorded import RecordedShow
 from mossar_tools.dashboard.recorder import Recorder
-from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.dashboard.style import OVERVIEW, PANEL, PHONE, SHEET, STRIP
 from mossar_tools.dashboard.tables import marks_card
@@ -366,10 +366,10 @@ def test_bodies_stand_upright_on_the_ground_whatever_the_axes():
         [[0, 0, 0.9], [0, 0, 1.7], [0.5, 0, 0.9], [-0.5, 0, 0.9], [0.1, 0, 0], [-0.1, 0, 0]], np.float32
     )
     for order in ([0, 2, 1], [0, 1, 2]):
-        stance = Stance(Skeleton(names, (-1, 0, 0, 0, 0, 0)))
+        placement = Placement(Skeleton(names, (-1, 0, 0, 0, 0, 0)))
         pose = upright[:, order] * 100 + 3
-        stance.learn(pose.astype(np.float32))
-        placed = stance.place(pose.astype(np.float32))
+        placement.learn(pose.astype(np.float32))
+        placed = placement.place(pose.astype(np.float32))
         assert placed[1, 2] == pytest.approx(1.7, abs=0.02)
         assert placed[4, 2] == pytest.approx(0.0, abs=0.02)
 

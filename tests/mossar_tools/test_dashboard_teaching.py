@@ -11,9 +11,9 @@ import pytest
 
 from mossar_adapters.source import Meta
 from mossar_stream import Frames, MossarError, Moves, Settings, Skeleton
-from mossar_tools.dashboard.lessons import MOST, countdown, examples_card
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.teaching import COUNTED, PATIENCE, SHOWN, Teaching, mark_of
+from mossar_tools.dashboard.teaching_view import MOST, countdown, examples_card
 
 from .test_dashboard import address, browser, opened, press, until  # noqa: F401 - fixtures
 from .test_teach import FPS, PERSON, PUNCH, RAISE, RESTING, shown
@@ -50,7 +50,7 @@ class Stage:
         self.teaching.begin(name, MINE)
         self.now += COUNTED
         self.stream(positions)
-        return self.teaching.lesson
+        return self.teaching.state
 
 
 @pytest.fixture
@@ -59,49 +59,49 @@ def stage(tmp_path):
 
 
 def test_a_movement_after_the_countdown_is_on_the_disk_before_it_is_said(stage, tmp_path):
-    lesson = stage.teach("punch", shown(PUNCH))
-    assert lesson.phase == "taken"
-    assert "punch: example 1 taken" in lesson.said
-    assert "moves-1.json" in lesson.said
+    state = stage.teach("punch", shown(PUNCH))
+    assert state.phase == "taken"
+    assert "punch: example 1 taken" in state.message
+    assert "moves-1.json" in state.message
     assert Moves.load(tmp_path / "moves-1.json").names == ("punch",)
-    assert stage.teach("punch", shown(PUNCH)).said.startswith("punch: example 2")
-    assert stage.teach("raise", shown(RAISE)).said.startswith("raise: example 1")
+    assert stage.teach("punch", shown(PUNCH)).message.startswith("punch: example 2")
+    assert stage.teach("raise", shown(RAISE)).message.startswith("raise: example 1")
     assert Moves.load(tmp_path / "moves-1.json").examples == stage.changes[-1].examples
     assert [len(moves) for moves in stage.changes] == [1, 2, 3]
     stage.now += SHOWN
-    assert stage.teaching.lesson.phase == "idle"
+    assert stage.teaching.state.phase == "idle"
 
 
 def test_what_moves_during_the_countdown_and_without_it_is_not_taken(stage, tmp_path):
     stage.stream(shown(PUNCH))
     stage.teaching.begin("punch", MINE)
     stage.stream(shown(PUNCH))
-    assert (stage.teaching.lesson.phase, stage.teaching.lesson.seconds) == ("count", COUNTED)
+    assert (stage.teaching.state.phase, stage.teaching.state.seconds) == ("count", COUNTED)
     stage.now += 1.5
-    assert stage.teaching.lesson.seconds == COUNTED - 1
+    assert stage.teaching.state.seconds == COUNTED - 1
     slow = np.repeat(RESTING[None], 150, axis=0)  # still at it when the time comes
     slow[:, 2, 0] += np.linspace(0.0, 3.0, 150)
     stage.stream(slow[:100])
     stage.now += COUNTED
     stage.stream(np.concatenate([slow[100:], shown()]))
-    assert stage.teaching.lesson.phase == "watch"
+    assert stage.teaching.state.phase == "watch"
     assert list(tmp_path.iterdir()) == []
     stage.stream(shown(PUNCH))
     assert len(stage.teaching.moves) == 1
 
 
 def test_who_waits_too_long_or_changes_their_mind_takes_nothing(stage, tmp_path):
-    lesson = stage.teach("punch", np.repeat(RESTING[None], 60, axis=0))
-    assert (lesson.phase, lesson.runs) == ("watch", True)
+    state = stage.teach("punch", np.repeat(RESTING[None], 60, axis=0))
+    assert (state.phase, state.runs) == ("watch", True)
     stage.now += PATIENCE
-    assert stage.teaching.lesson.phase == "failed"
-    assert "no movement" in stage.teaching.lesson.said
+    assert stage.teaching.state.phase == "failed"
+    assert "no movement" in stage.teaching.state.message
     stage.stream(shown(PUNCH))
     stage.teaching.begin("punch", MINE)
     stage.teaching.cancel()
     stage.now += COUNTED
     stage.stream(shown(PUNCH))
-    assert stage.teaching.lesson.phase == "idle"
+    assert stage.teaching.state.phase == "idle"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -117,7 +117,7 @@ def test_a_hidden_joint_is_where_it_was_before_the_countdown(stage, tmp_path):
     times = stage.time + np.arange(len(hidden)) / FPS
     sure = np.repeat(confidence[None], len(hidden), axis=0)
     stage.teaching.send_frames(Frames(hidden.astype(np.float32), times, sure, "p1"))
-    assert stage.teaching.lesson.phase == "taken", stage.teaching.lesson.said
+    assert stage.teaching.state.phase == "taken", stage.teaching.state.message
     (example,) = Moves.load(tmp_path / "moves-1.json").examples
     placed = example.metres(len(PERSON)) - example.metres(len(PERSON))[:, :1]
     assert np.allclose(placed[:, 2], RESTING[2] - RESTING[0], atol=1e-3)
@@ -126,9 +126,9 @@ def test_a_hidden_joint_is_where_it_was_before_the_countdown(stage, tmp_path):
 def test_what_cannot_be_taken_is_said_in_one_line(stage, tmp_path):
     holes = shown(PUNCH)
     holes[:, 2] = np.nan
-    lesson = stage.teach("punch", holes)
-    assert lesson.phase == "failed"
-    assert "not taken: an example needs all joints" in lesson.said
+    state = stage.teach("punch", holes)
+    assert state.phase == "failed"
+    assert "not taken: an example needs all joints" in state.message
     for name in ("", "a\x1b[31m", "x" * 65):
         with pytest.raises(MossarError, match="name"):
             stage.teaching.begin(name, MINE)
@@ -168,7 +168,7 @@ def test_examples_are_drawn_well_formed_and_names_are_quoted(stage):
     assert "<b> &" not in card
     asked = re.search(r"mossar/forget\?'\+\('([^']+)'\)", html.unescape(card))[1]
     assert asked == f"0-{mark_of(stage.teaching.moves.examples[0])}"
-    ET.fromstring(countdown(stage.teaching.lesson))
+    ET.fromstring(countdown(stage.teaching.state))
     many = Moves(PERSON)
     for _ in range(MOST + 5):
         many.add("punch", PUNCH, FPS)

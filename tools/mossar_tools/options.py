@@ -379,7 +379,7 @@ def add_stream(parser: argparse.ArgumentParser) -> None:
         "--emit",
         metavar="LIST",
         type=names,
-        help="emit only these: types (key_frame segment move follow repetition phase step stream stats), statuses (confirmed final ...) "
+        help="emit only these: types (key_frame segment activity move follow pose repetition phase step stream stats), statuses (confirmed final ...) "
         "or both as key_frame.final; separated by commas",
     )
     add_moves(group)

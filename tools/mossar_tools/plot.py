@@ -123,18 +123,20 @@ def _draw_title(figure: Any, whole: LoadedRecording, shown: Excerpt, palette: Pa
         fontsize=11,
         weight="bold",
     )
-    facts = _facts(whole, shown)
+    summary = _summary(whole, shown)
     if width < 8:
-        figure.text(_LEFT / width, 1 - (0.29 + _LINE) / height, facts, color=palette.muted, fontsize=FONT - 1)
+        figure.text(
+            _LEFT / width, 1 - (0.29 + _LINE) / height, summary, color=palette.muted, fontsize=FONT - 1
+        )
     else:
-        figure.text(1 - _RIGHT / width, 1 - 0.29 / height, facts, ha="right", color=palette.muted)
+        figure.text(1 - _RIGHT / width, 1 - 0.29 / height, summary, ha="right", color=palette.muted)
 
 
 def _cut(text: str, room: int) -> str:
     return text if len(text) <= room else f"{text[: room - 1]}…"
 
 
-def _facts(whole: LoadedRecording, shown: Excerpt) -> str:
+def _summary(whole: LoadedRecording, shown: Excerpt) -> str:
     if shown.about is not None:
         return shown.about
     rate = f" at {whole.fps:g} Hz" if whole.fps else ""

@@ -26,7 +26,7 @@ class Heading(msgspec.Struct, frozen=True):
     """What stands above the rows.
 
     Args:
-        facts: Words `key=value` of comment lines; `unit` also from a line of units, `fps` also from a line that
+        metadata: Words `key=value` of comment lines; `unit` also from a line of units, `fps` also from a line that
             is a number and nothing else.
         columns: By the headings.
         first_line: Number of the first line after the headings.
@@ -34,7 +34,7 @@ class Heading(msgspec.Struct, frozen=True):
         width: Cells that a row must have.
     """
 
-    facts: dict[str, str]
+    metadata: dict[str, str]
     columns: Columns
     first_line: int
     split: Callable[[str], list[str]]
@@ -47,23 +47,23 @@ def read_heading(path: Path) -> Heading:
     Raises:
         FileError: If there are no headings of joints.
     """
-    facts: dict[str, str] = {}
+    metadata: dict[str, str] = {}
     above: list[str] = []
     lines = numbered_lines(path)
     for line, text in lines:
         if line > MAX_LINES:
             break
         if text.startswith("#"):
-            facts.update(word.partition("=")[::2] for word in text[1:].split() if "=" in word)
+            metadata.update(word.partition("=")[::2] for word in text[1:].split() if "=" in word)
             continue
         delimiter = delimiter_of(text)
         cells = splitter(delimiter)(text)
         columns = find_columns(cells) or find_columns(_two_lines(above, cells))
         if columns:
-            return _heading(facts, columns, line, delimiter, lines)
+            return _heading(metadata, columns, line, delimiter, lines)
         lone = text.strip(" \t;,")
         if lone.replace(".", "", 1).isdecimal():
-            facts.setdefault("fps", lone)
+            metadata.setdefault("fps", lone)
         above = cells
     raise FileError(path, "no headings with x, y and z of joints, such as: time,hips.x,hips.y,hips.z")
 
@@ -101,7 +101,7 @@ def delimiter_of(header: str) -> str | None:
 
 
 def _heading(
-    facts: dict[str, str],
+    metadata: dict[str, str],
     columns: Columns,
     line: int,
     delimiter: str | None,
@@ -111,12 +111,12 @@ def _heading(
     sample_line, sample = next(((n, text) for n, text in lines if text.strip()), (line, ""))
     units = {cell.strip().lower() for cell in splitter(delimiter)(sample)} - {""}
     if len(units) == 1 and metres_of(*units) is not None:
-        facts.setdefault("unit", units.pop())
+        metadata.setdefault("unit", units.pop())
         line = sample_line
         sample = next((text for _, text in lines if text.strip()), "")
     decimal_comma = delimiter != "," and "," in sample and "." not in sample
     last = max(columns.time, columns.body, *columns.confidence, *(c for xyz in columns.xyz for c in xyz))
-    return Heading(facts, columns, line + 1, splitter(delimiter, decimal_comma=decimal_comma), last + 1)
+    return Heading(metadata, columns, line + 1, splitter(delimiter, decimal_comma=decimal_comma), last + 1)
 
 
 def _two_lines(names: Sequence[str], axes: Sequence[str]) -> list[str]:

@@ -23,7 +23,7 @@ class Heading(msgspec.Struct):
     """The lines above the rows.
 
     Args:
-        facts: Pairs of the first line, keys in lower case.
+        metadata: Pairs of the first line, keys in lower case.
         kinds: `Bone`, `Marker` … of each column.
         names: Of each column.
         parents: Of each column, empty in older versions.
@@ -33,7 +33,7 @@ class Heading(msgspec.Struct):
         delimiter: A comma; a semicolon or a tab where a spreadsheet has saved the file again.
     """
 
-    facts: dict[str, str]
+    metadata: dict[str, str]
     kinds: list[str] = msgspec.field(default_factory=list)
     names: list[str] = msgspec.field(default_factory=list)
     parents: list[str] = msgspec.field(default_factory=list)
@@ -49,11 +49,14 @@ def read(path: Path, options: ReadOptions) -> Recording:
     columns = _positions(heading)
     if not columns:
         raise FileError(path, "there are no columns of positions", heading.line)
-    if heading.facts.get("coordinate space", "").lower() == "local" and _kind(heading, columns[0]) == "bone":
+    if (
+        heading.metadata.get("coordinate space", "").lower() == "local"
+        and _kind(heading, columns[0]) == "bone"
+    ):
         raise FileError(path, "its bones are relative to their parents; export them in global coordinates")
     split = splitter(heading.delimiter, decimal_comma=heading.delimiter != ",")
     rows = survey(path, heading.line + 1, split, max(columns) + 3, pad=True)
-    announced = positive(heading.facts.get("total exported frames"))
+    announced = positive(heading.metadata.get("total exported frames"))
     parents = None
     if heading.parents:
         parents = [_label(heading.parents[column]) for column in columns]
@@ -62,9 +65,9 @@ def read(path: Path, options: ReadOptions) -> Recording:
             rows=rows,
             labels=tuple(_label(heading.names[column]) for column in columns),
             xyz=tuple(columns),
-            fps=positive(heading.facts.get("export frame rate"))
-            or positive(heading.facts.get("capture frame rate")),
-            metres=metres_of(heading.facts.get("length units", "")),
+            fps=positive(heading.metadata.get("export frame rate"))
+            or positive(heading.metadata.get("capture frame rate")),
+            metres=metres_of(heading.metadata.get("length units", "")),
             time=1,
             frame=0,
             parents=parents,
@@ -78,11 +81,11 @@ def _heading(path: Path) -> Heading:
     heading = Heading({})
     unlabelled: list[list[str]] = []
     for line, text in numbered_lines(path):
-        if not heading.facts:
+        if not heading.metadata:
             heading.delimiter = delimiter_of(text) or ","
         cells = [cell.strip() for cell in quoted_cells(text, heading.delimiter)]
-        if not heading.facts:
-            heading.facts = {key.lower(): value for key, value in pairwise(cells)}  # takes may have commas
+        if not heading.metadata:
+            heading.metadata = {key.lower(): value for key, value in pairwise(cells)}  # takes may have commas
         elif cells and cells[0].lower() == "frame":
             heading.axes, heading.line = cells, line
             break

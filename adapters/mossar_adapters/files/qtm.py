@@ -16,23 +16,23 @@ _HEAD = 100  # lines within which the heading ends
 
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
-    facts, width, line = _heading(path)
-    included = facts.get("DATA_INCLUDED", ["3D"])[0].upper()
+    metadata, width, line = _heading(path)
+    included = metadata.get("DATA_INCLUDED", ["3D"])[0].upper()
     if included != "3D":
         raise FileError(path, f"it holds {shown(included)} data; only 3D markers can be read")
-    labels = tuple(name for name in facts.get("MARKER_NAMES", []) if name)
+    labels = tuple(name for name in metadata.get("MARKER_NAMES", []) if name)
     if not labels:
         raise FileError(path, "there are no MARKER_NAMES")
     # Frame and time stand in front, with headings or without.
-    first = 2 if "FRAME" in facts or width >= 3 * len(labels) + 2 else 0
+    first = 2 if "FRAME" in metadata or width >= 3 * len(labels) + 2 else 0
     rows = survey(path, line, splitter("\t"), first + 3 * len(labels), pad=True, blank=True)
-    announced = positive(facts.get("NO_OF_FRAMES", [""])[0])
+    announced = positive(metadata.get("NO_OF_FRAMES", [""])[0])
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
             xyz=tuple(range(first, first + 3 * len(labels), 3)),
-            fps=positive(facts.get("FREQUENCY", [""])[0]),
+            fps=positive(metadata.get("FREQUENCY", [""])[0]),
             metres=1e-3,
             time=1 if first else -1,
             frame=0 if first else -1,
@@ -44,14 +44,14 @@ def read(path: Path, options: ReadOptions) -> Recording:
 
 
 def _heading(path: Path) -> tuple[dict[str, list[str]], int, int]:
-    """Return the facts, the width of the first row, and the number of its line."""
-    facts: dict[str, list[str]] = {}
+    """Return the metadata, the width of the first row, and the number of its line."""
+    metadata: dict[str, list[str]] = {}
     for line, text in numbered_lines(path):
         cells = text.split("\t")
         if len(cells) > 1 and is_number(cells[0]):
-            return facts, len(cells), line
+            return metadata, len(cells), line
         if len(cells) > 1:
-            facts[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]
+            metadata[cells[0].strip().upper()] = [cell.strip() for cell in cells[1:]]
         if line > _HEAD:
             break
     raise FileError(path, "there is no row of numbers after the heading")

@@ -67,11 +67,11 @@ def read(path: Path, options: ReadOptions) -> Recording:
                 bodies[body][0] if bodies else "p1",
             )
 
-    skeleton = _skeleton(path, columns, heading.facts)
+    skeleton = _skeleton(path, columns, heading.metadata)
     count = sum(count for _, count in bodies.values()) or rows.count
     performers = tuple(name for name, _ in bodies.values()) or ("p1",)
     recording = Recording(str(path), skeleton, fps, chunks, (*cut_note(rows), *notes), count, performers)
-    unit = heading.facts.get("unit", "auto")
+    unit = heading.metadata.get("unit", "auto")
     metres = metres_of(unit)
     if unit != "auto" and metres is None:
         raise FileError(path, f"unit={unit[:20]} is none of {', '.join(METRES)}")
@@ -120,7 +120,7 @@ def _clock(
     if options.fps is not None:
         return options.fps, None, ()
     columns = heading.columns
-    stated = _stated_rate(path, heading.facts)
+    stated = _stated_rate(path, heading.metadata)
     if columns.time < 0:
         if stated is not None:
             return stated, None, ()
@@ -139,31 +139,31 @@ def _clock(
     return stated or rate_of_times(stamps * unit), unit, notes
 
 
-def _stated_rate(path: Path, facts: dict[str, str]) -> float | None:
-    if "fps" not in facts:
+def _stated_rate(path: Path, metadata: dict[str, str]) -> float | None:
+    if "fps" not in metadata:
         return None
     try:
-        fps = float(facts["fps"])
+        fps = float(metadata["fps"])
     except ValueError:
         fps = float("nan")
     if not plausible_rate(fps):
-        raise FileError(path, f"fps={shown(facts['fps'])} is no possible rate")
+        raise FileError(path, f"fps={shown(metadata['fps'])} is no possible rate")
     return fps
 
 
-def _skeleton(path: Path, columns: Columns, facts: dict[str, str]) -> Skeleton:
+def _skeleton(path: Path, columns: Columns, metadata: dict[str, str]) -> Skeleton:
     names = _known_names(columns.joints)
     parents: Sequence[int]
     parents, root = with_known_parents(names)
-    if "parents" in facts:
-        words = facts["parents"].split(",")
+    if "parents" in metadata:
+        words = metadata["parents"].split(",")
         if len(words) != len(names) or not all(word.removeprefix("-").isdecimal() for word in words):
             raise FileError(path, f"parents= does not give one index for each of {len(names)} joints")
         parents = [int(word[:6]) for word in words]
-    if "root" in facts:
-        if facts["root"] not in names:
-            raise FileError(path, f"root={shown(facts['root'])} is not a joint")
-        root = names.index(facts["root"])
+    if "root" in metadata:
+        if metadata["root"] not in names:
+            raise FileError(path, f"root={shown(metadata['root'])} is not a joint")
+        root = names.index(metadata["root"])
     return skeleton_of(path, names, parents, root)
 
 

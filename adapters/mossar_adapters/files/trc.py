@@ -17,21 +17,21 @@ _HEAD = 40  # lines within which the heading ends
 
 def read(path: Path, options: ReadOptions) -> Recording:
     """Read markers."""
-    facts, header, line = _heading(path)
+    metadata, header, line = _heading(path)
     delimiter = "\t" if "\t" in header else delimiter_of(header)
     split = splitter(delimiter, decimal_comma=delimiter == ";")
     labels, xyz = _markers(split(header))
     if not labels:
         raise FileError(path, "there are no marker names", line)
     rows = survey(path, _first_row(path, line), split, xyz[-1] + 3, pad=True)
-    announced = positive(facts.get("numframes"))
+    announced = positive(metadata.get("numframes"))
     return read_markers(
         MarkerTable(
             rows=rows,
             labels=labels,
             xyz=xyz,
-            fps=positive(facts.get("datarate")),
-            metres=metres_of(facts.get("units", "")),
+            fps=positive(metadata.get("datarate")),
+            metres=metres_of(metadata.get("units", "")),
             time=1,
             frame=0,
             first_number=1,
@@ -42,16 +42,16 @@ def read(path: Path, options: ReadOptions) -> Recording:
 
 
 def _heading(path: Path) -> tuple[dict[str, str], str, int]:
-    """Return the facts of the second and third line, the line of marker names, and its number."""
-    facts: dict[str, str] = {}
+    """Return the metadata of the second and third line, the line of marker names, and its number."""
+    metadata: dict[str, str] = {}
     previous: list[str] = []
     for line, text in numbered_lines(path):
         text = text.replace('"', "")
         cells = (text if "\t" in text else text.replace(",", "\t").replace(";", "\t")).split()
         if cells and cells[0].lower().rstrip("#") == "frame":
-            return facts, text, line
+            return metadata, text, line
         if previous and previous[0].lower() == "datarate":
-            facts = dict(zip((word.lower() for word in previous), cells, strict=False))
+            metadata = dict(zip((word.lower() for word in previous), cells, strict=False))
         previous = cells
         if line > _HEAD:
             break

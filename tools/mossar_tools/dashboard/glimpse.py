@@ -63,7 +63,7 @@ class Repeated(msgspec.Struct, frozen=True):
     tempo: float | None
 
 
-class Pursuit(msgspec.Struct, frozen=True):
+class FollowedMove(msgspec.Struct, frozen=True):
     """A move that is followed, as it is shown.
 
     Args:
@@ -143,11 +143,11 @@ class Glimpse(msgspec.Struct, frozen=True):
         stretches: Segments within the chart at the level shown.
         body: The last pose; None before there is one.
         ghosts: Poses of the last kept key frames, oldest first.
-        facts: What to say in the statistics, name and value.
+        statistics: Statistics to show, name and value.
         limbs: Segments of each limb within the chart.
         moves: Those recognised within the chart.
         repeated: What was counted in this take; None if nothing was.
-        pursued: The moves that are followed, the one to be shown large first.
+        followed_moves: The moves that are followed, the one to be shown large first.
         overlay: The example of that move at the same place; None while it is not being made.
     """
 
@@ -163,9 +163,9 @@ class Glimpse(msgspec.Struct, frozen=True):
     stretches: list[Stretch]
     body: Body | None
     ghosts: list[Ghost]
-    facts: list[tuple[str, str]]
+    statistics: list[tuple[str, str]]
     limbs: dict[str, list[Stretch]] = {}  # msgspec copies it
     moves: list[NamedMove] = []  # the same
     repeated: Repeated | None = None
-    pursued: list[Pursuit] = []
+    followed_moves: list[FollowedMove] = []
     overlay: Overlay | None = None

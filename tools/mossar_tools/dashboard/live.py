@@ -14,9 +14,9 @@ from mossar_adapters.pipeline.counting import explanation
 from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings
 from mossar_tools.console import LOGGER
+from mossar_tools.dashboard.followed_moves import States
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
-from mossar_tools.dashboard.pursuits import States
 from mossar_tools.dashboard.recorder import Recorder
 from mossar_tools.dashboard.tables import WAITING
 from mossar_tools.dashboard.teaching import Teaching
@@ -207,7 +207,9 @@ class LiveShow:
             if self.frozen:
                 return self._shown
             level = self.strength
-            found = [track.glimpse(level, self._facts(name)) for name, track in sorted(self._tracks.items())]
+            found = [
+                track.glimpse(level, self._statistics(name)) for name, track in sorted(self._tracks.items())
+            ]
             self._shown = [glimpse for glimpse in found if glimpse is not None]
         return self._shown
 
@@ -371,17 +373,19 @@ class LiveShow:
                 rates = self._rates.setdefault(sample.performer, deque(maxlen=int(2 * RATE)))
                 rates.append((time.monotonic(), sample.stats["frames"]))
 
-    def _facts(self, performer: str) -> list[tuple[str, str]]:
+    def _statistics(self, performer: str) -> list[tuple[str, str]]:
         sample, rates = self._latest.get(performer), self._rates.get(performer)
         if sample is None or not rates:
             return []
         span = time.monotonic() - rates[0][0]
         fps = (rates[-1][1] - rates[0][1]) / span if span > 0.2 else 0.0
-        facts = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
+        statistics = [("frames", f"{sample.stats['frames']:,}"), ("rate", f"{fps:.0f} fps")]
         latency = self._pipeline.latency.get(performer) if self._pipeline else None
         quantiles = latency.quantiles_ms() if latency else None
         if quantiles:
-            facts.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
-        facts.append(("dropped", str(sample.dropped)))
-        facts += [(name.replace("_", " "), str(sample.stats[name])) for name in _COUNTS if sample.stats[name]]
-        return facts
+            statistics.append(("lag, median · 99 %", f"{quantiles[0]:.1f} · {quantiles[1]:.1f} ms"))
+        statistics.append(("dropped", str(sample.dropped)))
+        statistics += [
+            (name.replace("_", " "), str(sample.stats[name])) for name in _COUNTS if sample.stats[name]
+        ]
+        return statistics

@@ -16,8 +16,8 @@ from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, St
 from mossar_tools.dashboard.levels import needs_other_bundle, strength_of
 from mossar_tools.dashboard.motion import Motion
 from mossar_tools.dashboard.overview import Outline
+from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.player import Player
-from mossar_tools.dashboard.stance import Stance
 from mossar_tools.dashboard.track import GHOSTS, SECONDS
 from mossar_tools.excerpt import curve_columns, excerpt
 from mossar_tools.figures import check_picture
@@ -50,9 +50,9 @@ class _Part:
     def __init__(self, performer: str, whole: LoadedRecording, settings: Settings) -> None:
         self.performer = performer
         self.whole = whole
-        self.stance = Stance(whole.skeleton)
+        self.placement = Placement(whole.skeleton)
         for pose in whole.positions[:: max(1, len(whole.positions) // _POSES)]:
-            self.stance.learn(pose)
+            self.placement.learn(pose)
         self.found = _segmented(whole, settings)
 
     def choose(self, chosen: Segmentation) -> None:
@@ -245,9 +245,9 @@ class RecordedShow:
             stretches=[s for s in part.stretches if s.end > start and s.start < end],
             body=self._body(part, place),
             ghosts=[
-                Ghost(mark, part.stance.place(part.whole.positions[mark.frame])) for mark in past[-GHOSTS:]
+                Ghost(mark, part.placement.place(part.whole.positions[mark.frame])) for mark in past[-GHOSTS:]
             ],
-            facts=[
+            statistics=[
                 ("recording", part.whole.name.rsplit("/", 1)[-1]),
                 ("frames", f"{len(part.whole.times):,}"),
                 ("rate", f"{part.whole.fps:g} fps" if part.whole.fps else "as timed"),
@@ -269,7 +269,7 @@ class RecordedShow:
         motion = Motion(part.whole.skeleton)
         for i in _before(times, at):
             motion.take(float(times[i]), positions[i])
-        return Body(part.stance.place(positions[at]), motion.shares())
+        return Body(part.placement.place(positions[at]), motion.shares())
 
 
 def _segmented(whole: LoadedRecording, settings: Settings) -> _Segmented:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream import Example, Skeleton, joint_places
-from mossar_tools.dashboard.stance import Pose, Stance
+from mossar_tools.dashboard.placement import Placement, Pose
 
 SETTLES = (
     0.1  # share of a new heading that the shadow turns to at once, so that hips that shake do not shake it
@@ -37,14 +37,14 @@ class Shadow:
         pairs = [(there.get(a, -1), there.get(b, -1)) for a, b in streamed.bones()]
         self._bones = np.array(pairs, np.intp).reshape(-1, 2)  # of the performer, joints of the examples
 
-    def pose(self, example: Example, progress: float, body: Pose, stance: Stance) -> Pose:
+    def pose(self, example: Example, progress: float, body: Pose, placement: Placement) -> Pose:
         """Return the pose of an example over the performer's.
 
         Args:
             example: Of the examples.
             progress: 0 to 1, along the part of the example that is followed.
-            body: (J, 3) m, the performer as `stance` places it, NaN where a joint is missing.
-            stance: Of the performer.
+            body: (J, 3) m, the performer as `placement` places it, NaN where a joint is missing.
+            placement: Of the performer.
 
         Returns:
             (K, 3) m.
@@ -53,8 +53,8 @@ class Shadow:
         place = min(max(progress, 0.0), 1.0) * (len(shown) - 1)
         below = min(int(place), len(shown) - 2)
         now = shown[below] + (place - below) * (shown[below + 1] - shown[below])
-        placed = stance.place(now).astype(np.float64)
-        heading = stance.place(shown.mean(axis=0)).astype(np.float64)
+        placed = placement.place(now).astype(np.float64)
+        heading = placement.place(shown.mean(axis=0)).astype(np.float64)
         return self._anchored(self._resized(placed @ self._turn(heading, body).T, body), body)
 
     def strays(self, shadow: Pose, body: Pose) -> NDArray[np.float32]:

@@ -34,8 +34,8 @@ def state_card(
         )
         if glimpse.repeated is not None:
             rows.append(_repeated(glimpse.repeated))
-        if glimpse.pursued:
-            rows.append(followed_rows(glimpse.pursued))
+        if glimpse.followed_moves:
+            rows.append(followed_rows(glimpse.followed_moves))
     notes = []
     if frozen:
         notes.append("the picture is paused; the stream continues")
@@ -60,8 +60,8 @@ def _repeated(repeated: Repeated) -> str:
 
 def facts_card(glimpses: list[Glimpse]) -> str:
     """Return statistics, a column for each performer."""
-    names = list(dict.fromkeys(name for glimpse in glimpses for name, _ in glimpse.facts))
-    columns = [dict(glimpse.facts) for glimpse in glimpses]
+    names = list(dict.fromkeys(name for glimpse in glimpses for name, _ in glimpse.statistics))
+    columns = [dict(glimpse.statistics) for glimpse in glimpses]
     head = ""
     if len(glimpses) > 1:
         head = "<tr><th></th>" + "".join(f"<th>{escape(g.performer)}</th>" for g in glimpses) + "</tr>"

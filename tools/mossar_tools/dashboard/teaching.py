@@ -28,20 +28,20 @@ SHOWN = 4.0  # s for which the outcome stands in large letters
 Phase = Literal["idle", "count", "watch", "taken", "failed"]
 
 
-class Lesson(msgspec.Struct, frozen=True):
-    """How far teaching is.
+class TeachingState(msgspec.Struct, frozen=True):
+    """Progress of teaching.
 
     Args:
         phase: What is going on.
         name: Of the move that is or was shown.
         seconds: Of the countdown that are left, rounded up.
-        said: What came of it.
+        message: The outcome, in words.
     """
 
     phase: Phase
     name: str = ""
     seconds: int = 0
-    said: str = ""
+    message: str = ""
 
     @property
     def runs(self) -> bool:
@@ -52,7 +52,7 @@ class Lesson(msgspec.Struct, frozen=True):
 class Teaching:
     """Takes one movement of one performer for each `begin`. Any thread may call any method.
 
-    An example is on the disk before `lesson` reports it, so that no reported example is lost,
+    An example is on the disk before `state` reports it, so that no reported example is lost,
     however the program ends.
 
     Args:
@@ -78,7 +78,7 @@ class Teaching:
         self._changed = changed
         self._clock = clock
         self._phase: Phase = "idle"
-        self._name = self._said = ""
+        self._name = self._message = ""
         self._until = 0.0  # monotonic s, when the phase ends
         self._held: dict[str, HeldJoints] = {}  # of each performer, the latest last
         self._taker: MovementTaker | None = None
@@ -142,12 +142,12 @@ class Teaching:
                     raise MovesError("this example is not there any more")
                 name = moves.examples[place].name
                 moves.remove_example(place)
-            self._phase, self._said = "idle", f"an example of {name} is forgotten"
+            self._phase, self._message = "idle", f"an example of {name} is forgotten"
             self._adopt(moves)
 
     @property
-    def lesson(self) -> Lesson:
-        """How far it is."""
+    def state(self) -> TeachingState:
+        """Progress, now."""
         with self._lock:
             left = self._until - self._clock()
             if self._phase == "count" and left <= 0:
@@ -156,7 +156,7 @@ class Teaching:
                 self._fail(f"no movement came to rest within {PATIENCE:g} s")
             elif self._phase in ("taken", "failed") and left <= 0:
                 self._phase = "idle"
-            return Lesson(self._phase, self._name, max(1, int(np.ceil(left))), self._said)
+            return TeachingState(self._phase, self._name, max(1, int(np.ceil(left))), self._message)
 
     def send_frames(self, frames: Frames) -> None:
         """Watch frames."""
@@ -165,7 +165,7 @@ class Teaching:
                 if frames.performer in self._held:
                     self._held[frames.performer].fill(frames.positions, frames.confidence)
                 return
-            if self.lesson.phase == "watch":
+            if self.state.phase == "watch":
                 self._taker.since = min(self._taker.since, float(frames.times[0]) - EARLY)
             self._taker.send_frames(frames)
 
@@ -181,13 +181,13 @@ class Teaching:
         self.path, self._taker = path, None
         self._adopt(moves)
         count = sum(example.name == self._name for example in moves.examples)
-        self._said = f"{self._name}: example {count} taken ({len(positions) / fps:.1f} s), in {path.name}"
+        self._message = f"{self._name}: example {count} taken ({len(positions) / fps:.1f} s), in {path.name}"
         self._enter("taken", SHOWN)
-        LOGGER.info("%s", self._said)
+        LOGGER.info("%s", self._message)
 
     def _fail(self, why: str) -> None:
         self._taker = None
-        self._said = why
+        self._message = why
         self._enter("failed", SHOWN)
 
     def _adopt(self, moves: Moves) -> None:

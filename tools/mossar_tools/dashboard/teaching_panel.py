@@ -5,8 +5,8 @@ from typing import Any
 
 from viser import GuiApi, Icon
 
-from mossar_tools.dashboard.lessons import countdown, examples_card
 from mossar_tools.dashboard.live import LiveShow
+from mossar_tools.dashboard.teaching_view import countdown, examples_card
 
 
 class TeachingPanel:
@@ -31,17 +31,17 @@ class TeachingPanel:
     def sync(self) -> None:
         """Show how far teaching is, and the examples."""
         teaching = self._show.teaching
-        lesson = teaching.lesson
-        card = examples_card(teaching.moves, lesson.said)
-        for handle, content in ((self._count, countdown(lesson)), (self._examples, card)):
+        state = teaching.state
+        card = examples_card(teaching.moves, state.message)
+        for handle, content in ((self._count, countdown(state)), (self._examples, card)):
             if handle.content != content:
                 handle.content = content
-        word = "Cancel" if lesson.runs else "Teach"
+        word = "Cancel" if state.runs else "Teach"
         if self._button.label != word:
             self._button.label = word
 
     def _switch(self) -> None:
-        if self._show.teaching.lesson.runs:
+        if self._show.teaching.state.runs:
             self._show.teaching.cancel()
         else:
             self._show.teach(self._name.value.strip())

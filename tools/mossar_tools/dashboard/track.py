@@ -22,11 +22,11 @@ from mossar_stream import (
     Skeleton,
     StreamEvent,
 )
+from mossar_tools.dashboard.followed_moves import FollowedMoves, States
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
 from mossar_tools.dashboard.limb_strips import LimbStrips
 from mossar_tools.dashboard.motion import Motion
-from mossar_tools.dashboard.pursuits import Pursuits, States
-from mossar_tools.dashboard.stance import Stance
+from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.stretches import stretches_between
 from mossar_tools.excerpt import curve_columns
 
@@ -67,18 +67,18 @@ class Track:
         self._take = take
 
     def _clear(self) -> None:
-        self._stance = Stance(self.skeleton)
+        self._placement = Placement(self.skeleton)
         self._motion = Motion(self.skeleton)
         self._samples: deque[CurveState] = deque(maxlen=_SAMPLES)
         self._poses: deque[tuple[float, NDArray[np.float32]]] = deque(maxlen=_POSES)
         self._keys: Newest[str, _Key] = Newest(_MARKS)
         self._limb_strips = LimbStrips()
         self._repeated: Repeated | None = None
-        self._pursuits = Pursuits(self.skeleton)
+        self._followed_moves = FollowedMoves(self.skeleton)
 
     def set_following(self, states: States, moves: Moves | None) -> None:
         """Take note of where the performer is in the moves that are followed."""
-        self._pursuits.take(states, moves)
+        self._followed_moves.take(states, moves)
 
     def add_frames(self, frames: Frames) -> None:
         """Process frames; a pose is kept about every 1/30 s."""
@@ -89,7 +89,7 @@ class Track:
         elif 0 <= since < 0.8 / RATE:
             return
         self._motion.take(time, pose)
-        self._stance.learn(pose)
+        self._placement.learn(pose)
         self._poses.append((time, pose.copy()))
 
     def add_event(self, event: Event) -> None:
@@ -107,9 +107,9 @@ class Track:
             self._repeated = Repeated(event.total, known if event.tempo is None else event.tempo)
         elif isinstance(event, StreamEvent) and event.event == "started":
             self._repeated = None
-            self._pursuits.begin_take()
+            self._followed_moves.begin_take()
         elif isinstance(event, FollowEvent):
-            self._pursuits.add_event(event)
+            self._followed_moves.add_event(event)
 
     def _add_key_frame(self, event: KeyFrameEvent) -> None:
         if event.status == "withdrawn":
@@ -132,12 +132,12 @@ class Track:
             self._samples.clear()
         self._samples.append(state)
 
-    def glimpse(self, level: float, facts: list[tuple[str, str]]) -> Glimpse | None:
+    def glimpse(self, level: float, statistics: list[tuple[str, str]]) -> Glimpse | None:
         """Return what there is to see; None before the first sample.
 
         Args:
             level: Strength from which key frames are shown as kept.
-            facts: Statistics to pass on.
+            statistics: Statistics to pass on.
         """
         if not self._samples:
             return None
@@ -162,14 +162,16 @@ class Track:
             stretches=stretches_between(cuts, times, moving > 0),
             body=body,
             ghosts=[
-                Ghost(mark, self._stance.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
+                Ghost(mark, self._placement.place(pose)) for mark, pose in known[-GHOSTS:] if pose is not None
             ],
-            facts=facts,
+            statistics=statistics,
             limbs=self._limb_strips.stretches(start),
             moves=self._limb_strips.moves(start),
             repeated=self._repeated,
-            pursued=self._pursuits.pursued(),
-            overlay=self._pursuits.overlay(body.joints, self._stance, self._poses[-1][0]) if body else None,
+            followed_moves=self._followed_moves.ranked(),
+            overlay=self._followed_moves.overlay(body.joints, self._placement, self._poses[-1][0])
+            if body
+            else None,
         )
 
     def marks(self, level: float) -> list[Mark]:
@@ -186,7 +188,7 @@ class Track:
     def _body(self) -> Body | None:
         if not self._poses:
             return None
-        return Body(self._stance.place(self._poses[-1][1]), self._motion.shares())
+        return Body(self._placement.place(self._poses[-1][1]), self._motion.shares())
 
     def _pose_at(self, time: float) -> NDArray[np.float32] | None:
         nearest = min(self._poses, key=lambda kept: abs(kept[0] - time), default=None)

@@ -1,17 +1,17 @@
-"""Pursuits: what is known of the moves that a performer is followed in."""
+"""The moves that a performer is followed in: counts, progress and scores for the dashboard."""
 
 from collections.abc import Mapping
 
 from mossar_stream import FollowEvent, FollowState, Moves, Skeleton
-from mossar_tools.dashboard.glimpse import Overlay, Pursuit
+from mossar_tools.dashboard.glimpse import FollowedMove, Overlay
+from mossar_tools.dashboard.placement import Placement, Pose
 from mossar_tools.dashboard.shadow import Shadow, seconds_of
-from mossar_tools.dashboard.stance import Pose, Stance
 
 States = Mapping[str, FollowState | None]
 
 
-class Pursuits:
-    """Takes states and events of followed moves in; bounded by the moves that there are.
+class FollowedMoves:
+    """Collects states and events of followed moves; its size is bounded by the number of moves.
 
     Args:
         skeleton: Of the performer.
@@ -33,11 +33,11 @@ class Pursuits:
             self._done[event.name] = event
 
     def begin_take(self) -> None:
-        """Count anew."""
+        """Begin to count again."""
         self._done.clear()
 
     def take(self, states: States, moves: Moves | None) -> None:
-        """Take note of where the performer is in each followed move, and of the moves."""
+        """Set where the performer is in each followed move, and the moves."""
         if moves is not self._moves:
             self._moves = moves
             self._shadow = Shadow(moves.skeleton, self._skeleton) if moves is not None else None
@@ -45,7 +45,7 @@ class Pursuits:
         for name in [name for name in self._done if name not in states]:
             del self._done[name]
 
-    def pursued(self) -> list[Pursuit]:
+    def ranked(self) -> list[FollowedMove]:
         """Return the moves that are followed: first the one that is most likely being made, else the one done last."""
         latest = {name: place for place, name in enumerate(self._done)}
 
@@ -53,17 +53,17 @@ class Pursuits:
             state = self._states[name]
             return state is not None, state.certainty if state else 0.0, latest.get(name, -1)
 
-        return [self._pursuit(name) for name in sorted(self._states, key=rank, reverse=True)]
+        return [self._followed_move(name) for name in sorted(self._states, key=rank, reverse=True)]
 
-    def overlay(self, body: Pose, stance: Stance, now: float) -> Overlay | None:
-        """Return the example of the first of `pursued` at the same place; None while it is not being made.
+    def overlay(self, body: Pose, placement: Placement, now: float) -> Overlay | None:
+        """Return the example of the first of `ranked` at the same place; None while it is not being made.
 
         Args:
-            body: (J, 3) m, as `stance` places the performer.
-            stance: Of the performer.
+            body: (J, 3) m, as `placement` places the performer.
+            placement: Of the performer.
             now: s, when the performer was seen so.
         """
-        first = next(iter(self.pursued()), None)
+        first = next(iter(self.ranked()), None)
         state = self._states[first.name] if first is not None else None
         if state is None or self._moves is None or self._shadow is None:
             return None
@@ -75,17 +75,17 @@ class Pursuits:
             max(now - state.time, 0.0), 0.2
         )  # the state is of the last sample, the body of the last frame
         place = state.progress + state.tempo * ahead / length
-        joints = self._shadow.pose(example, place, body, stance)
+        joints = self._shadow.pose(example, place, body, placement)
         return Overlay(self._moves.skeleton, joints, self._shadow.strays(joints, body))
 
-    def _pursuit(self, name: str) -> Pursuit:
+    def _followed_move(self, name: str) -> FollowedMove:
         state, done = self._states[name], self._done.get(name)
         score = done.score if done is not None else None
         count = done.count if done is not None else 0
         source: FollowState | FollowEvent | None = state or done
         if source is None:
-            return Pursuit(name)
+            return FollowedMove(name)
         limb = max(source.limbs, key=lambda limb: source.limbs[limb], default="")
         angle = source.limbs.get(limb, source.deviation)
         progress = state.progress if state is not None else None
-        return Pursuit(name, max(count, source.count), progress, limb, angle, source.tempo, score)
+        return FollowedMove(name, max(count, source.count), progress, limb, angle, source.tempo, score)

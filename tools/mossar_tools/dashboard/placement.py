@@ -1,4 +1,4 @@
-"""Stance: turns poses of any source upright, towards the viewer, onto the ground."""
+"""Placement: turns poses of any source upright, towards the viewer, onto the ground."""
 
 from collections import deque
 
@@ -11,12 +11,12 @@ from mossar_tools.stick_figures import leftward, view_of
 TURN = np.radians(24)  # the body faces the viewer and a little to the right
 HEIGHT = 1.7  # m that every body is shown at
 REMEMBERED = 300  # poses that the ground is found from
-_LOOKS = (1, 30, 150)  # poses after which the directions are found anew
+_UPDATES = (1, 30, 150)  # poses after which the directions are found anew
 
 Pose = NDArray[np.float32]
 
 
-class Stance:
+class Placement:
     """Places the poses of one performer.
 
     Args:
@@ -26,13 +26,13 @@ class Stance:
     def __init__(self, skeleton: Skeleton) -> None:
         self._skeleton = skeleton
         self._seen = 0
-        self._first: deque[Pose] = deque(maxlen=_LOOKS[-1])
+        self._first: deque[Pose] = deque(maxlen=_UPDATES[-1])
         self._lowest: deque[float] = deque(maxlen=REMEMBERED)  # lowest joint of each pose, m, turned
         self._turn = np.eye(3)  # (3, 3) rows: right, away, up; scaled
         self._centre = skeleton.root
 
     def learn(self, pose: Pose) -> None:
-        """Take a pose into account.
+        """Update the directions and the ground with a pose.
 
         Args:
             pose: (J, 3) m, NaN where a joint is missing.
@@ -40,9 +40,9 @@ class Stance:
         if not np.isfinite(pose).any():
             return
         self._seen += 1
-        if self._seen <= _LOOKS[-1]:
+        if self._seen <= _UPDATES[-1]:
             self._first.append(pose)
-        if self._seen in _LOOKS:
+        if self._seen in _UPDATES:
             self._find_directions()
         self._lowest.append(float(np.nanmin(pose @ self._turn[2])))
 
@@ -68,4 +68,4 @@ class Stance:
         self._turn = np.stack([right, np.cross(upward, right), upward]) * (HEIGHT / view.height)
         self._lowest.clear()
         self._lowest.extend(float(np.nanmin(pose @ self._turn[2])) for pose in known)
-        self._first.clear() if self._seen == _LOOKS[-1] else None
+        self._first.clear() if self._seen == _UPDATES[-1] else None

@@ -1,4 +1,4 @@
-"""Lessons: how teaching looks, the countdown in large letters and the examples as small figures."""
+"""What teaching looks like: the countdown in large letters, and the examples as small figures."""
 
 from functools import lru_cache
 from html import escape
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mossar_stream import Example, Moves, Skeleton
 from mossar_tools.dashboard.asking import asking
-from mossar_tools.dashboard.teaching import Lesson, mark_of
+from mossar_tools.dashboard.teaching import TeachingState, mark_of
 from mossar_tools.stick_figures import head_of, project, view_of
 
 MOST = 60  # examples shown, the last ones
@@ -16,24 +16,24 @@ _WIDTH, _HEIGHT, _MARGIN = 58, 74, 6  # px of a figure
 _FAINT = 3  # poses drawn faintly before the one that reaches farthest
 
 
-def countdown(lesson: Lesson) -> str:
+def countdown(state: TeachingState) -> str:
     """Return what a person reads from afar while they show a move."""
-    large = {"count": str(lesson.seconds), "watch": "now", "taken": "taken", "failed": "again"}
-    if lesson.phase == "idle":
+    large = {"count": str(state.seconds), "watch": "now", "taken": "taken", "failed": "again"}
+    if state.phase == "idle":
         return ""
     small = {
-        "count": f"get ready for {lesson.name}",
-        "watch": f"do {lesson.name}, then rest",
-    }.get(lesson.phase, lesson.said)
+        "count": f"get ready for {state.name}",
+        "watch": f"do {state.name}, then rest",
+    }.get(state.phase, state.message)
     return (
-        f'<div class="mossar m-count {lesson.phase}" id="mossar-count"><b>{large[lesson.phase]}</b>'
+        f'<div class="mossar m-count {state.phase}" id="mossar-count"><b>{large[state.phase]}</b>'
         f"<span>{escape(small)}</span></div>"
     )
 
 
-def examples_card(moves: Moves | None, said: str) -> str:
+def examples_card(moves: Moves | None, message: str) -> str:
     """Return the examples as figures with a button each that forgets it, and what happened last."""
-    rows = [f'<div class="dim" id="mossar-taught">{escape(said)}</div>']
+    rows = [f'<div class="dim" id="mossar-taught">{escape(message)}</div>']
     if moves is None or not len(moves):
         rows.append(
             '<div class="dim">No examples yet. Stand still, press Teach, do the move, stand still.</div>'
