@@ -1,4 +1,4 @@
-"""Skeleton: the names of the joints and how they hang together."""
+"""Skeleton: the names of the joints, and their parents."""
 
 import difflib
 import operator
@@ -22,8 +22,9 @@ class Skeleton(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             joints is the centre (paper 3.1.1, localisation).
 
     Raises:
-        FrameError: If the lengths differ, names repeat or are empty, a parent is out of range or the parents
-            form a cycle, or there are more than `MAX_JOINTS` joints.
+        FrameError: If the lengths differ, names repeat or are empty, a parent is out of range, the parents form a
+            cycle, or there are more
+            than `MAX_JOINTS` joints.
         TypeError: If names are no texts, or parents or the root no whole numbers.
 
     Example:

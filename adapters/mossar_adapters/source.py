@@ -65,8 +65,8 @@ Item = Meta | Frames | Departure | Occupant | None  # what a source yields
 class Source(Protocol):
     """Frames from a file, a socket or a sensor.
 
-    A live source yields None when nothing came for about a tenth of a second, so that its reader can notice
-    a stall or a wish to stop. `abilities.py` has what a source may offer besides.
+    A live source yields None when nothing came for about a tenth of a second, so that its reader notices a stall or a
+    request to stop. `abilities.py` has what a source may offer besides.
     """
 
     name: str  # the URL or path, for messages

@@ -44,8 +44,8 @@ Kind = list[Part]
 def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], int]:
     """Return the kinds of moves in a recording, the most frequent first, and how many movements were left out.
 
-    In each kind the most typical movement comes first. Left out are movements too short or too small for an example,
-    those in which a joint is missing, and those beyond the most that can be compared.
+    In each kind the most typical movement comes first. Movements are left out if they are too
+    short or too small for an example, if a joint is missing, or if there are too many to compare.
 
     Args:
         whole: The recording.
@@ -57,7 +57,8 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
     for segment in result.segments:
         if segment.state != "moving":
             continue
-        part = _part(held, segment.start_time, segment.end_time)
+        positions, fps = held.between(segment.start_time, segment.end_time)
+        part = Part(segment.start_time, segment.end_time, positions, fps or 1.0)
         try:
             candidates.add("movement", part.positions, part.fps)
         except MovesError:
@@ -65,14 +66,6 @@ def discover(whole: LoadedRecording, settings: Settings) -> tuple[list[Kind], in
             continue
         parts.append(part)
     return [[parts[place] for place in kind] for kind in candidates.kinds()], left_out
-
-
-def _part(whole: LoadedRecording, start: float, end: float) -> Part:
-    inside = (whole.times >= start) & (whole.times <= end)
-    times = whole.times[inside]
-    span = float(times[-1] - times[0]) if len(times) else 0.0
-    fps = (len(times) - 1) / span if span > 0 else whole.fps or 1.0
-    return Part(start, end, whole.positions[inside], fps)
 
 
 def lines_of(kinds: list[Kind]) -> list[str]:

@@ -1,7 +1,7 @@
 """The user's file of moves: read, added to, and written before an example is reported.
 
-Who changes it locks it from before it is read until it is written, or of two programs that teach at once one would
-write over what the other took. The lock is a file beside it, because the file itself is replaced.
+A program that changes it locks it from before it is read until it is written. Otherwise one of two programs that teach
+at once would overwrite what the other took. The lock is a file beside it, because the file itself is replaced.
 """
 
 import contextlib

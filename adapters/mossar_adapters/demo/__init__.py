@@ -1,7 +1,7 @@
 """The built-in performer: seeded full-body motion whose true cuts are known.
 
-Rest, walk, punch, kick, jump, wave, squat and turn of an adult 1.70 m tall, made of minimum-jerk strokes, seen
-by a sensor with noise, jitter and losses if wanted. It serves the demo, and tests that need exact truth.
+Rest, walk, punch, kick, jump, wave, squat and turn of an adult 1.70 m tall, made of minimum-jerk strokes. A sensor sees
+them, with noise, jitter and losses if wanted. It serves the demo, and tests that need exact truth.
 
 The performer moves as in an exercise class: each move is a motion in the paper's sense, an activity repeated for
 two or three seconds in a posture of its own, and a brisk change of posture leads to the next. The true cuts are

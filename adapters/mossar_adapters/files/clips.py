@@ -1,6 +1,6 @@
 """Clips: each segment, repetition or move of a recording as a recording of its own, and a table of them.
 
-A clip of a segment has the frames from its first up to that with which the next one begins, the last clip also the last frame: one
+A clip of a segment has its frames up to the one with which the next segment begins. The last clip has the last frame, too: one
 after the other they are the recording again.
 """
 

@@ -94,6 +94,13 @@ class LoadedRecording(msgspec.Struct, frozen=True):
             origin=self.begin,
         )
 
+    def between(self, begin: float, end: float) -> tuple[NDArray[Any], float]:
+        """Return the positions from one time until another, s, both included, and their rate, Hz; 0 if it is unknown."""
+        inside = (self.times >= begin) & (self.times <= end)
+        times = self.times[inside]
+        span = float(times[-1] - times[0]) if len(times) else 0.0
+        return self.positions[inside], (len(times) - 1) / span if span > 0 else self.fps or 0.0
+
     def held(self) -> "LoadedRecording":
         """Return it with each missing joint where it was, relative to the body centre; see `HeldJoints`."""
         filled = HeldJoints(self.skeleton).fill(self.positions)

@@ -2,8 +2,8 @@
 
 Onsets, minima and offsets are three notes; each performer has a channel. One cycle of a repeated movement is a quarter
 note of the clock, or `?beats=` of them; the clock runs from the second cycle on and stops when the repetitions do.
-A move that is followed has a controller for its progress, 20 for the first one that is made, and a note when it is done,
-72 for the first, as loud as its score is high. A pose that is held sounds as a note from `held` to `left`, 84 for the first.
+A followed move has a controller for its progress, 20 for the first one that is made. When it is done it has a note, 72 for the
+first one, whose velocity is the score. A pose that is held sounds as a note from `held` to `left`, 84 for the first.
 """
 
 from collections.abc import Sequence

@@ -27,8 +27,8 @@ _CONTROL = "/mossar/set/", "/mossar/reset"
 class OscDecoder:
     """Turns datagrams into metas, frames and who has left.
 
-    The caller hands datagrams over in the order in which they came, and calls `idle` soon while `pending` is true and
-    nothing more waits to be read: most protocols do not say where a frame ends.
+    The caller hands datagrams over in the order of arrival. While `pending` is true and nothing more waits to be read,
+    it soon calls `idle`: most protocols do not say where a frame ends.
 
     Args:
         address: `osc://HOST:PORT?profile=…`, for its options.

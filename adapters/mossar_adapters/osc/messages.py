@@ -1,8 +1,8 @@
 """OSC datagrams taken apart into messages, in the order in which they were written.
 
 Numbers, text and blobs, which come by the thousand, are read here; python-osc reads all other arguments. Bundles are
-walked here, because its own walk sorts by time tags (a sender with a skewed clock would have its bundles
-shuffled) and never ends on a negative size. Time tags are ignored.
+walked here, because its own walk sorts by time tags, which shuffles the bundles of a sender with a skewed clock. It
+also never ends on a negative size. Time tags are ignored.
 """
 
 import functools

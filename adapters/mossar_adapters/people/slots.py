@@ -1,7 +1,7 @@
 """Slots: names for people that outlive the ids of a tracker.
 
-Trackers give a new id to a person that was hidden for a moment, exchange the ids of two who cross, and give an id
-that became free to somebody else. A slot follows the body instead:
+Trackers give a new id to a person that was hidden for a moment. They exchange the ids of two people that cross, and
+give a free id to another person. A slot follows the body instead:
 
 - An id that goes on from frame to frame keeps its slot. If its pose leaps to where another person was, and that
   person is not there, the slots follow the bodies.

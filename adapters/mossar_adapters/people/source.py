@@ -1,10 +1,10 @@
 """A source whose performers are slots: `p1` to `pN`, whatever ids its tracker gives.
 
-Frames that go on under a known id are passed on at once. Where something has to be decided, because an id is new, was
-away or leaps, the frames from that moment on wait until the source shows that the moment is over: with the
-next frame of the same performer, a later one of others, or a tenth of a second without any. So an id that is new in
-the very frame in which another is missing can take its slot, and slots are given in the order of the frames' times.
-Frames of an id that is looked at wait for up to a second, and then go on with their own times.
+Frames that go on under a known id are passed on at once. If an id is new, was away or leaps, a decision is needed: the
+frames from that moment on wait until the source shows that the moment is over: with the next frame of the same
+performer, a later one of others, or a tenth of a second without any. So an id that is new in the frame in which another
+one is missing can take its slot. Slots are given in the order of the frames' times. Frames of an id that is looked at
+wait for up to a second, and then go on with their own times.
 """
 
 import logging

@@ -23,8 +23,8 @@ class Arrival(msgspec.Struct, frozen=True):
 
     Args:
         source: Index of the source.
-        item: A meta, frames, who has come or left, a request to be carried out, an error that ended the source, or
-            None when the source ended.
+        item: A meta, frames, a performer that came or left, a request, an error that ended the source, or None when
+            the source ended.
         at: When it arrived, monotonic s.
         meta: What the source last announced of the performer, with frames: so the reader need not have seen
             the announcement itself.

@@ -1,8 +1,8 @@
 """Crops: the part of a picture that a network sees.
 
-Pixels are interpolated in steps of 1/32, as in the maker's pipeline, which older versions of OpenCV did everywhere. Exact
-interpolation, as by `warpAffine` since OpenCV 5, moves landmarks by 4 mm in a single picture, and by more in the next
-ones, where the region follows from them.
+Pixels are interpolated in steps of 1/32, as in the maker's pipeline, which older versions of OpenCV did everywhere.
+Exact interpolation, as by `warpAffine` since OpenCV 5, moves landmarks by 4 mm in a single picture. In the next ones it
+moves them by more, because the region follows from them.
 """
 
 import cv2

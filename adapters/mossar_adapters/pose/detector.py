@@ -1,8 +1,8 @@
 """Detector: where people are in a picture nobody is followed in yet.
 
-The maker's pose_detection: a single-shot detector over anchors on three grids. Each anchor gives a score, a box
-around the face and four points, of which the first is the middle of the hips and the second the end of a circle
-around the whole body. Boxes that overlap are one person; their points are averaged by score.
+The maker's pose_detection: a single-shot detector over anchors on three grids. Each anchor gives a score, a box around
+the face and four points. The first point is the middle of the hips, the second lies on a circle around the whole body.
+Boxes that overlap are one person; their points are averaged by score.
 """
 
 import math

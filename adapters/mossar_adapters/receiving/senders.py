@@ -1,9 +1,10 @@
 """Who sends: names for performers, one set per sender.
 
-Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are heard. With
-ids, the first sender's performers have plain names, those of others carry the sender's address. A sender that restarts, or
-that opens a socket for every message, shows up with a new port and keeps its name. Two programs on one computer are told
-apart at once where the first has kept its port and has not paused, else as soon as it is heard again after the second.
+Protocols without performer ids have one performer per sender: `p1`, `p2` and so on, in the order in which they are
+heard. With ids, the first sender's performers have plain names, those of others carry the sender's address. A sender
+that restarts, or that opens a socket for every message, shows up with a new port and keeps its name. Two programs on
+one computer are distinguished at once if the first has kept its port and has not paused. Otherwise they are
+distinguished as soon as it is heard again after the second.
 """
 
 from mossar_adapters.newest import Newest

@@ -7,10 +7,10 @@ whose distance d changes most, by the relative range of joint relative distance
 
 over the segment. Both follow from sums that merge, so that no frame is kept.
 
-Where the paper is silent: a pair whose distance changes by less than 10 µm, or whose joints lie less than 1 mm
-apart on average, is no edge, because what it would say is rounding; a segment may therefore have fewer than N
-edges. RRJRD is rounded to 1e-9 and ties go to the earlier pair, so that pairs which move alike, as those of
-mirrored or coinciding joints do, are chosen alike whatever the order of merges.
+Where the paper is silent: a pair whose distance changes by less than 10 µm, or whose joints lie less than 1 mm apart on
+average, is no edge, because what it would say is rounding; a segment may therefore have fewer than N edges. RRJRD is
+rounded to 1e-9, and ties go to the earlier pair. So pairs that move alike, as those of mirrored or coinciding joints
+do, are chosen alike whatever the order of merges.
 """
 
 import numpy as np

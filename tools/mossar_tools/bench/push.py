@@ -1,7 +1,7 @@
 """Push: how long a caller waits for `Segmenter.push` of one frame.
 
-A push that the operating system interrupts to run somebody else says nothing about the program, so those in blocks
-without such an interruption are shown as well, where the system counts them.
+A push that the operating system interrupts to run another program is no measure of this one. Where the system counts
+interruptions, the pushes in blocks without any are shown as well.
 """
 
 import itertools

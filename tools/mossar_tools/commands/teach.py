@@ -28,7 +28,6 @@ from mossar_tools.values import share as share_of_one
 from mossar_tools.values import whole as whole_number
 
 if TYPE_CHECKING:
-    from mossar_adapters.files.loaded import LoadedRecording
     from mossar_stream import Moves
 
 DESCRIPTION = """Show moves that are recognised later. Live: rest, do the move, rest; it says when each example was
@@ -267,7 +266,14 @@ def _teach_parts(
     with changing(options.file, whole.skeleton) as moves:
         before = len(moves)
         for begin, until, name in parts:
-            positions, fps = _part(whole, origin + begin, origin + until)
+            positions, fps = whole.between(origin + begin, origin + until)
+            if len(positions) < 2:
+                where = (
+                    f"from {origin + begin:g} s until {origin + until:g} s"
+                    if np.isfinite(until - begin)
+                    else "in this part"
+                )
+                raise UsageError(f"there are fewer than two frames {where} of {whole.name}")
             if options.pose is None:
                 moves.add(name, positions, fps)
             else:
@@ -341,16 +347,6 @@ def _what_is_in(moves: "Moves") -> str:
     poses = len({pose.name for pose in moves.poses})
     held = f", {poses} pose{'s' * (poses != 1)}" if poses else ""
     return f"{examples} example{'s' * (examples != 1)} of {names} move{'s' * (names != 1)}{held}"
-
-
-def _part(whole: "LoadedRecording", begin: float, until: float) -> tuple[NDArray[np.float32], float]:
-    inside = (whole.times >= begin) & (whole.times <= until)
-    if np.count_nonzero(inside) < 2:
-        where = f"from {begin:g} s until {until:g} s" if np.isfinite(until - begin) else "in this part"
-        raise UsageError(f"there are fewer than two frames {where} of {whole.name}")
-    times = whole.times[inside]
-    fps = (len(times) - 1) / float(times[-1] - times[0]) if times[-1] > times[0] else whole.fps or 0.0
-    return whole.positions[inside], fps
 
 
 def _teach_live(options: Options, console: Console) -> int:

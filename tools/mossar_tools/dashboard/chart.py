@@ -60,8 +60,8 @@ def chart(glimpses: list[Glimpse], *, seeks: bool = False) -> str:
 def seeking(start: float, end: float) -> str:
     """Return attributes by which a touch on a picture from one time to another moves the playhead there.
 
-    The picture is replaced many times a second, so that a press counts, and not a click, which would need the same
-    picture at its end.
+    The picture is replaced many times a second, so a press counts instead of a click, which would need the same picture
+    at its end.
     """
     place = (
         f"({start:.3f}+Math.min(1,Math.max(0,(event.clientX-b.left)/b.width))*{end - start:.3f}).toFixed(3)"

@@ -5,11 +5,11 @@ A labelled folder holds, beside each recording or anywhere in it, one JSON objec
     {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
      "cuts": [[500, 550, 600], 1150, [1930, 1980, 2030]]}
 
-A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list
-of frames for each person who set cuts, or `annotations`, a file of an annotation program, and which `tier` of it.
-With `"cuts_in": "seconds"` cuts are seconds since the first frame. `skeleton` names the .asf of an .amc. Other keys are
-for people to read. A recording without labels that has an annotation file of its name beside it, say walk.eaf, is
-taken with it.
+A cut is [earliest, middle, latest] frame, from 0, or one frame. Instead of `cuts` there may be `judges`, a list of
+frames for each person who set cuts. There may also be `annotations`, a file of an annotation program, with the `tier`
+to use. With `"cuts_in": "seconds"` cuts are seconds since the first frame. `skeleton` names the .asf of an .amc. Other
+keys are for people to read. A recording without labels that has an annotation file of its name beside it, say walk.eaf,
+is taken with it.
 """
 
 from pathlib import Path
