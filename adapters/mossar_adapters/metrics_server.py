@@ -1,4 +1,4 @@
-"""An HTTP server for the few who ask for metrics, which connections without end cannot exhaust.
+"""An HTTP server for the few clients of the metrics. Any number of connections cannot exhaust it.
 
 Each connection has a thread and a time-out. Beyond `MAX_CLIENTS` the oldest one is cut off, so that a new
 request is always answered, however many idle clients stay connected.

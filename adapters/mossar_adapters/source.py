@@ -73,7 +73,7 @@ class Source(Protocol):
     live: bool  # whether frames arrive at their own pace
 
     def items(self) -> Iterator[Item]:
-        """Yield metas, chunks of frames, who has come and left, until the source ends or is closed."""
+        """Yield metas, chunks of frames, arrivals and departures, until the source ends or is closed."""
 
     def close(self) -> None:
         """Release the socket, file or device; `items` ends soon after. May be called twice."""

@@ -185,7 +185,7 @@ def _counted_by(server: WebSocketServer) -> Any:
 
 
 class _Strangers(logging.Filter):
-    """Keeps quiet about those who connect and speak something else: port scanners, browsers that go away."""
+    """Drops the log messages about clients that speak another protocol or disconnect: port scanners, browsers."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         from websockets.exceptions import WebSocketException

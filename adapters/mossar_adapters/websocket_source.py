@@ -85,7 +85,7 @@ class WebSocketSource:
         self.port = self._server.port
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
-        """Yield metas, chunks of frames and who has left; None when nothing came for a tenth of a second."""
+        """Yield metas, chunks of frames and departures; None when nothing came for a tenth of a second."""
         while not self._closed:
             try:
                 message = self._inbox.get(timeout=_IDLE)

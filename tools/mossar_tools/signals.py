@@ -22,7 +22,9 @@ from mossar_tools.errors import DONE, INTERRUPTED, TERMINATED, Terminated
 T = TypeVar("T")
 
 _AGAIN: Final = 0.02  # s until a signal is looked at again that came at a delicate moment
-_LOOK: Final = 0.1  # s between two looks at whether other work is done; some systems do not wake who waits
+_LOOK: Final = (
+    0.1  # s between two checks whether other work is done; some systems do not wake a waiting thread
+)
 _STACK: Final = 2**26  # bytes; compilers are recursive, and other threads have little room by default
 _DELICATE: Final = ("numba", "llvmlite", "importlib", "_frozen_importlib", "_frozen_importlib_external")
 _deferred: list[int] = []  # signals that are looked at again

@@ -76,7 +76,7 @@ class SegmentFunction(KeyedProcessFunction):  # type: ignore[misc]  # it has no 
         yield from _lines(events)
 
     def on_timer(self, timestamp: int, ctx: KeyedProcessFunction.OnTimerContext) -> Iterator[str]:
-        """End the take of a performer of whom no more comes; forget one who has left long ago."""
+        """End the take of a performer whose frames have stopped; forget one that left long ago."""
         del timestamp
         performer, now = ctx.get_current_key(), time.time()
         line = self._following.line(performer, now, self._state.value)

@@ -2,7 +2,7 @@
 
 A record is one map, msgpack or JSON: `{v, type: "frames", performer, t: [n seconds], shape: [n, J, 3], xyz, conf?,
 first_frame?}` where `xyz` and `conf` are little-endian float32 bytes (base64 in JSON). Before the first record of a
-performer, and now and then for those who forgot it, comes its meta map. Meta and frame maps are those of ZeroMQ and
+performer, and now and then for receivers that forgot it, comes its meta map. Meta and frame maps are those of ZeroMQ and
 JSON lines, so messages of other programs can be put into a topic unchanged.
 """
 

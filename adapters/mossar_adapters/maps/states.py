@@ -22,7 +22,7 @@ class StateMap(msgspec.Struct):
         performer: Name of the performer.
         take: Number of the latest take.
         present: Whether frames come: false once they have stalled, or the take has ended.
-        activity: `moving` or `resting` for each channel, `body` or a limb; who has not moved in the take rests.
+        activity: `moving` or `resting` for each channel, `body` or a limb; one that has not moved in the take rests.
         repetitions: Count of the take for each channel that has any, `body` or a limb.
         followed: How often each followed move was done in the take, by name.
         level: Of the segmentation; left out where it is not known.

@@ -25,7 +25,7 @@ _CONTROL = "/mossar/set/", "/mossar/reset"
 
 
 class OscDecoder:
-    """Turns datagrams into metas, frames and who has left.
+    """Turns datagrams into metas, frames and departures.
 
     The caller hands datagrams over in the order of arrival. While `pending` is true and nothing more waits to be read,
     it soon calls `idle`: most protocols do not say where a frame ends.

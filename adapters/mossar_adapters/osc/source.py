@@ -54,7 +54,7 @@ class OscSource:
         self._skips = True
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
-        """Yield metas, chunks of frames and who has left as they come; None when nothing came for a tenth of a second."""
+        """Yield metas, chunks of frames and departures as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
             quiet = self._socket.now
@@ -72,7 +72,7 @@ class OscSource:
             self._socket.close()
 
     def _skip(self) -> Iterator[Meta | Departure]:
-        """Discard the frames that wait; who they are of counts all the same."""
+        """Discard the frames that wait; their performers are counted all the same."""
         skipped = Skipped(self._socket.now)
         latest = 0.0
         while latest < skipped.until and self._socket.waits():

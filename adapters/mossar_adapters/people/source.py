@@ -73,7 +73,7 @@ class PeopleSource:
 
     @property
     def people(self) -> "PeopleSource":
-        """This source, for those who ask a source for its slots."""
+        """This source; other sources have no slots."""
         return self
 
     def set(self, people: object = None, remember: object = None) -> None:

@@ -57,7 +57,7 @@ class Watch:
     def check(
         self, now: float, until: Mapping[int, float] = MappingProxyType({})
     ) -> list[tuple[str, Finding]]:
-        """Return who has stalled, and whose take is over, since the last call.
+        """Return the performers that have stalled, and those whose takes are over, since the last call.
 
         Args:
             now: Monotonic s.

@@ -1,1 +1,1 @@
-"""From what a wire carries to frames: who may send, who is who, when, and what goes on together."""
+"""From what a wire carries to frames: admission of senders, names, times, and chunks."""

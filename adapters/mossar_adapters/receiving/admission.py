@@ -89,7 +89,7 @@ class AllowList:
 
 
 class Nuisances:
-    """Remembers who sends rubbish.
+    """Remembers the senders of invalid data.
 
     Example:
         >>> nuisances = Nuisances()

@@ -48,7 +48,7 @@ class Batch:
     def put(self, item: Meta | Pose | Departure) -> None:
         """Take one thing that a decoder found.
 
-        A meta that says the same as before, and the leaving of somebody unknown, change nothing.
+        A meta that is the same as before, and the departure of an unknown performer, change nothing.
 
         Raises:
             FrameError: If a pose does not fit the performer's skeleton, its time is none, or the performer is new

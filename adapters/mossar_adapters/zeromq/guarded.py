@@ -7,7 +7,7 @@ from zmq.auth.thread import ThreadAuthenticator
 
 
 class GuardedContext(zmq.Context[zmq.Socket[bytes]]):
-    """A context whose bound CURVE sockets may ask for the keys of those who connect."""
+    """A context whose bound CURVE sockets may ask for the keys of clients."""
 
     _guard: ThreadAuthenticator | None = None
 

@@ -109,7 +109,7 @@ class ZmqSource:
         self._context.term()
 
     def _skip(self) -> Iterator[Meta | Departure]:
-        """Discard the frames that wait; who they are of counts all the same."""
+        """Discard the frames that wait; their performers are counted all the same."""
         skipped = Skipped(self._now)
         while self._now < skipped.until + _SKIPPING and (messages := list(self._waiting())):
             yield from skipped.without_frames(self.decoder.receive(*messages))

@@ -1,4 +1,4 @@
-"""Machine: where the numbers come from, and who else was at work meanwhile."""
+"""Machine: where the numbers come from, and the load of other programs meanwhile."""
 
 import os
 import platform
@@ -13,7 +13,7 @@ import numpy as np
 import mossar_stream
 
 _QUIET_CORES = 0.15  # cores that others may use on a machine that counts as idle
-_QUIET_LOAD = 0.5  # load average, likewise, where the system does not tell who works
+_QUIET_LOAD = 0.5  # load average, likewise, where the system does not report the load of other programs
 _STAT, _INFO = Path("/proc/stat"), Path("/proc/cpuinfo")
 _IDLE = (3, 4)  # fields of /proc/stat's first line: idle and waiting for a disk
 _STOLEN = 7

@@ -20,17 +20,17 @@ from mossar_tools.values import share, whole
 DESCRIPTION = """Compare key frames with the true cuts of labelled recordings: Mossar by parts and similarities,
 streaming and offline, and by chance.
 
-A labelled folder has beside each recording, say walk.bvh, a file walk.json:
+A labelled folder has a file walk.json beside each recording walk.bvh:
   {"recording": "walk.bvh", "fps": 120, "tolerance_s": 0.25, "level": "motion",
    "cuts": [[500, 550, 600], 1150, 1980]}
 Cuts are frames from 0, as [earliest, middle, latest] or one number; with "cuts_in": "seconds" they are seconds since the
 first frame. level is posture, motion or cluster. Instead of "cuts" there may be "judges": a list of frames for each
-person who set cuts. "skeleton" names the .asf of an .amc. Or there is beside it what a person annotated or corrected:
-walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON that holds no labels is passed over.
-A folder of moves has label files of sessions, {"recording": "ann.npz", "commands": [[0, 165, "jab_left"], ...]}: from a
-first frame to before a last one the player did a move. Examples are in a file of mossar teach that "moves" names, or in
-samples/ann.npz: arrays (n, J, 3), metres, called MOVE_NUMBER, as in jab_left_1. Examples of several people in samples/ are
-also recognised with those of the others.
+person who set cuts. "skeleton" names the .asf of an .amc. Instead of walk.json there may be a file that a
+person annotated or corrected: walk.eaf, walk.TextGrid, walk.txt (Audacity) or walk.json (Label Studio). JSON without labels is ignored.
+A folder of moves has label files of sessions, {"recording": "ann.npz", "commands": [[0, 165, "jab_left"], ...]}: the
+player did a move from the first frame until before the last one. "moves" names a file of mossar teach with the examples.
+Otherwise they are in samples/ann.npz: arrays (n, J, 3), metres, called MOVE_NUMBER, as in jab_left_1. Examples of several
+people in samples/ are also recognised with those of the others.
 With --preset and --set other settings can be tried; the level is that of each recording's label."""
 EXAMPLES = """  mossar evaluate demo:                                the built-in performer, without any data
   mossar evaluate 'demo:?noise=0.02&fps=30' --seeds 5

@@ -1,4 +1,4 @@
-"""Visitors: who may see the page. This computer may; another device needs a URL that serves once.
+"""Visitors: the devices that may see the page. This computer may; another device needs a URL that serves once.
 
 The URL holds a key. Its first visitor gets a cookie in exchange, and the key is worthless from then on: who reads it over
 a shoulder, in a history or in a log comes too late. A browser sends the cookie with everything that it asks for.

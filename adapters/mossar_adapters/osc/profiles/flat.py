@@ -157,7 +157,7 @@ class Flat:
         return found
 
     def _gone(self, message: Message, people: int) -> list[Departure]:
-        """Return those who were in the message before and are not in this one."""
+        """Return the people that were in the message before and are not in this one."""
         before = self._present.get(message.address, 0)
         if message.address in self._present or len(self._present) < 64:
             self._present[message.address] = people
