@@ -54,3 +54,19 @@ def test_angles_without_repetitions_or_joints_are_refused(mossar, squats, swing,
     status, _, err = mossar("segment", swing, "--curves", tmp_path / "c.csv")
     assert (status, "not known by name" in err) == (2, True)
     assert mossar("segment", squats, "--curves", tmp_path / "c.gif")[0] == 2
+
+
+def test_the_axis_of_a_still_joint_shows_no_noise(squats, tmp_path, monkeypatch, mossar):
+    import mossar_tools.figures
+
+    with np.load(squats) as whole:
+        content = dict(whole)
+    noise = np.random.default_rng(3).normal(0, 1e-6, content["positions"].shape)
+    content["positions"] = content["positions"][:1] + noise
+    still = tmp_path / "still.npz"
+    np.savez(still, **content)
+    drawn = []
+    monkeypatch.setattr(mossar_tools.figures, "save", lambda figure, _: drawn.append(figure))
+    assert mossar("segment", still, "--repetitions", "--curves", tmp_path / "still.svg")[0] == 0
+    limits = [axes.get_ylim() for axes in drawn[0].axes]
+    assert all(high - low >= 10 for low, high in limits)

@@ -128,7 +128,7 @@ def test_a_browser_with_a_camera_brings_key_frames_and_asks_nobody_else(page, ca
         window.goto(url)
         window.locator("#events", has_text="key frame").wait_for(timeout=PATIENCE * 1e3)
         assert window.locator("#camera option").count() >= 1
-        assert "person is followed" in window.locator("#state").text_content()
+        assert "a person is in the picture" in window.locator("#state").text_content()
         mirrored = window.evaluate("getComputedStyle(document.querySelector('figure')).transform")
         assert mirrored.startswith("matrix(-1")
         browser.close()
@@ -144,6 +144,34 @@ def test_a_browser_with_a_camera_brings_key_frames_and_asks_nobody_else(page, ca
         time.sleep(0.1)
     told = [json.loads(line) for line in events.read_text().splitlines()]
     assert any(event["type"] == "key_frame" and event["status"] == "confirmed" for event in told)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs a browser: apt-get install chromium")
+def test_the_page_lists_followed_moves_poses_and_steps(page):
+    api = pytest.importorskip("playwright.sync_api", reason="needs pip install playwright")
+    url, _ = page
+    sent = [
+        {"type": "follow", "status": "going", "name": "squat", "count": 2},
+        {"type": "follow", "status": "done", "name": "squat", "count": 3, "score": 0.61},
+        {"type": "pose", "status": "held", "name": "plank"},
+        {"type": "step", "status": "strike", "side": "left"},
+    ]
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        window = browser.new_page()
+        receives_events = json.loads(get(url + "about.json")[2])["events"]
+        window.route_web_socket(
+            re.compile(re.escape(receives_events)),
+            lambda socket: [socket.send(json.dumps(event)) for event in sent],
+        )
+        window.goto(url)
+        window.locator("#events", has_text="step").wait_for(timeout=PATIENCE * 1e3)
+        assert window.locator("#events li").all_text_contents() == [
+            "step: left",
+            "pose held: plank",
+            "squat 3: score 0.61",
+        ]
+        browser.close()
 
 
 @pytest.mark.usefixtures("provided")

@@ -12,6 +12,7 @@ from mossar_tools.errors import UsageError
 from mossar_tools.palette import Palette
 
 WIDTH, ROW = 11.0, 1.5  # inches
+SPAN = 10.0  # degrees that an axis shows at least, so that the noise of a still joint does not fill it
 
 
 def write_curves(path: Path, whole: LoadedRecording, result: Result, palette: Palette) -> None:
@@ -66,6 +67,9 @@ def _draw(
                 if event.start is not None and event.end is not None:
                     shade = palette.faint if event.count % 2 else palette.background
                     axes.axvspan(event.start, event.end, color=shade, alpha=0.5, linewidth=0)
+            low, high = axes.get_ylim()
+            if high - low < SPAN:
+                axes.set_ylim((low + high - SPAN) / 2, (low + high + SPAN) / 2)
             axes.set_title(kind.replace("_", " "), loc="left")
             axes.set_ylabel("degrees")
             axes.legend(loc="upper right", ncols=2)

@@ -54,6 +54,9 @@ function said(event) {
   if (event.type === "key_frame" && event.status === "confirmed") return `key frame: ${event.kind}`;
   if (event.type === "move" && event.status === "confirmed") return `move: ${event.name}`;
   if (event.type === "repetition") return `repetition ${event.total}`;
+  if (event.type === "follow" && event.status === "done") return `${event.name} ${event.count}: score ${event.score.toFixed(2)}`;
+  if (event.type === "pose" && event.status !== "left") return `pose ${event.status}: ${event.name}`;
+  if (event.type === "step" && event.status === "strike") return `step: ${event.side}`;
   if (event.type === "stream") return event.event + (event.reason ? `: ${event.reason}` : "");
   return null;
 }
@@ -163,7 +166,7 @@ function look(now) {
     }
     recent = [...recent.filter((time) => now - time < 1000), now];
     at("rate").textContent = recent.length;
-    say(world ? "a person is followed" : "nobody is in the picture");
+    say(world ? "a person is in the picture" : "nobody is in the picture");
   }
   video.requestVideoFrameCallback(look);
 }
