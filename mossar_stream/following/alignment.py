@@ -51,7 +51,7 @@ class FollowState(msgspec.Struct, frozen=True):
     """Where a performer is in a followed move; the fields are those of `FollowEvent`.
 
     Args:
-        example: Place of the aligned example in `Moves.examples`.
+        example: Place of the aligned example in `Moves.examples_and_images`.
     """
 
     example: int
@@ -82,7 +82,7 @@ def checked_follow(follow: Iterable[str] | bool, moves: Moves | None) -> Follow:
     chosen: Follow = follow if isinstance(follow, bool) else tuple(dict.fromkeys(follow))
     if chosen and moves is None:
         raise MovesError("there is nothing to follow without moves; give moves, too")
-    known = () if moves is None else moves.names
+    known = () if moves is None else moves.reported
     missing = () if isinstance(chosen, bool) else [name for name in chosen if name not in known]
     if missing:
         raise MovesError(
@@ -102,7 +102,7 @@ def alignment_of(
     """Return what follows those moves that there are; None if there is nothing to follow; see `Alignment`."""
     if moves is None:
         return None
-    names = tuple(name for name in moves.names if follow is True or (follow and name in follow))
+    names = tuple(name for name in moves.reported if follow is True or (follow and name in follow))
     return Alignment(moves, names, skeleton, settings, performer, store) if names else None
 
 
@@ -352,6 +352,7 @@ def memory_bytes(store: NDArray[np.uint8]) -> int:
 
 
 def _places(moves: Moves, names: tuple[str, ...]) -> list[int]:
-    """Return the place in `Moves.examples` of each example of a bank."""
-    places = [place for place, example in enumerate(moves.examples) if example.name in names]
-    return sorted(places, key=lambda place: names.index(moves.examples[place].name))
+    """Return the place in `Moves.examples_and_images` of each example of a bank."""
+    examples = moves.examples_and_images()
+    places = [place for place, example in enumerate(examples) if example.name in names]
+    return sorted(places, key=lambda place: names.index(examples[place].name))

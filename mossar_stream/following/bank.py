@@ -29,15 +29,13 @@ from mossar_stream.moves.example import Example
 from mossar_stream.moves.facing import mean_heading
 from mossar_stream.moves.joints import Pair
 from mossar_stream.moves.moves import Moves
+from mossar_stream.moves.points import UPWARDS
 from mossar_stream.moves.rules import Facing
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
 LONGEST_EXAMPLE = 60.0  # s, of a movement that is followed
 SHORTEST_EXAMPLE = 4  # phases
-UPWARDS = {"auto": (1, 1.0), "x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0)} | {
-    f"-{axis}": (place, -1.0) for place, axis in enumerate("xyz")
-}
 LEAST_MOVED = 1e-4  # mean square of the chord by which an example moves
 SPREAD_PHASES = 32  # at which examples of one move are compared
 LEAST_SPREAD = 0.05  # chord: 3 degrees, which any two performances differ by
@@ -48,7 +46,7 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
     """Describe the examples of followed moves for a stream.
 
     Args:
-        moves: Whose examples there are; those of others than `names` are left out.
+        moves: Whose examples and mirror images there are; those of others than `names` are left out.
         names: Of the followed moves, in the order in which they are numbered.
         streamed: Skeleton of the stream.
         up: The axis that points upwards; `auto` is y.
@@ -60,16 +58,18 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         FrameError: If the stream lacks joints that the examples need.
         MovesError: If an example is too long to be followed, or nothing can be compared.
     """
-    shown, examples, facing = moves.skeleton, moves.examples, moves.facing
+    shown, facing = moves.skeleton, moves.facing
+    examples = moves.examples_and_images(up)
     bones = shared_bones(shown, streamed)
     if not bones.bones:
         raise MovesError("nothing can be followed: the examples have no bone that the stream has, too")
-    axis, sign = UPWARDS[up]
-    followed = sorted((e for e in examples if e.name in names), key=lambda e: names.index(e.name))
+    chosen = [place for place, example in enumerate(examples) if example.name in names]
+    chosen.sort(key=lambda place: names.index(examples[place].name))
+    followed = [examples[place] for place in chosen]
     phases = [_phases_of(example, shown, bones, up, facing) for example in followed]
     strides = sorted({stride for stride, _ in phases})
     longest = max((len(directions) for _, directions in phases), default=SHORTEST_EXAMPLE)
-    store = np.zeros(_bytes_of(bones, phases, len(names)), np.uint8)
+    store = np.zeros(_bytes_of(bones, phases), np.uint8)
     axis, sign = UPWARDS[up]
     girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
     head = store[:HEAD_BYTES].view(HEAD)
@@ -102,22 +102,22 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         floats[place + rows.size : place + rows.size + mean.size] = mean.ravel()
         place += rows.size + mean.size
         memory += example_memory(count)
-    for name in names:
-        own = [
-            directions
-            for example, (_, directions) in zip(followed, phases, strict=True)
-            if example.name == name
-        ]
-        floats[place : place + len(bones.bones)] = _weights(own)
-        place += len(bones.bones)
+    sides = [(examples[place].name, place >= len(moves)) for place in chosen]
+    weights = {
+        side: _weights(
+            [directions for one, (_, directions) in zip(sides, phases, strict=True) if one == side]
+        )
+        for side in dict.fromkeys(sides)
+    }
+    floats[place:] = np.concatenate([weights[side] for side in sides])
     return store
 
 
 def _weights(examples: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return how much each bone counts in the deviation from a move: the less, the more its examples differ among themselves.
+    """Return how much each bone counts in the deviation: the less, the more examples of a move differ among themselves.
 
     Args:
-        examples: (n, B, 3) directions of each.
+        examples: (n, B, 3) directions of each of a move, or of their mirror images.
 
     Returns:
         (B,), with the sum 1.
@@ -129,10 +129,10 @@ def _weights(examples: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.asarray(weights / weights.sum())
 
 
-def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]], moves: int) -> int:
+def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]]) -> int:
     count = len(bones.bones)
     fixed = HEAD_BYTES + len(bones.streamed) * POINT_BYTES + count * BONE_BYTES + len(phases) * EXAMPLE_BYTES
-    return fixed + 4 * (moves * count + sum(example_floats(len(d), count) for _, d in phases))
+    return fixed + 4 * sum(example_floats(len(d), count) + count for _, d in phases)
 
 
 def _phases_of(

@@ -171,7 +171,7 @@ def write_report(known, bank, m, what):
     for b in range(strays.size):
         chord = np.sqrt(min(max(np.float64(strays[b]), 0.0), 4.0))
         angle = np.degrees(2.0 * np.arcsin(0.5 * chord))
-        deviation += angle * weights[m, b]
+        deviation += angle * weights[move.example, b]
         if angle > farthest:
             farthest, joint = angle, b
         if bones[b].limb >= 0:

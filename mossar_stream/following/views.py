@@ -136,9 +136,9 @@ def rows_of_example(bank, example):
 
 @inline_kernel(returns_views=True)
 def weights_of_bones(bank):
-    """Return how much each bone counts in the deviation from each move, (M, B); of one move they add up to 1."""
-    moves, bones = bank.head[0].moves, bank.head[0].bones
-    return part(bank.rows, 4 * (bank.rows.size - moves * bones), np.float32, (moves, bones))
+    """Return how much each bone counts in the deviation from each example, (T, B); of one example they add up to 1."""
+    examples, bones = bank.head[0].examples, bank.head[0].bones
+    return part(bank.rows, 4 * (bank.rows.size - examples * bones), np.float32, (examples, bones))
 
 
 @inline_kernel(returns_views=True)

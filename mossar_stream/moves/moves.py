@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from mossar_stream.errors import MovesError
 from mossar_stream.moves.example import Example, check_name, make_example
 from mossar_stream.moves.explaining import Explanation
-from mossar_stream.moves.mirroring import mirrored, mirrored_joints, other_side
+from mossar_stream.moves.mirroring import mirrored, mirrored_joints, mirrored_pose, other_side
 from mossar_stream.moves.moves_file import MAX_EXAMPLES, read_moves, write_moves
 from mossar_stream.moves.oddity import Oddity, oddity_of
 from mossar_stream.moves.pose import Pose, make_pose
 from mossar_stream.moves.rules import USUAL, Facing, MoveRule, changed_rule, check_facing
+from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
 
@@ -83,11 +84,13 @@ class Moves:
     @property
     def reported(self) -> tuple[str, ...]:
         """Names that events may have: those of the moves, and those of mirror images."""
-        return tuple(dict.fromkeys([*self.names, *(example.name for example in self.mirror_images())]))
+        images = [other_side(name) for name in self.names if self.rule(name).mirrored]
+        return tuple(dict.fromkeys([*self.names, *images]))
 
     def rule(self, name: str) -> MoveRule:
-        """Return how a move, or a mirror image, is recognised."""
-        if name not in self.names and other_side(name) in self.names:
+        """Return how a move, a pose, or a mirror image, is recognised."""
+        known = {*self.names, *(pose.name for pose in self._poses)}
+        if name not in known and other_side(name) in known:
             name = other_side(name)
         return self._rules.get(name, USUAL)
 
@@ -102,23 +105,38 @@ class Moves:
         """Change how a move is recognised; what is None stays as it is.
 
         Args:
-            name: Of a move that was shown.
+            name: Of a move that was shown, or of a pose, which may be mirrored.
             strict: From 0 (whatever is nearest) to 1 (only what is almost the same); 0.5 where nothing is said.
             again: s after the move was confirmed during which it is not confirmed again; 0 where nothing is said.
-            mirrored: Whether the mirror image is recognised, too; under the other side's name if the name has a side.
+            mirrored: Whether the mirror image is recognised and followed, too; under the other side's name if the name has a side.
 
         Raises:
-            MovesError: If there is no such move, a value is out of range, or the skeleton has no sides to be mirrored.
+            MovesError: If there is no such move or pose, a value is out of range or not of a pose, or the skeleton has no sides
+                to be mirrored.
         """
-        self._check_known(name)
+        if not any(pose.name == name for pose in self._poses):
+            self._check_known(name)
+        elif strict is not None or again is not None:
+            raise MovesError(f"{name!r} is a pose; strict and again are of moves")
         rule = changed_rule(self._rules.get(name, USUAL), strict, again, mirrored)
         if rule.mirrored:
             mirrored_joints(self.skeleton)
         self._rules = {key: value for key, value in {**self._rules, name: rule}.items() if value != USUAL}
 
-    def mirror_images(self) -> list[Example]:
-        """Return the mirror images of the examples of mirrored moves."""
-        return [mirrored(one, self.skeleton) for one in self._examples if self.rule(one.name).mirrored]
+    def mirror_images(self, up: Up = "y") -> list[Example]:
+        """Return the mirror images of the examples of mirrored moves; `up` is the axis that points upwards."""
+        return [mirrored(one, self.skeleton, up) for one in self._examples if self.rule(one.name).mirrored]
+
+    def examples_and_images(self, up: Up = "y") -> list[Example]:
+        """Return all examples, then the mirror images."""
+        return [*self._examples, *self.mirror_images(up)]
+
+    def poses_and_images(self, up: Up = "y") -> list[Pose]:
+        """Return all held poses, then the mirror images of mirrored ones."""
+        images = [
+            mirrored_pose(one, self.skeleton, up) for one in self._poses if self.rule(one.name).mirrored
+        ]
+        return [*self._poses, *images]
 
     def add(self, name: str, positions: ArrayLike, fps: float) -> None:
         """Add an example; it is recognised by what lies between its onset and its offset, and followed as a whole.
@@ -176,6 +194,7 @@ class Moves:
         """
         if any(pose.name == name for pose in self._poses):
             self._poses = [pose for pose in self._poses if pose.name != name]
+            self._rules.pop(name, None)
             return
         self._check_known(name)
         self._examples = [example for example in self._examples if example.name != name]
@@ -221,10 +240,14 @@ class Moves:
         """
         from mossar_stream.moves.bank import make_store  # noqa: PLC0415 - not before something is recognised
 
-        examples = [*self._examples, *self.mirror_images()]
         rules = {name: self.rule(name) for name in self.reported}
         return make_store(
-            self.skeleton, examples, rules, streamed, self._facing, explains=self.explained is not None
+            self.skeleton,
+            self.examples_and_images(),
+            rules,
+            streamed,
+            self._facing,
+            explains=self.explained is not None,
         )
 
     def costs(self, positions: ArrayLike, fps: float) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@
                    "whole_fps": 30.0, "whole": [-121, 4569, …]}, …]}
 
 Positions are tenths of a millimetre, frame by frame, joint by joint. `facing` is "any" or "as_shown". Rules say what differs
-from `MoveRule`'s defaults; moves without a rule need not be named. `whole` is everything that was shown, where `positions` are
+from `MoveRule`'s defaults; moves without a rule need not be named, and poses may be mirrored. `whole` is everything that was shown, where `positions` are
 the movement alone; without it they are the same. Files of version 1 have none of these.
 
 Files with held poses have version 3, and besides: "poses": [{"name": "plank", "positions": [-123, 4567, …], "hold": 2.0}, …],
@@ -22,7 +22,7 @@ from mossar_stream.errors import FrameError, MovesError
 from mossar_stream.moves.example import LEAST_FRAMES, MAX_FRAMES, MOST_SHOWN, Example, check_name
 from mossar_stream.moves.mirroring import mirrored_joints
 from mossar_stream.moves.pose import Pose
-from mossar_stream.moves.rules import Facing, MoveRule
+from mossar_stream.moves.rules import MIRRORED, USUAL, Facing, MoveRule
 from mossar_stream.skeleton import Skeleton
 
 FILE_VERSION = 3
@@ -108,8 +108,11 @@ def _check_poses(content: Content) -> None:
 
 def _check_rules(content: Content) -> None:
     names = {example.name for example in content.examples}
+    poses = {pose.name for pose in content.poses}
     for name, rule in content.rules.items():
-        if name not in names:
+        if name in poses and rule not in (USUAL, MIRRORED):
+            raise MovesError(f"the rule for {name!r} is of a move; a pose can only be mirrored")
+        if name not in names | poses:
             raise MovesError(f"there is a rule for {check_name(name)!r}, and no example of it")
         if rule.mirrored:
             mirrored_joints(content.skeleton)

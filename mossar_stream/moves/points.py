@@ -8,10 +8,14 @@ import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel
 from mossar_stream.memory.joint_pages import FARTHEST
+from mossar_stream.settings import Up
 
 LATE = 1.0  # s, frames that are so late are repeated or out of order
 MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
 Y_UP = (1, 1.0)  # axis and sign
+UPWARDS: dict[Up, tuple[int, float]] = {
+    "auto": Y_UP, "x": (0, 1.0), "y": Y_UP, "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0),
+}  # fmt: skip
 FARTHEST_SUM = np.float32(FARTHEST)  # m, of the three coordinates
 
 

@@ -26,7 +26,7 @@ class MoveRule(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     mirrored: bool = False
 
 
-USUAL = MoveRule()
+USUAL, MIRRORED = MoveRule(), MoveRule(mirrored=True)  # a pose has one of these
 
 
 def changed_rule(

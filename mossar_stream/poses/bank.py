@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.errors import MovesError
-from mossar_stream.following.bank import UPWARDS, directions_of, points_of
+from mossar_stream.following.bank import directions_of, points_of
 from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
 from mossar_stream.following.layout import BONE, BONE_BYTES, POINT, POINT_BYTES
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.facing import mean_heading
+from mossar_stream.moves.points import UPWARDS
 from mossar_stream.moves.pose import Pose
 from mossar_stream.moves.rules import Facing
 from mossar_stream.poses.layout import HEAD, HEAD_BYTES, SHOWN, SHOWN_BYTES, bank_bytes

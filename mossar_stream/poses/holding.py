@@ -39,8 +39,9 @@ class Holding:
 
     def __init__(self, moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> None:
         self._performer = performer
-        self._names = tuple(pose.name for pose in moves.poses)
-        self.store = make_bank(moves.skeleton, moves.poses, skeleton, moves.facing, up)
+        poses = moves.poses_and_images(up)
+        self._names = tuple(pose.name for pose in poses)
+        self.store = make_bank(moves.skeleton, poses, skeleton, moves.facing, up)
         bones = bones_of(moves.skeleton, skeleton)
         self._ends = [skeleton.names[max(0, bones.streamed[bone.end].one)] for bone in bones.bones]
         self._limbs = {

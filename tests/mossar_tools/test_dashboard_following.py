@@ -8,6 +8,7 @@ import pytest
 from mossar_adapters.demo import DemoSource, performance
 from mossar_adapters.pipeline import Pipeline
 from mossar_stream import Frames, Moves, Segmenter, Settings, Skeleton
+from mossar_stream.moves.mirroring import mirrored_joints
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.placement import Placement
 from mossar_tools.dashboard.rings import rings
@@ -42,7 +43,7 @@ def glimpses_of(take, moves, positions):
             track.add_event(event)
         track.add_frames(Frames(positions[i : i + 1], np.array([time]), performer="p1"))
         track.add_sample(segmenter.state)
-        track.set_following(segmenter.following, moves)
+        track.set_following(segmenter.following, moves, segmenter.settings.up)
         if i % 6 == 5:
             yield track.glimpse(1.0, [])
 
@@ -68,6 +69,26 @@ def test_the_example_lies_over_the_body_while_the_move_is_made_and_not_else(take
     apart = [np.linalg.norm(one.overlay.joints - one.body.joints, axis=1).max() for one in over]
     assert np.median(apart) < 0.1  # m: the same person makes the same move
     assert np.median([np.nanmax(one.overlay.strays) for one in over]) < 15
+
+
+def test_the_mirror_image_lies_over_a_body_seen_in_a_mirror():
+    kicks = performance(2, fps=FPS, moves=["rest:2", "kick_right", "rest:1", "kick_right", "rest:2"])
+    mine = Moves(kicks.skeleton)
+    mine.add("kick_right", kicks.frames.positions[round(1.6 * FPS) : round(3.4 * FPS)], FPS)
+    mine.set_rule("kick_right", mirrored=True)
+    seen = kicks.frames.positions
+    inside = seen[:, mirrored_joints(kicks.skeleton)] * np.array([-1, 1, 1], np.float32)
+
+    def apart(positions, name):
+        found = [one for one in glimpses_of(kicks, mine, positions) if one.overlay is not None]
+        over = [one for one in found if one.followed_moves[0].name == name]
+        return len(over), np.median(
+            [np.linalg.norm(one.overlay.joints - one.body.joints, axis=1).max() for one in over]
+        )
+
+    count, distance = apart(seen, "kick_right")
+    assert count > 5
+    assert apart(inside, "kick_left") == (count, pytest.approx(distance, abs=0.02))
 
 
 def turned(positions, degrees):

@@ -29,6 +29,16 @@ def test_a_part_of_a_recording_becomes_a_pose_that_is_listed_and_removed(run, sh
     assert run("teach", shown, "--list").out == ""
 
 
+def test_a_pose_is_mirrored_and_listed_so(run, shown):
+    ran = run("teach", shown, "--pose", "at_ease", "--mirrored")
+    assert (ran.status, ran.err.strip()) == (0, "at_ease: mirrored")
+    assert json.loads(Path(shown).read_text())["rules"] == {"at_ease": {"mirrored": True}}
+    assert run("teach", shown, "--list").out.rstrip().endswith("pose, held after 0.8 s; mirrored")
+    ran = run("teach", shown, REACH, "--pose", "reach_left", "--mirrored", "--from", "0", "--until", "1")
+    assert (ran.status, set(json.loads(Path(shown).read_text())["rules"])) == (0, {"at_ease", "reach_left"})
+    assert run("teach", shown, "--pose", "at_ease", "--again", "2").status == 2
+
+
 def test_a_stream_reports_the_pose(events, shown):
     found = events("run", REACH, "--speed", "max", "--moves", shown, "--emit", "pose")
     assert {event["type"] for event in found} == {"pose"}

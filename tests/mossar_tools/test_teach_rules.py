@@ -93,3 +93,14 @@ def test_run_explains_each_movement_and_changes_no_event(run, shown):
     assert any("not recognised at a cost of" in line and "the cost is too high" in line for line in lines)
     assert not [line for line in plain.err.splitlines() if "mossar: p1, " in line]
     assert "--explain needs --moves" in run("run", "demo:", "--explain").err
+
+
+def test_the_mirror_image_is_followed_under_the_other_name(run, events, tmp_path):
+    path = str(tmp_path / "kicks.json")
+    assert run("teach", path, KICK, "--name", "kick_right", "--from", "1.2", "--until", "2.6").status == 0
+    left = "demo:?tempo=0.6&moves=rest:1,kick_left,rest:1"
+    asked = ("run", left, "--speed", "max", "--moves", path, "--emit", "follow.done", "--follow")
+    ran = run(*asked, "kick_left")
+    assert (ran.status, "no such move; there are kick_right" in ran.err) == (2, True)
+    assert run("teach", path, "--name", "kick_right", "--mirrored").status == 0
+    assert {event["name"] for event in events(*asked, "kick_left,kick_right")} == {"kick_left"}

@@ -55,16 +55,16 @@ def moves_to_follow(
     if path is None or (teaches and not Path(path).exists()):
         return None, ()
     moves = read_moves(path)
-    missing = [name for name in names if name not in (*moves.names, EVERY)]
+    missing = [name for name in names if name not in (*moves.reported, EVERY)]
     if missing and not teaches:
-        known = ", ".join(moves.names[:NAMED]) or "none"
+        known = ", ".join(moves.reported[:NAMED]) or "none"
         raise UsageError(f"--follow {missing[0][:80]}: {path} has no such move; there are {known}")
     return moves, followed(names, moves)
 
 
 def followed(names: Sequence[str], moves: Moves) -> Follow:
     """Return which of the moves that there are so far are followed, of those that are wanted."""
-    return EVERY in names or tuple(name for name in names if name in moves.names)
+    return EVERY in names or tuple(name for name in names if name in moves.reported)
 
 
 def moves_for(path: str | Path, skeleton: Skeleton) -> Moves:

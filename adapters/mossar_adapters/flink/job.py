@@ -150,8 +150,8 @@ class Segmenting(_Part, frozen=True):
         if moves is None or self.follow == "all":
             return self.follow == "all"
         for name in self.follow:
-            if name not in moves.names:
-                known = ", ".join(moves.names) or "none"
+            if name not in moves.reported:
+                known = ", ".join(moves.reported) or "none"
                 raise SettingsError(
                     f"segmenter.follow: {self.moves} has no move {name[:80]}; there are {known}"
                 )

@@ -114,6 +114,40 @@ def test_turned_performers_of_other_sizes_hold_the_same_poses(moves):
     assert story(events_of(Segmenter(PERSON, moves=seen_from_the_side), turned, times)) == []
 
 
+def mirrored_pose():
+    found = Moves(PERSON)
+    found.add_pose("hand_right", HAND_UP)
+    found.set_rule("hand_right", mirrored=True)
+    return found
+
+
+def test_the_mirror_image_of_a_pose_has_the_name_of_the_other_side():
+    found = Moves.from_json(mirrored_pose().to_json())
+    frames, times = session(HAND_UP, raised("left", up=1.0))
+    seen = told(events_of(Segmenter(PERSON, moves=found), frames, times))
+    assert story(seen) == once("hand_right", "hand_left")
+    assert {event.name: event.deviation < 4 for event in seen} == {"hand_right": True, "hand_left": True}
+    turned = np.roll(frames, 1, axis=2)
+    lying = Moves(PERSON)
+    lying.add_pose("hand_right", np.roll(HAND_UP, 1, axis=1))
+    lying.set_rule("hand_right", mirrored=True)
+    upright = Segmenter(PERSON, Settings(up="z"), moves=lying)
+    assert story(events_of(upright, turned, times)) == once("hand_right", "hand_left")
+
+
+def test_a_pose_has_no_other_rule_and_loses_it_with_the_pose():
+    found = mirrored_pose()
+    for fields in ({"strict": 0.8}, {"again": 1}):
+        with pytest.raises(MovesError, match="is a pose"):
+            found.set_rule("hand_right", **fields)
+    text = found.to_json().replace(b'{"mirrored":true}', b'{"strict":0.8}')
+    with pytest.raises(MovesError, match="can only be mirrored"):
+        Moves.from_json(text)
+    found.remove("hand_right")
+    found.add_pose("hand_right", HAND_UP)
+    assert not found.rule("hand_right").mirrored
+
+
 def test_z_may_point_upwards():
     upright = Moves(PERSON)
     upright.add_pose("plank", PLANK[:, [2, 0, 1]])

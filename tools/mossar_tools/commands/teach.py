@@ -99,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--mirrored",
         action=argparse.BooleanOptionalAction,
-        help="of --name: its mirror image is recognised, too; of jab_left as jab_right",
+        help="of --name or --pose: its mirror image is recognised and followed, too; of jab_left as jab_right",
     )
     group.add_argument(
         "--facing",
@@ -121,8 +121,10 @@ def run(options: Options, console: Console) -> int:
     if options.list or options.remove is not None:
         return _list_or_remove(options, console)
     _check_pose(options)
-    if _has_rules(options) and options.name is None:
-        raise UsageError("--strict, --again and --mirrored are of one move: --name says of which")
+    if _has_rules(options) and options.name is None and options.pose is None:
+        raise UsageError(
+            "--strict, --again and --mirrored are of one move: --name says of which (--pose with --mirrored)"
+        )
     if not options.sources and (_has_rules(options) or options.facing is not None):
         return _set_rules(options, console)
     if len(options.sources) != 1:
@@ -158,7 +160,8 @@ def _check_pose(options: Options) -> None:
         "--name": options.name is not None,
         "--labels": options.labels is not None,
         "--discover": options.discover,
-        "--strict, --again and --mirrored": _has_rules(options),
+        "--strict": options.strict is not None,
+        "--again": options.again is not None,
     }
     for other, is_given in others.items():
         if is_given:
@@ -177,8 +180,9 @@ def _set_rules(options: Options, console: Console) -> int:
     """Change how the moves of a file are recognised."""
     with changing(options.file) as moves:
         _apply_rules(options, moves)
-    if options.name is not None:
-        console.say(f"{options.name}: {_rule_text(moves, options.name) or 'recognised as usual'}")
+    name = options.name or options.pose
+    if name is not None:
+        console.say(f"{name}: {_rule_text(moves, name) or 'recognised as usual'}")
     if options.facing is not None:
         console.say(f"{options.file}: facing {moves.facing}")
     return DONE
@@ -187,8 +191,9 @@ def _set_rules(options: Options, console: Console) -> int:
 def _apply_rules(options: Options, moves: "Moves") -> None:
     if options.facing is not None:
         moves.facing = options.facing
-    if options.name is not None and _has_rules(options):
-        moves.set_rule(options.name, strict=options.strict, again=options.again, mirrored=options.mirrored)
+    name = options.name or options.pose
+    if name is not None and _has_rules(options):
+        moves.set_rule(name, strict=options.strict, again=options.again, mirrored=options.mirrored)
 
 
 def _rule_text(moves: "Moves", name: str) -> str:
@@ -224,7 +229,8 @@ def _list_or_remove(options: Options, console: Console) -> int:
                 f"{name:<24} {len(lengths)} example{'s' if len(lengths) > 1 else ''}: {spans}{f'; {rule}' if rule else ''}"
             )
         for name, hold in {pose.name: pose.hold for pose in moves.poses}.items():
-            console.line(f"{name:<24} pose, held after {hold:g} s")
+            rule = _rule_text(moves, name)
+            console.line(f"{name:<24} pose, held after {hold:g} s{f'; {rule}' if rule else ''}")
         if moves.facing != FACINGS[0]:
             console.line(f"facing {moves.facing}")
         _warn(moves, range(len(moves)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from mossar_stream import FollowEvent, FollowState, Moves, Skeleton
+from mossar_stream import Example, FollowEvent, FollowState, Moves, Skeleton, Up
 from mossar_tools.dashboard.glimpse import FollowedMove, Overlay
 from mossar_tools.dashboard.placement import Placement, Pose
 from mossar_tools.dashboard.shadow import Shadow, seconds_of
@@ -20,6 +20,8 @@ class FollowedMoves:
     def __init__(self, skeleton: Skeleton) -> None:
         self._skeleton = skeleton
         self._moves: Moves | None = None
+        self._up: Up = "auto"
+        self._examples: list[Example] = []  # and mirror images
         self._shadow: Shadow | None = None
         self._states: States = {}
         self._done: dict[
@@ -36,10 +38,11 @@ class FollowedMoves:
         """Begin to count again."""
         self._done.clear()
 
-    def take(self, states: States, moves: Moves | None) -> None:
-        """Set where the performer is in each followed move, and the moves."""
-        if moves is not self._moves:
-            self._moves = moves
+    def take(self, states: States, moves: Moves | None, up: Up) -> None:
+        """Set where the performer is in each followed move, the moves, and the axis that points upwards."""
+        if moves is not self._moves or up != self._up:
+            self._moves, self._up = moves, up
+            self._examples = moves.examples_and_images(up) if moves is not None else []
             self._shadow = Shadow(moves.skeleton, self._skeleton) if moves is not None else None
         self._states = states
         for name in [name for name in self._done if name not in states]:
@@ -67,9 +70,9 @@ class FollowedMoves:
         state = self._states[first.name] if first is not None else None
         if state is None or self._moves is None or self._shadow is None:
             return None
-        if not 0 <= state.example < len(self._moves.examples):
+        if not 0 <= state.example < len(self._examples):
             return None
-        example = self._moves.examples[state.example]
+        example = self._examples[state.example]
         length = max(seconds_of(example, self._moves.skeleton), 1e-3)
         ahead = min(
             max(now - state.time, 0.0), 0.2

@@ -12,7 +12,7 @@ import msgspec
 from mossar_adapters.people import PeopleSource
 from mossar_adapters.pipeline.counting import explanation
 from mossar_adapters.source import Meta
-from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings
+from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings, Up
 from mossar_tools.console import LOGGER
 from mossar_tools.dashboard.followed_moves import States
 from mossar_tools.dashboard.glimpse import Glimpse, Mark
@@ -51,6 +51,7 @@ class _Sample(msgspec.Struct, frozen=True):
     dropped: int
     following: States
     moves: Moves | None
+    up: Up
 
 
 class LiveShow:
@@ -168,7 +169,8 @@ class LiveShow:
             if state is not None:
                 dropped = pipeline.inbox.dropped[pipeline.naming.source_of(name)]
                 following, moves = segmenter.following, pipeline.pool.moves
-                self._samples.append(_Sample(name, state, segmenter.stats, dropped, following, moves))
+                up = segmenter.settings.up
+                self._samples.append(_Sample(name, state, segmenter.stats, dropped, following, moves, up))
         while len(self._sampled) > _REMEMBERED:
             self._sampled.pop(next(iter(self._sampled)))
 
@@ -368,7 +370,7 @@ class LiveShow:
             sample = self._samples.popleft()
             if sample.performer in self._tracks:
                 self._tracks[sample.performer].add_sample(sample.state)
-                self._tracks[sample.performer].set_following(sample.following, sample.moves)
+                self._tracks[sample.performer].set_following(sample.following, sample.moves, sample.up)
                 self._latest[sample.performer] = sample
                 rates = self._rates.setdefault(sample.performer, deque(maxlen=int(2 * RATE)))
                 rates.append((time.monotonic(), sample.stats["frames"]))

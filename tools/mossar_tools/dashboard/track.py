@@ -21,6 +21,7 @@ from mossar_stream import (
     SegmentEvent,
     Skeleton,
     StreamEvent,
+    Up,
 )
 from mossar_tools.dashboard.followed_moves import FollowedMoves, States
 from mossar_tools.dashboard.glimpse import Body, Curve, Ghost, Glimpse, Mark, Repeated
@@ -76,9 +77,9 @@ class Track:
         self._repeated: Repeated | None = None
         self._followed_moves = FollowedMoves(self.skeleton)
 
-    def set_following(self, states: States, moves: Moves | None) -> None:
-        """Take note of where the performer is in the moves that are followed."""
-        self._followed_moves.take(states, moves)
+    def set_following(self, states: States, moves: Moves | None, up: Up) -> None:
+        """Take note of where the performer is in the moves that are followed; see `FollowedMoves.take`."""
+        self._followed_moves.take(states, moves, up)
 
     def add_frames(self, frames: Frames) -> None:
         """Process frames; a pose is kept about every 1/30 s."""
