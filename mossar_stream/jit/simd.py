@@ -5,8 +5,9 @@ depends on the machine. Here the order is written down: halves are combined with
 `tools/checks/reference/simd.py` computes the same in plain Python; tests compare the two bit by bit.
 """
 
+import itertools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from llvmlite import ir
 from numba import extending, types
@@ -14,6 +15,9 @@ from numba.core import cgutils
 
 WIDTH = 32  # numbers of a line that are added up at once
 FACTORS = 8  # numbers that are multiplied at once
+MATRIX_ROWS = 4  # of a matrix that are worked on at once,
+MATRIX_COLUMNS = 3  # with so many of another one,
+VECTORS = 3  # or with so many times `FACTORS` numbers: twelve sums side by side, each number read once
 FRACTION_BITS, EXPONENT_BIAS = 52, 1023  # of a float64
 FRACTION, BITS_OF_ONE = (1 << FRACTION_BITS) - 1, EXPONENT_BIAS << FRACTION_BITS
 
@@ -56,6 +60,78 @@ def line_product(_context, one, other):
         return _fold(builder, builder.load(total), builder.fadd)
 
     return types.float32(one, other), generate
+
+
+@intrinsic
+def line_products(_context, goal, lines, others, count):
+    """Set goal[k, j] to the sum of the products of two lines of float32, one of `MATRIX_ROWS` and another one, in single precision.
+
+    Args:
+        _context: Given by the compiler.
+        goal: (MATRIX_ROWS, D) float32, set.
+        lines: (MATRIX_ROWS, n) float32; n is a multiple of `FACTORS`.
+        others: (D, n) float32; D is a multiple of `MATRIX_COLUMNS`.
+        count: Up to where lines are not 0.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        goal, lines, others = (_matrix(context, builder, signature, values, which) for which in range(3))
+        none = _all(ir.Constant(_float, 0.0), FACTORS)
+        sums = [
+            [cgutils.alloca_once_value(builder, none) for _ in range(MATRIX_COLUMNS)]
+            for _ in range(MATRIX_ROWS)
+        ]
+        with cgutils.for_range_slice(builder, _int(0), others.rows, _int(MATRIX_COLUMNS), _int) as (first, _):
+            for total in itertools.chain(*sums):
+                builder.store(none, total)
+            with cgutils.for_range_slice(builder, _int(0), values[3], _int(FACTORS), _int) as (at, _):
+                each = [others.load(builder.add(first, _int(j)), at) for j in range(MATRIX_COLUMNS)]
+                for k in range(MATRIX_ROWS):
+                    line = lines.load(_int(k), at)
+                    for total, other in zip(sums[k], each, strict=True):
+                        builder.store(builder.fadd(builder.load(total), builder.fmul(line, other)), total)
+            for k, j in itertools.product(range(MATRIX_ROWS), range(MATRIX_COLUMNS)):
+                found = _fold(builder, builder.load(sums[k][j]), builder.fadd)
+                builder.store(found, goal.at(_int(k), builder.add(first, _int(j))))
+        return context.get_dummy_value()
+
+    return types.void(goal, lines, others, count), generate
+
+
+@intrinsic
+def weighted_sums(_context, goal, weights, lines, count):
+    """Set goal[k, i] to the sum of lines of float32, each with the weight weights[k, j], in their order.
+
+    Args:
+        _context: Given by the compiler.
+        goal: (MATRIX_ROWS, n) float32, set; n is a multiple of `VECTORS` times `FACTORS`.
+        weights: (MATRIX_ROWS, D) float32.
+        lines: (D, n) float32.
+        count: Up to where sums are wanted, rounded up to `VECTORS` times `FACTORS`.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        goal, weights, lines = (_matrix(context, builder, signature, values, which) for which in range(3))
+        none = _all(ir.Constant(_float, 0.0), FACTORS)
+        sums = [
+            [cgutils.alloca_once_value(builder, none) for _ in range(VECTORS)] for _ in range(MATRIX_ROWS)
+        ]
+        step = _int(VECTORS * FACTORS)
+        with cgutils.for_range_slice(builder, _int(0), values[3], step, _int) as (first, _):
+            places = [builder.add(first, _int(q * FACTORS)) for q in range(VECTORS)]
+            for total in itertools.chain(*sums):
+                builder.store(none, total)
+            with cgutils.for_range(builder, lines.rows) as loop:
+                each = [lines.load(loop.index, at) for at in places]
+                for k in range(MATRIX_ROWS):
+                    weight = _spread(builder, builder.load(weights.at(_int(k), loop.index)), FACTORS)
+                    for total, line in zip(sums[k], each, strict=True):
+                        builder.store(builder.fadd(builder.load(total), builder.fmul(weight, line)), total)
+            for k, q in itertools.product(range(MATRIX_ROWS), range(VECTORS)):
+                goal.store(builder.load(sums[k][q]), _int(k), places[q])
+        return context.get_dummy_value()
+
+    return types.void(goal, weights, lines, count), generate
 
 
 @intrinsic
@@ -168,6 +244,38 @@ def lowest_bit(_context, _mask):
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), generate
+
+
+class _Matrix(NamedTuple):
+    """A (rows, columns) array of float32 among the arguments, with lines one after the other."""
+
+    builder: Any
+    data: Any
+    rows: Any
+    columns: Any
+
+    def at(self, row: Any, column: Any) -> Any:
+        """Return where a number is."""
+        return self.builder.gep(
+            self.data, [self.builder.add(self.builder.mul(row, self.columns), column)], inbounds=True
+        )
+
+    def load(self, row: Any, column: Any) -> Any:
+        """Return `FACTORS` numbers of a line."""
+        return self.builder.load(self._vector(row, column), align=4)
+
+    def store(self, numbers: Any, row: Any, column: Any) -> None:
+        """Set `FACTORS` numbers of a line."""
+        self.builder.store(numbers, self._vector(row, column), align=4)
+
+    def _vector(self, row: Any, column: Any) -> Any:
+        return self.builder.bitcast(self.at(row, column), ir.VectorType(_float, FACTORS).as_pointer())
+
+
+def _matrix(context: Any, builder: Any, signature: Any, values: Any, which: int) -> _Matrix:
+    """Return a matrix among the arguments."""
+    array = context.make_array(signature.args[which])(context, builder, values[which])
+    return _Matrix(builder, array.data, *cgutils.unpack_tuple(builder, array.shape, 2))
 
 
 def _load(context: Any, builder: Any, signature: Any, values: Any, which: int, begin: Any, count: int) -> Any:

@@ -6,8 +6,8 @@ are enough; the first look at a movement makes a few.
 
 import numpy as np
 
-from mossar_stream.jit.decorators import kernel
-from mossar_stream.jit.simd import line_product
+from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.jit.simd import line_products, weighted_sums
 from mossar_stream.repetitions.sampling import MEDIAN
 from mossar_stream.repetitions.state import (
     COMPONENTS,
@@ -18,7 +18,8 @@ from mossar_stream.repetitions.state import (
     window_size,
 )
 
-STANDS_OUT = 2.56 * 1.1  # times the standard deviation of normal noise, with a margin
+SWING_ABOVE_NOISE = 2.56 * 1.1  # times the standard deviation of normal noise, with a margin
+LAST = COMPONENTS - 1
 SHARE = 0.3  # of the standard deviation of the movement, between samples
 LEAST_SWING = 0.03  # of the size of the body, rms over joints: who stands may sway as far
 
@@ -41,11 +42,9 @@ def find_components(header, samples, scratch):
     lost = _begin_axes(samples, n)
     for _ in range(4 if lost else 2):
         _project(samples, n)
-        _turn_axes(samples)
+        _turn_axes(samples, n)
     _project(samples, n)
-    for k in range(COMPONENTS):
-        for j in range(samples.pose.size):
-            samples.home_scores[k] += samples.axes[k, j] * samples.home[j]
+    _project_home(samples)
     scratch.least = max(header.least * np.sqrt(header.joints), LEAST_SWING * np.sqrt(header.size))
     scratch.least = max(scratch.least, _noise_swing(header, samples, n))
     fine = max(header.fine - (header.open - n), n - RECENT, 0)
@@ -57,19 +56,31 @@ def find_components(header, samples, scratch):
 @kernel
 def _lay_out(header, samples, n, oldest):
     """Set the coordinates of the window in the order of time, m, and 0 from there on."""
-    until = min(n, SAMPLES - oldest)
+    until, quantum = min(n, SAMPLES - oldest), header.quantum
     for k in range(samples.pose.size):
         row, ring = samples.by_coordinate[k], samples.ring[k]
-        for i in range(until):
-            row[i] = np.float32(ring[oldest + i]) * header.quantum
-        for i in range(until, n):
-            row[i] = np.float32(ring[i - until]) * header.quantum
-        for i in range(n, SAMPLES):
-            row[i] = np.float32(0.0)
+        _to_metres(row[:until], ring[oldest : oldest + until], quantum)
+        _to_metres(row[until:n], ring[: n - until], quantum)
+        rest = row[n:]
+        for i in range(len(rest)):
+            rest[i] = np.float32(0.0)
     for c in range(3):
         row, path = samples.by_coordinate[3 * header.root + c], samples.root[c]
-        for i in range(n):
-            row[i] = path[(oldest + i) % SAMPLES]
+        _copy(row[:until], path[oldest : oldest + until])
+        _copy(row[until:n], path[: n - until])
+
+
+@inline_kernel
+def _to_metres(goal, quanta, quantum):
+    # Over slices, as elsewhere: an index with an offset would be tested for its sign and not vectorise.
+    for i in range(len(goal)):
+        goal[i] = np.float32(quanta[i]) * quantum
+
+
+@inline_kernel
+def _copy(goal, numbers):
+    for i in range(len(goal)):
+        goal[i] = numbers[i]
 
 
 @kernel
@@ -94,7 +105,7 @@ def _noise_swing(header, samples, n):
     """
     size = samples.pose.size
     variance = 0.5 * MEDIAN * header.noise / size
-    return STANDS_OUT * np.sqrt((header.joints + 1.0 + size / n) * variance)
+    return SWING_ABOVE_NOISE * np.sqrt((header.joints + 1.0 + size / n) * variance)
 
 
 @kernel
@@ -128,49 +139,76 @@ def _is_zero(axis):
 @kernel
 def _project(samples, n):
     """Set the centred scores of the window, and of a pose of zeros."""
+    scores = samples.scores
+    weighted_sums(scores, samples.axes, samples.by_coordinate, n)
+    a = b = c = d = np.float32(0.0)  # `COMPONENTS` sums side by side
+    for i in range(n):
+        a += scores[0, i]
+        b += scores[1, i]
+        c += scores[2, i]
+        d += scores[3, i]
+    home = samples.home_scores
+    home[0], home[1], home[2], home[3] = -a, -b, -c, -d
     for k in range(COMPONENTS):
-        row = samples.scores[k]
-        row[:] = np.float32(0.0)
-        axis = samples.axes[k]
-        for j in range(0, samples.pose.size, 3):  # a joint at a time is quicker
-            a, b, c = axis[j], axis[j + 1], axis[j + 2]
-            x, y, z = samples.by_coordinate[j], samples.by_coordinate[j + 1], samples.by_coordinate[j + 2]
-            for i in range(n):
-                row[i] = row[i] + a * x[i] + b * y[i] + c * z[i]
-        total = np.float32(0.0)
+        home[k] /= np.float32(n)
+        row, mean = scores[k, :n], home[k]
         for i in range(n):
-            total += row[i]
-        total /= np.float32(n)
-        for i in range(n):
-            row[i] -= total
-        samples.home_scores[k] = -total
+            row[i] += mean
 
 
 @kernel
-def _turn_axes(samples):
+def _project_home(samples):
+    """Add to the scores of a pose of zeros what makes them those of the pose `home`."""
+    axes, home, scores = samples.axes, samples.home, samples.home_scores
+    a, b, c, d = scores[0], scores[1], scores[2], scores[3]
+    for j in range(home.size):
+        a += axes[0, j] * home[j]
+        b += axes[1, j] * home[j]
+        c += axes[2, j] * home[j]
+        d += axes[3, j] * home[j]
+    scores[0], scores[1], scores[2], scores[3] = a, b, c, d
+
+
+@kernel
+def _turn_axes(samples, n):
     """Multiply the axes by the covariance of the window and make them orthonormal again."""
-    for k in range(COMPONENTS):
-        for j in range(samples.pose.size):
-            samples.axes[k, j] = line_product(samples.scores[k], samples.by_coordinate[j])
+    line_products(samples.axes, samples.scores, samples.by_coordinate, n)
     _orthonormalise(samples.axes)
 
 
 @kernel
 def _orthonormalise(axes):
-    """Gram and Schmidt; an axis of which nothing is left becomes zero."""
+    """Gram and Schmidt; an axis of which nothing is left becomes zero.
+
+    Each axis is taken out of all that follow before the next one is: their products are independent sums.
+    """
+    size = axes.shape[1]
     for k in range(COMPONENTS):
-        for other in range(k):
-            product = np.float32(0.0)
-            for j in range(axes.shape[1]):
-                product += axes[k, j] * axes[other, j]
-            for j in range(axes.shape[1]):
-                axes[k, j] -= product * axes[other, j]
-        square = np.float32(0.0)
-        for j in range(axes.shape[1]):
-            square += axes[k, j] * axes[k, j]
+        axis, square = axes[k], np.float32(0.0)
+        for j in range(size):
+            square += axis[j] * axis[j]
         scale = np.float32(0.0) if square < np.float32(1e-12) else np.float32(1.0) / np.sqrt(square)
-        for j in range(axes.shape[1]):
-            axes[k, j] *= scale
+        for j in range(size):
+            axis[j] *= scale
+        # The last ones again where there are fewer than three: a sum more costs nothing.
+        one, two, three = axes[min(k + 1, LAST)], axes[min(k + 2, LAST)], axes[LAST]
+        a = b = c = np.float32(0.0)
+        for j in range(size):
+            a += one[j] * axis[j]
+            b += two[j] * axis[j]
+            c += three[j] * axis[j]
+        if k < LAST:
+            _take_out(one, axis, a)
+        if k + 1 < LAST:
+            _take_out(two, axis, b)
+        if k + 2 < LAST:
+            _take_out(three, axis, c)
+
+
+@inline_kernel
+def _take_out(goal, axis, product):
+    for j in range(len(goal)):
+        goal[j] -= product * axis[j]
 
 
 @kernel

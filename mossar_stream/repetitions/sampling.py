@@ -22,12 +22,12 @@ from mossar_stream.repetitions.state import (
     STRIDE,
 )
 
-ROUNDING, EARLY = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
+ROUNDING, STAMP_ROUNDING = 3e-3, 1e-4  # frames; s: of timestamps as exact as those since 1970
 SHORTEST_BONE = 0.03  # m; what is shorter says nothing of how a limb is held
 LEAST_STEP = 0.02  # of the size of the body, rms over joints, between samples
 STAYS = 0.1  # of the square of a step, within which a pose is still that of the sample
 MEDIAN = 0.45  # variance of the median of three, of theirs
-STANDS_OUT = 3.0  # times the square by which noise alone makes two samples differ
+STEP_ABOVE_NOISE = 3.0  # times the square by which noise alone makes two samples differ
 FOLLOWS = 0.2  # of what three poses say of the noise
 TURNS_BACK = 1.5  # times the square of the way, by which the square of the bend is larger in noise (3) and not in motion
 RETURNED = 0.25  # of the square of how far it went, within which a pose has come back
@@ -44,7 +44,7 @@ def next_wanted(origin, time):
         origin: s, of the take.
         time: Of the frame, s.
     """
-    return origin + (math.floor((time - origin) * RATE + ROUNDING) + 1) / RATE - EARLY
+    return origin + (math.floor((time - origin) * RATE + ROUNDING) + 1) / RATE - STAMP_ROUNDING
 
 
 @inline_kernel
@@ -137,7 +137,7 @@ def _follow(header, samples):
         if noise < header.noise or bend > TURNS_BACK * way:
             header.noise += FOLLOWS * (noise - header.noise)
     least = LEAST_STEP**2 * header.size
-    still = STANDS_OUT * 2.0 * MEDIAN * header.noise
+    still = STEP_ABOVE_NOISE * 2.0 * MEDIAN * header.noise
     step = max(header.step, least)
     if moved > still + step:
         append_sample(header, samples, older)
@@ -205,7 +205,7 @@ def append_sample(header, samples, pose):
     if header.open >= header.looked + STRIDE:
         header.due = header.latest
     else:
-        header.due = min(header.due, header.latest + LOOKS_APART - EARLY)
+        header.due = min(header.due, header.latest + LOOKS_APART - STAMP_ROUNDING)
 
 
 @inline_kernel

@@ -12,7 +12,6 @@ CORE = Path(mossar_stream.__file__).parent
 # Layouts of stores, and numbers that only one room uses. Each room has its own; no module imports them from two rooms.
 OF_A_ROOM = {
     *("HEAD", "HEAD_BYTES", "STATE", "STATE_BYTES", "EXAMPLE", "EXAMPLE_BYTES", "POINT", "POINT_BYTES", "STATUSES"),
-    *("STANDS_OUT", "EARLY"),  # of samples of repetitions: how far beyond noise, how near in time
 }  # fmt: skip
 
 

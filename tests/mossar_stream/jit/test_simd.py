@@ -36,6 +36,16 @@ def line_product(one, other):
 
 
 @entry_point
+def line_products(goal, lines, others, count):
+    simd.line_products(goal, lines, others, count)
+
+
+@entry_point
+def weighted_sums(goal, weights, lines, count):
+    simd.weighted_sums(goal, weights, lines, count)
+
+
+@entry_point
 def page_within(page, line, limit):
     return simd.page_within(page, line, limit)
 
@@ -172,3 +182,24 @@ def test_products_of_lines_are_those_of_the_reference(length):
     one, other = rng.normal(0, 1, (2, length)).astype(np.float32)
     assert line_product(one, other) == reference.line_product(one, other)
     assert line_product(one, other) == pytest.approx(float(one.astype(float) @ other.astype(float)), abs=1e-4)
+
+
+@pytest.mark.parametrize("count", [1, 8, 9, 24, 25, 100, 120])
+@pytest.mark.parametrize("rows", [3, 60, 93])
+def test_products_of_matrices_are_those_of_the_reference(rows, count):
+    rng = np.random.default_rng(rows * count)
+    lines, others = (rng.normal(0, 1, (n, 120)).astype(np.float32) for n in (simd.MATRIX_ROWS, rows))
+    lines[:, count:] = others[:, count:] = 0.0
+    found, expected = np.full((2, simd.MATRIX_ROWS, rows), np.float32(7.0))
+    line_products(found, lines, others, count)
+    reference.line_products(expected, lines, others, count)
+    assert found.tobytes() == expected.tobytes()
+    assert found == pytest.approx(lines.astype(float) @ others.astype(float).T, abs=1e-4)
+    weights = found
+    found, expected = np.full((2, simd.MATRIX_ROWS, 120), np.float32(7.0))
+    weighted_sums(found, weights, others, count)
+    reference.weighted_sums(expected, weights, others, count)
+    assert found.tobytes() == expected.tobytes()
+    assert found[:, :count] == pytest.approx(weights.astype(float) @ others[:, :count], abs=1e-2)
+    beyond = found[:, -(-count // (simd.VECTORS * simd.FACTORS)) * simd.VECTORS * simd.FACTORS :]
+    assert (beyond == 7.0).all()  # left alone

@@ -6,7 +6,16 @@ Tests compare the two bit by bit; `python -m checks.speed.tricks` compiles kerne
 import numpy as np
 from numba.extending import register_jitable
 
-from mossar_stream.jit.simd import BITS_OF_ONE, EXPONENT_BIAS, FACTORS, FRACTION, FRACTION_BITS, WIDTH
+from mossar_stream.jit.simd import (
+    BITS_OF_ONE,
+    EXPONENT_BIAS,
+    FACTORS,
+    FRACTION,
+    FRACTION_BITS,
+    MATRIX_ROWS,
+    VECTORS,
+    WIDTH,
+)
 
 
 @register_jitable
@@ -35,6 +44,27 @@ def line_product(one, other):
         for d in range(FACTORS):
             sums[d] += one[place + d] * other[place + d]
     return _sum(sums)
+
+
+@register_jitable
+def line_products(goal, lines, others, count):
+    """Set sums of products of lines, in `FACTORS` sums side by side; see `jit.simd.line_products`."""
+    until = -(-count // FACTORS) * FACTORS
+    for k in range(MATRIX_ROWS):
+        for j in range(len(others)):
+            goal[k, j] = line_product(lines[k, :until], others[j, :until])
+
+
+@register_jitable
+def weighted_sums(goal, weights, lines, count):
+    """Set weighted sums of lines, in their order; see `jit.simd.weighted_sums`."""
+    step = VECTORS * FACTORS
+    for k in range(MATRIX_ROWS):
+        for i in range(-(-count // step) * step):
+            total = np.float32(0.0)
+            for j in range(len(lines)):
+                total += weights[k, j] * lines[j, i]
+            goal[k, i] = total
 
 
 @register_jitable

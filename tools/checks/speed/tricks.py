@@ -61,6 +61,8 @@ TRICKS: Final[dict[str, Callable[[], None]]] = {
             "page_product",
             "page_within",
             "line_product",
+            "line_products",
+            "weighted_sums",
             "spread_product",
             "variance_product",
             "lowest_bit",
