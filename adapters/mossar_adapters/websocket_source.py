@@ -147,6 +147,7 @@ class WebSocketSource:
         if message.text is None:
             for performer in self._performers.pop(message.client, ()):
                 self._batch.put(Departure(performer, GONE))
+            self._batch.forget(str(message.client))
             return
         self.counters.received += 1
         try:
@@ -155,7 +156,7 @@ class WebSocketSource:
                 self.counters.ignored += 1
                 return
             self.counters.see("frame" if isinstance(found, FrameMap) else "meta")
-            said = self._maps.receive(found, message.arrival)
+            said = self._maps.receive(found, message.arrival, str(message.client))
             self._batch.put(said)
             self._performers.setdefault(message.client, set()).add(said.performer)
         except FrameError as error:

@@ -137,3 +137,25 @@ def test_a_plain_ws_url_is_no_source():
 def test_ws_bind_takes_no_events():
     with pytest.raises(MossarError, match="takes no events"):
         open_sink("ws+bind://127.0.0.1:0")
+
+
+@pytest.mark.parametrize("ahead", [-60.0, 0.5, 30.0])
+def test_two_pages_with_clocks_of_their_own_are_on_one(hear, ahead):
+    opened = open_source("ws+bind://127.0.0.1:0", people=2)
+
+    def send():
+        with (
+            connect(f"ws://127.0.0.1:{opened.port}") as one,
+            connect(f"ws://127.0.0.1:{opened.port}") as other,
+        ):
+            for k in range(30):
+                one.send(frame(k, "ann", t=100 + k / 30))
+                other.send(frame(k, "bob", t=100 + ahead + k / 30, xyz=[[3, 1, 0], [3 + k / 10, 1, 0]]))
+                time.sleep(1 / 30)
+            time.sleep(0.3)
+
+    heard = hear(opened, send)
+    opened.close()
+    assert np.allclose(heard.times("p1"), 100 + np.arange(30) / 30)
+    assert np.allclose(np.diff(heard.times("p2")), 1 / 30)
+    assert np.abs(heard.times("p2") - heard.times("p1")).max() < 0.2

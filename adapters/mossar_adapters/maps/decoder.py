@@ -33,12 +33,13 @@ class MapDecoder:
         self._scale = METRES.get(options.unit, 1.0)
         self._names = None if performer is None else Senders(performer)
 
-    def receive(self, found: FrameMap | MetaMap, arrival: float) -> Meta | Pose:
+    def receive(self, found: FrameMap | MetaMap, arrival: float, sender: str = "") -> Meta | Pose:
         """Return what a map says.
 
         Args:
             found: The map.
             arrival: When it came, s.
+            sender: Distinguishes senders, where that is known.
 
         Raises:
             FrameError: If it cannot be used.
@@ -56,4 +57,4 @@ class MapDecoder:
             self._sequences.count(name, found.seq)
         if self._scale != 1.0:
             positions = positions * np.float32(self._scale)
-        return Pose(name, positions, arrival, found.t, confidence)
+        return Pose(name, positions, arrival, found.t, confidence, sender=sender)

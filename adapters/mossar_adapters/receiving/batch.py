@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.joint_sets import by_count
+from mossar_adapters.receiving.clocks import Clocks
 from mossar_adapters.receiving.pose import Pose, check_time
 from mossar_adapters.receiving.recent import Recent
 from mossar_adapters.receiving.steady import Steady
@@ -43,6 +44,7 @@ class Batch:
         self.fps = fps
         self._lines: Recent[_Line] = Recent(MAX_PERFORMERS, "performers")
         self._ready: list[Meta | Frames | Departure] = []
+        self._clocks = Clocks()
         self._now = float("-inf")  # the latest arrival, s
 
     def put(self, item: Meta | Pose | Departure) -> None:
@@ -68,6 +70,10 @@ class Batch:
                 self._finish(performer, line)
         ready, self._ready = self._ready, []
         return ready
+
+    def forget(self, sender: str) -> None:
+        """Forget the clock of a sender that is gone for good."""
+        self._clocks.forget(sender)
 
     def _announce(self, meta: Meta) -> None:
         line = self._line(meta.performer)
@@ -103,11 +109,13 @@ class Batch:
             line.confidence.append(pose.confidence)
 
     def _time(self, line: _Line, pose: Pose) -> float:
+        line.count += 1
         time = pose.time
         if time is None:
-            time = line.steady.time(pose.arrival) if self.fps is None else line.count / self.fps
-        line.count += 1
-        return time
+            if self.fps is not None:
+                return (line.count - 1) / self.fps
+            time = line.steady.time(pose.arrival)
+        return self._clocks.time(pose.sender, time, pose.arrival)
 
     def _line(self, performer: str) -> _Line:
         line = self._lines.hear(performer, self._now)

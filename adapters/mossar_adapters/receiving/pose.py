@@ -20,6 +20,7 @@ class Pose(msgspec.Struct):
         confidence: (J,) or None.
         skeleton: Of these positions; None for the one announced before.
         unit: What one unit of the original was taken for.
+        sender: Distinguishes the senders of a source, each with a clock of its own.
     """
 
     performer: str
@@ -29,6 +30,7 @@ class Pose(msgspec.Struct):
     confidence: NDArray[np.float64] | NDArray[np.float32] | None = None
     skeleton: Skeleton | None = None
     unit: str = "m"
+    sender: str = ""
 
 
 def check_time(time: float | None) -> None:

@@ -171,3 +171,34 @@ def test_a_second_vmc_sender_is_one_more_person_and_one_that_restarts_the_same(h
     assert len(slots[left]) == len(slots[right]) == COUNT
     assert sides[left].max() < sides[right].min()
     assert not [item for item in heard.items if isinstance(item, Departure)]
+
+
+@pytest.mark.parametrize("people", [None, 2])
+@pytest.mark.parametrize("ahead", [-60.0, -1.0, 0.3, 1.0, 60.0])
+def test_a_second_vmc_sender_whose_clock_is_another_or_set_tears_no_take(hear, bodies, people, ahead):
+    source = open_source("osc://127.0.0.1:0?profile=vmc", people=people)
+    places = bodies + STAGE
+    sinks = [avatars(source), avatars(source)]
+    start = 100.0  # s
+
+    def send():
+        for k, sink in enumerate(sinks):
+            sink.announce(Meta(f"p{k + 1}", SKELETON, 30.0))
+        begun = time.monotonic()
+        for i in range(120):
+            time.sleep(max(0.0, begun + i / 60 - time.monotonic()))
+            for k in range(2 if i >= 30 else 1):
+                sent = start + i / 60 + k * (ahead if i < 80 else -90.0)
+                sinks[k].send_frames(Frames(places[k, i : i + 1], np.array([sent]), performer=f"p{k + 1}"))
+
+    heard = hear(source, send)
+    for sink in sinks:
+        sink.close()
+    assert set(heard.performers()) == {"p1", "p2"}
+    assert np.allclose(heard.times("p1"), start + np.arange(120) / 60, atol=1e-4)  # s, of VMC's float32
+    assert len(heard.times("p2")) == 90
+    steps = np.diff(heard.times("p2"))
+    assert np.allclose(np.delete(steps, 49), 1 / 60, atol=1e-4)
+    assert 0 < steps[49] < 0.2, "where the clock is set"
+    assert np.abs(heard.times("p2") - heard.times("p1")[30:]).max() < 0.2
+    assert not [item for item in heard.items if isinstance(item, Departure)]

@@ -78,7 +78,7 @@ class SingleJoints:
             return found
         self._performers.make_room(name, message.arrival)
         sender = message.sender
-        performer = _Performer(name, lambda raw: self._scaled(sender, raw), self._parents)
+        performer = _Performer(name, sender, lambda raw: self._scaled(sender, raw), self._parents)
         return self._performers.add(name, performer, message.arrival)
 
     def _scaled(self, sender: str, raw: NDArray[np.float64]) -> Scaled:
@@ -108,8 +108,9 @@ class SingleJoints:
 class _Performer:
     """The frames of one performer."""
 
-    def __init__(self, name: str, scaling: Scaling, parents: Parents) -> None:
-        self._name, self._scaling, self._parents = name, scaling, parents
+    def __init__(self, name: str, sender: str, scaling: Scaling, parents: Parents) -> None:
+        self._name, self._sender = name, sender
+        self._scaling, self._parents = scaling, parents
         self._known = KnownJoints()
         self._skeleton: Skeleton | None = None
         self._factor: NDArray[np.float64] | None = None  # (3,) metres per unit
@@ -198,6 +199,7 @@ class _Performer:
                 confidence=None if np.isnan(table[:, 3]).all() else table[:, 3],
                 skeleton=self._skeleton,
                 unit=self._unit,
+                sender=self._sender,
             )
             for frame, table, xyz in zip(frames, tables, metres, strict=True)
         ]

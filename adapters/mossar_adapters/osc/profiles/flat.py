@@ -137,6 +137,7 @@ class Flat:
             confidence=table[:, 3] if table.shape[1] == 4 else None,
             skeleton=self._skeleton(len(table)),
             unit=scale.note or "m",
+            sender=message.sender,
         )
 
     def _scale(self, tall: float, largest: float) -> Scale:

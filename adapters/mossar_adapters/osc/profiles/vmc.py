@@ -84,14 +84,15 @@ class Vmc:
         if found is not None:
             return found
         self._avatars.make_room(name, message.arrival)
-        return self._avatars.add(name, _Avatar(name, self._context, self._rest), message.arrival)
+        avatar = _Avatar(name, message.sender, self._context, self._rest)
+        return self._avatars.add(name, avatar, message.arrival)
 
 
 class _Avatar:
     """The frames of one sender."""
 
-    def __init__(self, name: str, context: Context, rest: Rest | None) -> None:
-        self._name, self._fps, self._rest = name, context.options.fps, rest
+    def __init__(self, name: str, sender: str, context: Context, rest: Rest | None) -> None:
+        self._name, self._sender, self._fps, self._rest = name, sender, context.options.fps, rest
         self._pose: VmcPose | None = None
         self._ahead: float | None = None  # sender's time minus arrival, s, in its latest frame with a T
         self.known = KnownJoints()
@@ -120,7 +121,14 @@ class _Avatar:
             frame.time = self._clock(frame)
         positions = [self._pose.positions(self.known.table(frame.rows, 7), frame.root) for frame in frames]
         return [
-            Pose(self._name, xyz, frame.arrival, frame.time, skeleton=self._pose.skeleton)
+            Pose(
+                self._name,
+                xyz,
+                frame.arrival,
+                frame.time,
+                skeleton=self._pose.skeleton,
+                sender=self._sender,
+            )
             for frame, xyz in zip(frames, positions, strict=True)
         ]
 
