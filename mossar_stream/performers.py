@@ -179,7 +179,9 @@ class Performers:
         row = self._pools_for(skeleton, fps, self._settings).allocate(name)
 
         def new_limb(plan: Plan, pending: list[Event]) -> Row:
-            return self._pools_for(plan.skeleton, plan.fps, plan.given, plan.channel).allocate(name, pending)
+            return self._pools_for(plan.skeleton, plan.fps, plan.user_settings, plan.channel).allocate(
+                name, pending
+            )
 
         try:
             segmenter = Segmenter.of_row(row, recognition, following, new_limb)

@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.warm_up import warm_up, warm_up_decisions, warm_up_frames, warm_up_looks
+from mossar_stream.engine.warm_up import warm_up, warm_up_analysis, warm_up_decisions, warm_up_frames
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.precompile import other_processes
 from mossar_stream.moves.moves import Moves
@@ -15,7 +15,7 @@ from mossar_stream.settings import Settings, SimilarityName
 from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.stepping import Stepping
 
-DECISIONS_PART, FRAMES_PART, LOOKS_PART, MOVES_PART = "decisions", "frames", "repetitions", "moves"
+DECISIONS_PART, FRAMES_PART, ANALYSIS_PART, MOVES_PART = "decisions", "frames", "repetitions", "moves"
 STEPS_PART = "steps"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
@@ -36,7 +36,8 @@ def precompile(
     processes are started only if something must be compiled, and have ended when this returns.
 
     Args:
-        settings: Defaults to `Settings()`; only the similarity measure, and whether there are repetitions and steps, matter here.
+        settings: Defaults to `Settings()`; only the similarity measure, and whether there are repetitions and steps,
+            matter here.
         moves: Whether moves are to be recognised.
         progress: Called before each part with its name, how many parts are done, and how many there are.
 
@@ -48,16 +49,16 @@ def precompile(
     """
     resolved = (settings or Settings()).resolved()
     similarity = resolved.similarity
-    wanted = {DECISIONS_PART: True, FRAMES_PART: True, LOOKS_PART: _any_plan(similarity).shape.repetitions}
+    wanted = {DECISIONS_PART: True, FRAMES_PART: True, ANALYSIS_PART: _any_plan(similarity).shape.repetitions}
     wanted |= {MOVES_PART: moves}
-    wanted[LOOKS_PART] |= resolved.repetitions
+    wanted[ANALYSIS_PART] |= resolved.repetitions
     wanted[STEPS_PART] = resolved.steps
     parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
     if not parts:
         return
     progress(parts[0], 0, len(parts))
     # What moves add needs the rest, which another process would compile a second time.
-    others = [part for part in parts[1:] if part in {FRAMES_PART, LOOKS_PART}]
+    others = [part for part in parts[1:] if part in {FRAMES_PART, ANALYSIS_PART}]
     with other_processes(__name__, [f"{part} {similarity}" for part in others]):
         _compile(parts[0], similarity)
     for done, part in enumerate(parts[1:], 1):
@@ -86,8 +87,8 @@ def _compile(part: str, similarity: SimilarityName) -> None:
         warm_up_decisions(plan)
     elif part == FRAMES_PART:
         warm_up_frames(plan)
-    elif part == LOOKS_PART:
-        warm_up_looks()
+    elif part == ANALYSIS_PART:
+        warm_up_analysis()
     elif part == STEPS_PART:
         Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
     else:

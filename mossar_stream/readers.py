@@ -1,8 +1,8 @@
 """Readers: what follows the frames of a performer besides the segmentation of body and limbs.
 
 A reader is a compiled function with two arrays of bytes: its state of one performer, and a store that performers may share.
-The loop (engine/run.py) calls it with each frame of the body, after body and limbs, once the frame is due. If the frame brings
-news, the loop stops, and the engine asks the reader in Python for its events.
+The loop (engine/run.py) calls it with each frame of the body, after body and limbs, once the frame is due. If the frame causes
+events, the loop stops, and the engine asks the reader in Python for its events.
 
 A further reader is one module like `moves/recognition.py` or `steps/stepping.py`, and one row of the table in
 `segmenter/followers.py`.
@@ -18,7 +18,7 @@ from mossar_stream.events import Event
 from mossar_stream.jit.linked import address_of
 from mossar_stream.jit.linked_calls import callable_at_address
 
-# Whether a frame brings news, 0 or 1, of: state, store, (J, 3) positions in m, and the time in s.
+# Whether a frame causes events, 0 or 1, of: state, store, (J, 3) positions in m, and the time in s.
 SIGNATURE = int64(uint8[::1], uint8[::1], float32[:, ::1], float64)
 call_reader = callable_at_address(SIGNATURE)
 BACK = 0.5  # s; a frame that is due later by no more than this is not shown to the reader

@@ -1,9 +1,9 @@
 r"""Activity: whether the performer moves or rests, reported while it happens.
 
 The signal is the rms speed of the joints over the last tenth of a second, which every level measures for its features.
-Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `CONFIRMED`, and
-rests once it has been below the lower line for the setting `rest_seconds`, so that a turning point is no rest. Both
-lines rise with what the sensor's noise adds to the speed.
+Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `CONFIRMED`. A rest
+needs a speed below the lower line for the setting `rest_seconds`, so a turning point is not a rest. Both lines rise
+with what the sensor's noise adds to the speed.
 
     speed    ___/‾‾‾\_/‾‾‾‾\_______________
                 ^start           ^start of the rest

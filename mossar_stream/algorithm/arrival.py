@@ -14,12 +14,12 @@ from mossar_stream.algorithm.open_segment import flush_waiting
 from mossar_stream.algorithm.pose_history import keep_all_along
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.memory.joint_pages import (
-    HOME_X,
     LIVE,
     LOG_SPEED,
     MEAN_X,
     PAGE,
     POSE_X,
+    REST_X,
     WORK,
     X,
     center_of,
@@ -31,7 +31,7 @@ from mossar_stream.similarity.summary import DURATION
 
 
 @kernel
-def welcome(joints, segment, history, filtered, rest):
+def add_newcomers(joints, segment, history, filtered, rest):
     """Let the joints count that are there for the first time, before the features of the frame are set.
 
     Args:
@@ -39,7 +39,7 @@ def welcome(joints, segment, history, filtered, rest):
         segment: OpenSegment.
         history: PoseHistory.
         filtered: (6, filtered_joints) m and m/s, see one_euro.py.
-        rest: Log speed of somebody who rests.
+        rest: Log speed of a performer at rest.
     """
     plan, body = joints.plan, joints.body
     joints.state.arrived = 0
@@ -113,5 +113,5 @@ def _set_features(body, k, center, rest):
         at = body[k + X + axis * PAGE] - center[axis]
         body[k + POSE_X + axis * PAGE] = at
         body[k + MEAN_X + axis * PAGE] = at
-        body[k + HOME_X + axis * PAGE] = at
+        body[k + REST_X + axis * PAGE] = at
     body[k + LOG_SPEED] = rest

@@ -8,7 +8,7 @@ import numpy as np
 
 from mossar_stream.algorithm.noise import noise_level
 from mossar_stream.algorithm.pose_history import MARGIN, SPEED_WINDOW, mark_at
-from mossar_stream.algorithm.scales import distance_from_home, extent, tempo_of, usual_speed
+from mossar_stream.algorithm.scales import extent, rest_distance, tempo_of, usual_speed
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.evidence import Features
 
@@ -30,7 +30,7 @@ CANDIDATE = np.dtype(
         ("frame", "i8"),
         ("time", "f8"),  # s
         ("speed", "f8"),  # m/s, lowest since the candidate
-        ("home", "f8"),  # m, distance from the pose in which the performer dwells
+        ("rest_distance", "f8"),  # m, distance from the pose in which the performer dwells
         ("peak", "f8"),  # m/s, largest since the last reported key frame
         ("before", "i8"),  # reported frame of the key frame before
         ("reported_time", "f8"),  # s, of the last reported key frame
@@ -45,7 +45,7 @@ def start_candidate(candidate, frame, time):
     candidate.frame = frame
     candidate.time = time
     candidate.speed = 0.0
-    candidate.home = 0.0
+    candidate.rest_distance = 0.0
     candidate.peak = 0.0
     candidate.before = frame
     candidate.reported_time = time + SPEED_SETTLING
@@ -77,7 +77,7 @@ def note_place(candidate, scales, history, body, time, joints):
         joints: How many can move relative to the centre.
     """
     candidate.speed = scales.speed
-    candidate.home = distance_from_home(body, joints)
+    candidate.rest_distance = rest_distance(body, joints)
     place = mark_at(history, time)
     if place >= 0:
         candidate.frame = history.marks[place].frame
@@ -110,7 +110,7 @@ def features_of(candidate, scales, noise, joints):
     size = extent(scales)
     return Features(
         candidate.speed,
-        candidate.home / size,
+        candidate.rest_distance / size,
         size,
         usual_speed(scales),
         tempo_of(scales),

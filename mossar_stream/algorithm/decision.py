@@ -12,7 +12,7 @@ from mossar_stream.algorithm.location import (
 )
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.verdicts import JUDGED_AFTER, NO_VERDICT, due_verdict, judge
+from mossar_stream.algorithm.repetition_labels import LABELLED_AFTER, UNLABELLED, due_label, label_candidate
 from mossar_stream.algorithm.window import note_span, point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
@@ -31,28 +31,28 @@ OLDEST_KEY, ONE = np.arange(2)
 
 @inline_kernel
 def set_due_time(w):
-    """Set when the oldest undecided key frame must be decided, or a verdict on a candidate is due."""
+    """Set when the oldest undecided key frame must be decided, or a label of a candidate is due."""
     due = np.inf
     if w.state.undecided > 0 and w.plan.offline == 0:
         due = w.keys[0].time + w.plan.hold
-    w.state.due_time = min(due, due_verdict(w.verdicts, verdict_delay(w.plan)))
+    w.state.due_time = min(due, due_label(w.labels, label_delay(w.plan)))
 
 
 @inline_kernel
-def verdict_delay(plan):
+def label_delay(plan):
     """Return how old a candidate is when it is judged, s: decided it is not earlier."""
-    return min(plan.hold, JUDGED_AFTER)
+    return min(plan.hold, LABELLED_AFTER)
 
 
 @kernel
 def judge_candidates(w, until):
     """Judge the candidates that are due until some time, s, and let their key frames know."""
     first = w.state.ordinal - w.state.undecided
-    while due_verdict(w.verdicts, verdict_delay(w.plan)) <= until:
-        ordinal = w.verdicts.state.judged
-        verdict = judge(w.verdicts)
-        if ordinal >= first and verdict != NO_VERDICT:
-            w.keys[ordinal - first].verdict = verdict
+    while due_label(w.labels, label_delay(w.plan)) <= until:
+        ordinal = w.labels.state.labelled
+        label = label_candidate(w.labels)
+        if ordinal >= first and label != UNLABELLED:
+            w.keys[ordinal - first].label = label
             w.state.ranked = 0
 
 

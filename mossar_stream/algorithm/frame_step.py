@@ -22,7 +22,7 @@ from mossar_stream.algorithm.activity import (
     noises_of_speed,
     start_activity,
 )
-from mossar_stream.algorithm.arrival import resume, welcome
+from mossar_stream.algorithm.arrival import add_newcomers, resume
 from mossar_stream.algorithm.candidate_features import (
     EARLIER,
     EARLIER_IN_NOISE,
@@ -65,6 +65,7 @@ from mossar_stream.algorithm.pose_history import (
     start_history,
 )
 from mossar_stream.algorithm.remerging import MEMO, start_memo
+from mossar_stream.algorithm.repetition_labels import RepetitionRecords, start_labels
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import (
     SPEED_OFFSET,
@@ -76,7 +77,6 @@ from mossar_stream.algorithm.scales import (
 from mossar_stream.algorithm.splitter import CROSSED, PROMOTED, start_curve
 from mossar_stream.algorithm.tempo import follow_pose, follow_speed, start_tempo
 from mossar_stream.algorithm.velocity import moving_average, ring_is_full, start_velocity, travel
-from mossar_stream.algorithm.verdicts import Counted, start_verdicts
 from mossar_stream.algorithm.window import start_window
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.jit.simd import page_product
@@ -91,10 +91,10 @@ from mossar_stream.memory.joint_pages import (
 )
 from mossar_stream.memory.slots import start_slots
 from mossar_stream.repetitions.sampling import take_frame
-from mossar_stream.repetitions.state import HEADER, PERIODS, begin, forget_periods, kept_views
+from mossar_stream.repetitions.state import HEADER, PERIODS, begin, forget_periods, stored_views
 from mossar_stream.similarity.protocol import add_pose
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, LOOK_DUE = range(6)  # stop codes
+DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, ANALYSIS_DUE = range(6)  # stop codes
 STOPS = 16  # more than there are, with those of the loop
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
@@ -109,7 +109,7 @@ class Arrays(NamedTuple):
     segment: OpenSegment
     history: PoseHistory
     activity: Activity
-    counted: Counted
+    counted: RepetitionRecords
     periods: NDArray[np.void]  # (1,) PERIODS by which candidates are judged, or none
     filtered: NDArray[np.float64]  # (6, padded_joints), or none
     ring_time: NDArray[np.float64]  # (ring,)
@@ -135,7 +135,7 @@ def advance(
 
     Returns:
         STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
-        TAKE_ENDS end the take before the next frame, LOOK_DUE look at the repetitions before it (`look` of counting.py),
+        TAKE_ENDS end the take before the next frame, ANALYSIS_DUE analyse the repetitions before it (`analyse` of counting.py),
         RING_FULL or WINDOW_FULL make more room for displacements or for key frames (offline) before it. One number,
         because a second one would cost as much as the frame.
     """
@@ -158,8 +158,8 @@ def advance(
                 count_frame(clock, state.counters)
                 count_nobody(state.counters, points[i * plan.joints : (i + 1) * plan.joints])
                 continue
-        if place != IN_VAIN and _is_look_due(state, a.counted, time):
-            return STOPS * i + LOOK_DUE
+        if place != IN_VAIN and _is_analysis_due(state, a.counted, time):
+            return STOPS * i + ANALYSIS_DUE
         if place != IN_VAIN and comes_too_soon(clock, time, plan.spacing):
             note_time(clock, time)
             count_frame(clock, state.counters)
@@ -186,8 +186,8 @@ def advance(
 
 
 @inline_kernel
-def _is_look_due(state, counted, time):
-    """Tell whether the repetitions must be looked at before a frame."""
+def _is_analysis_due(state, counted, time):
+    """Tell whether the repetitions must be analysed before a frame."""
     if state.plan.repetitions == 0 or state.clock.open == 0:
         return False
     return time >= counted.headers[0].due
@@ -218,9 +218,9 @@ def _arrays_of(state, row, params):
             body,
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),
-        Counted(
+        RepetitionRecords(
             part(row, at.counted, HEADER, (plan.repetitions,)),
-            kept_views(part(row, at.samples, np.uint8, (plan.samples,)), plan.repetitions * plan.joints),
+            stored_views(part(row, at.samples, np.uint8, (plan.samples,)), plan.repetitions * plan.joints),
         ),
         part(
             row,
@@ -281,7 +281,7 @@ def _open_take(state, a, time):
     start_window(state.window, clock.next_frame, time)
     start_memo(a.memo)
     start_candidate(state.candidate, clock.next_frame, time)
-    start_verdicts(state.verdicts)
+    start_labels(state.labels)
     start_activity(state.activity, time)
     if plan.repetitions == 1:
         begin(a.counted.headers[0], a.counted.samples, time)
@@ -388,7 +388,7 @@ def _describe(state, a, dt, first):
     if filtered:
         offset = np.float32(SPEED_OFFSET * usual_speed(state.scales))
     if state.joints.arrived == 1:
-        welcome(a.joints, a.segment, a.history, a.filtered, np.log(offset))
+        add_newcomers(a.joints, a.segment, a.history, a.filtered, np.log(offset))
     kept, moved = smoothing_weights(dt) if filtered else UNFILTERED
     localise(a.joints, kept, moved)
     squares = follow_speeds(a.history, body, clock.time, offset)

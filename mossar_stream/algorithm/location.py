@@ -73,24 +73,24 @@ def best_pose(w, open_slot, end_frame):
         open_slot: Slot of the open segment.
         end_frame: The new place lies before this frame.
     """
-    home = UNMOVED
+    unmoved = UNMOVED
     for back in range(w.history.state.filled):
         if w.history.marks[place_back(w.history, back)].frame < w.keys[0].frame:
             break
-        home = back  # type: ignore[assignment]
+        unmoved = back  # type: ignore[assignment]
     neighbour = right_neighbour(w)
     limit = w.keys[neighbour].frame if neighbour < w.state.undecided else end_frame
     place, most = UNMOVED, -1.0
     for direction in BOTH_WAYS:
-        there, cost = _search(w, open_slot, home, direction, limit)
+        there, cost = _search(w, open_slot, unmoved, direction, limit)
         if cost > most:
             place, most = there, cost
     return place
 
 
 @inline_kernel
-def _search(w, open_slot, home, direction, limit):
-    """Move the border pose by pose away from `home`; return the best place, -1 for home, and its cost."""
+def _search(w, open_slot, unmoved, direction, limit):
+    """Move the border pose by pose away from `unmoved`; return the best place, -1 for unmoved, and its cost."""
     span(w, SECOND, right_neighbour(w), open_slot, RIGHT_OF_KEY)
     _load_left(w)
     left, right, both = (
@@ -100,8 +100,8 @@ def _search(w, open_slot, home, direction, limit):
     )
     pose, marks = w.scratch.pose, w.history.marks
     best, place = strength(w.params, left, right, both), UNMOVED
-    border = home
-    while home >= 0 and 0 <= border + direction < w.history.state.filled:
+    border = unmoved
+    while unmoved >= 0 and 0 <= border + direction < w.history.state.filled:
         passed = border + direction if direction > 0 else border
         border += direction
         mark = marks[place_back(w.history, border)]

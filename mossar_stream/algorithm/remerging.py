@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.verdicts import ENDS, WITHIN
+from mossar_stream.algorithm.repetition_labels import ENDS, WITHIN
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.similarity.evidence import CERTAIN
 from mossar_stream.similarity.protocol import close, merge_into
@@ -63,12 +63,12 @@ class Remerging(NamedTuple):
     costs: NDArray[np.float64]  # (K,) scratch for the costs of the merges
     strengths: NDArray[np.float64]  # (K,) set to the strength of each key frame
     removed: NDArray[np.int64]  # (K,) set to the key frames in the order in which they are removed
-    verdicts: NDArray[np.int64]  # (K,) on whether each ends a repetition, see verdicts.py
+    labels: NDArray[np.int64]  # (K,) on whether each ends a repetition, see repetition_labels.py
 
 
 @inline_kernel(returns_views=True)
 def prepared(params, summaries, memo, scratch, nodes, both):
-    """Return what a run needs; `places`, `bounds` and `verdicts` of the scratch say between which segments."""
+    """Return what a run needs; `places`, `bounds` and `labels` of the scratch say between which segments."""
     return Remerging(
         params,
         summaries,
@@ -81,7 +81,7 @@ def prepared(params, summaries, memo, scratch, nodes, both):
         scratch.costs,
         scratch.strengths,
         scratch.removed,
-        scratch.verdicts,
+        scratch.labels,
     )
 
 
@@ -168,12 +168,12 @@ def _remove(run, count, x):
 
 @inline_kernel
 def _judged(run, x, cost):
-    """Return the cost of a merge as the verdict on its key frame leaves it; one that cannot be computed is `DEAREST_MERGE`."""
+    """Return the cost of a merge as the label of its key frame leaves it; one that cannot be computed is `DEAREST_MERGE`."""
     if not cost < DEAREST_MERGE:
         cost = DEAREST_MERGE
-    if run.verdicts[x] == WITHIN:
+    if run.labels[x] == WITHIN:
         return 0.0
-    if run.verdicts[x] == ENDS:
+    if run.labels[x] == ENDS:
         return max(cost, CERTAIN)
     return cost
 

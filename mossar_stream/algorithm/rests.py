@@ -1,17 +1,17 @@
 """Rests: which key frames begin and end a hold or a rest, with the setting `rests=keep`.
 
-A rest is the time between two bouts of movement (activity.py) if it lasts `SHORTEST_REST`. The candidate of Algorithm 2 nearest to
-its begin, and the one nearest to its end, are key frames at every named level; those between them are not. What is
-decided before a rest has lasted `SHORTEST_REST` stays so. Where the sensor's noise alone is as fast as a movement no rest is judged:
-what looks like a rest may be slow movement. With 5 mm of white noise that noise is 0.07 to 0.18 m/s on the labelled sets, as
-recorded at most 0.052.
+A rest is the time between two bouts of movement (activity.py) if it lasts `SHORTEST_REST`. The candidate of Algorithm 2
+nearest to its begin, and the one nearest to its end, are key frames at every named level; those between them are not.
+What is decided before a rest has lasted `SHORTEST_REST` stays so. Where the sensor's noise alone is as fast as a
+movement no rest is judged: what looks like a rest may be slow movement. With 5 mm of white noise that noise is 0.07 to
+0.18 m/s on the labelled sets, as recorded at most 0.052.
 """
 
 import numpy as np
 
 from mossar_stream.algorithm.activity import UPPER_LINE, noises_of_speed
 from mossar_stream.algorithm.pose_history import MARGIN
-from mossar_stream.algorithm.verdicts import ENDS, WITHIN
+from mossar_stream.algorithm.repetition_labels import ENDS, WITHIN
 from mossar_stream.jit.decorators import kernel
 from mossar_stream.memory.event_buffer import KIND_OFFSET, KIND_ONSET
 
@@ -25,11 +25,11 @@ LEFT_END, NO_KEY = np.int64(-1), np.int64(-2)  # in place of a key frame: the wi
 
 
 @kernel
-def judge_rests(w, count):
-    """Set the verdicts on the first `count` key frames of a window that begin or end rests, or lie within one.
+def label_rests(w, count):
+    """Set the labels of the first `count` key frames of a window that begin or end rests, or lie within one.
 
     Args:
-        w: Window; `scratch.verdicts` is set.
+        w: Window; `scratch.labels` is set.
         count: Number of key frames.
     """
     state, bouts = w.activity.state, w.activity.bouts
@@ -55,18 +55,18 @@ def judge_rests(w, count):
 
 @kernel
 def _judge_rest(w, count, begin, end, is_first):
-    """Set the verdicts on the key frames of one rest; the one that a take begins with has no key frame at its begin."""
+    """Set the labels of the key frames of one rest; the one that a take begins with has no key frame at its begin."""
     first = NO_KEY if is_first else _nearest(w, count, begin, KIND_OFFSET)
     last = _nearest(w, count, end, KIND_ONSET) if end < np.inf else NO_KEY
     after = _time_of(w, first, begin)
     before = _time_of(w, last, min(end, w.clock.time - UNSURE))
     for i in range(count):
         if after + MARGIN < w.keys[i].at_time < before - MARGIN:
-            w.scratch.verdicts[i] = WITHIN
+            w.scratch.labels[i] = WITHIN
     if first >= 0:
-        w.scratch.verdicts[first] = ENDS
+        w.scratch.labels[first] = ENDS
     if last >= 0:
-        w.scratch.verdicts[last] = ENDS
+        w.scratch.labels[last] = ENDS
 
 
 @kernel

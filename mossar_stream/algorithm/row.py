@@ -22,11 +22,11 @@ from mossar_stream.algorithm.normalisation import RANGE
 from mossar_stream.algorithm.open_segment import OPEN_SEGMENT
 from mossar_stream.algorithm.pose_history import HISTORY, MARK
 from mossar_stream.algorithm.remerging import MEMO
+from mossar_stream.algorithm.repetition_labels import LABELS, NOTE, NOTED_CANDIDATES
 from mossar_stream.algorithm.scales import SCALES
 from mossar_stream.algorithm.splitter import CURVE
 from mossar_stream.algorithm.tempo import TEMPO
 from mossar_stream.algorithm.velocity import AVERAGE, VELOCITY
-from mossar_stream.algorithm.verdicts import NOTE, NOTED_CANDIDATES, VERDICTS
 from mossar_stream.algorithm.window import KEY, WINDOW
 from mossar_stream.memory.joint_pages import body_size, pad
 from mossar_stream.memory.slots import SLOTS
@@ -134,7 +134,7 @@ ROW = np.dtype(
         ("history", HISTORY),
         ("tempo", TEMPO),
         ("scales", SCALES),
-        ("verdicts", VERDICTS),
+        ("labels", LABELS),
         ("candidate", CANDIDATE),
         ("activity", ACTIVITY_STATE),
         ("window", WINDOW),

@@ -12,9 +12,9 @@ import numpy as np
 
 from mossar_stream.algorithm.mean_pose import MEAN_TIME, follow_mean, squared_distance, start_mean
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.memory.joint_pages import HOME_X, MEAN_X
+from mossar_stream.memory.joint_pages import MEAN_X, REST_X
 
-SCALES_HALF_LIFE, HOME_HALF_LIFE = 20.0, 30.0  # s
+SCALES_HALF_LIFE, REST_POSE_HALF_LIFE = 20.0, 30.0  # s
 PRIOR_EXTENT, PRIOR_SPEED = 0.05, 0.1  # m and m/s, as if seen for one second
 PRIOR_DWELT = 2.0  # s, for which the first pose is taken to have been held
 SLOW = 0.3  # share of V below which a performer dwells
@@ -39,7 +39,7 @@ SCALES = np.dtype(
 def start_scales(scales, body, joints):
     """Begin a take with the prior, in the first pose."""
     start_mean(body, joints, MEAN_X)
-    start_mean(body, joints, HOME_X)
+    start_mean(body, joints, REST_X)
     scales.speed = 0.0
     scales.speed_weight = scales.spread_weight = 1.0
     scales.squared_speed = PRIOR_SPEED**2
@@ -74,11 +74,11 @@ def follow_poses(scales, body, joints, dt):
     """
     ratio = scales.speed / (SLOW * usual_speed(scales))
     dwelling = dt / (1.0 + ratio * ratio)
-    scales.dwelt = scales.dwelt * np.exp2(-dt / HOME_HALF_LIFE) + dwelling
-    share, toward_home = np.float32(min(dt / MEAN_TIME, 1.0)), np.float32(dwelling / scales.dwelt)
+    scales.dwelt = scales.dwelt * np.exp2(-dt / REST_POSE_HALF_LIFE) + dwelling
+    share, toward_rest = np.float32(min(dt / MEAN_TIME, 1.0)), np.float32(dwelling / scales.dwelt)
     squares = squared_distance(body, MEAN_X)
     follow_mean(body, MEAN_X, share)
-    follow_mean(body, HOME_X, toward_home)
+    follow_mean(body, REST_X, toward_rest)
     kept = np.exp2(-dt / SCALES_HALF_LIFE)
     scales.spread = scales.spread * kept + squares / joints * dt
     scales.spread_weight = scales.spread_weight * kept + dt
@@ -103,6 +103,6 @@ def tempo_of(scales):
 
 
 @kernel
-def distance_from_home(body, joints):
+def rest_distance(body, joints):
     """Return the rms distance of the joints from the pose H, m."""
-    return np.sqrt(squared_distance(body, HOME_X) / joints)
+    return np.sqrt(squared_distance(body, REST_X) / joints)

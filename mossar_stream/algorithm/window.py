@@ -28,9 +28,9 @@ from mossar_stream.algorithm.remerging import (
     remember,
     remerge,
 )
-from mossar_stream.algorithm.rests import judge_rests
+from mossar_stream.algorithm.repetition_labels import UNLABELLED, RepetitionLabels
+from mossar_stream.algorithm.rests import label_rests
 from mossar_stream.algorithm.tempo import pace
-from mossar_stream.algorithm.verdicts import NO_VERDICT, Verdicts
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
     KEY_CONFIRMED,
@@ -83,7 +83,7 @@ KEY = np.dtype(
         ("at_frame", "i8"),  # reported frame
         ("at_time", "f8"),  # s
         ("reported", "i8"),  # whether it was reported as confirmed
-        ("verdict", "i8"),  # on whether it ends a repetition, see verdicts.py
+        ("label", "i8"),  # on whether it ends a repetition, see repetition_labels.py
     ],
 )
 NOT_KEPT = np.int64(-2)  # in KEY.before
@@ -103,7 +103,7 @@ class Scratch(NamedTuple):
     bounds: NDArray[np.int64]  # (W + 4,)
     removed: NDArray[np.int64]  # (W + 4,)
     active: NDArray[np.int64]  # (W + 4,)
-    verdicts: NDArray[np.int64]  # (W + 4,)
+    labels: NDArray[np.int64]  # (W + 4,)
     links: NDArray[np.int64]  # (5, W + 4)
     costs: NDArray[np.float64]  # (W + 4,)
     strengths: NDArray[np.float64]  # (W + 4,)
@@ -120,7 +120,7 @@ class Window(NamedTuple):
     slots: np.void  # SLOTS
     params: np.void  # of the similarity measure
     history: PoseHistory
-    verdicts: Verdicts
+    labels: RepetitionLabels
     activity: Activity
     noise: np.void  # NOISE
     keys: NDArray[np.void]  # (W + 2,) KEY, from left to right
@@ -171,7 +171,7 @@ def add_key(w, slot, point, time, rev, reported):
     key.at_frame = point.frame
     key.at_time = point.time
     key.reported = reported
-    key.verdict = NO_VERDICT
+    key.label = UNLABELLED
     key.velocity = point.velocity
     key.strength = np.nan
     key.kind = point.kind
@@ -226,9 +226,9 @@ def rank(w, open_slot):
     for i in range(count + 1):
         scratch.places[i] = w.order[i] if i < state.undecided else open_slot
         scratch.bounds[i + 1] = w.keys[i].ordinal if i < state.undecided else UNKNOWN_BOUNDARY
-        scratch.verdicts[i] = w.keys[i].verdict if i < state.undecided else NO_VERDICT
+        scratch.labels[i] = w.keys[i].label if i < state.undecided else UNLABELLED
     if w.plan.rests == 1:
-        judge_rests(w, count)
+        label_rests(w, count)
     nodes, both = scratch.summaries[NODES:], scratch.summaries[BOTH]
     remerge(prepared(w.params, w.summaries, w.memo, scratch, nodes, both), count, state.pace)
     for i in range(count):

@@ -21,6 +21,13 @@ from mossar_stream.algorithm.open_segment import (
 )
 from mossar_stream.algorithm.pose_history import MARK, REST_SPEED, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN_BOUNDARY
+from mossar_stream.algorithm.repetition_labels import (
+    NOTE,
+    NOTED_CANDIDATES,
+    RepetitionLabels,
+    forget_newest,
+    note_candidate,
+)
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.scales import extent, usual_speed
 from mossar_stream.algorithm.splitter import (
@@ -30,13 +37,6 @@ from mossar_stream.algorithm.splitter import (
     PROMOTED,
     REPLACED,
     forget_candidate,
-)
-from mossar_stream.algorithm.verdicts import (
-    NOTE,
-    NOTED_CANDIDATES,
-    Verdicts,
-    forget_newest,
-    note_candidate,
 )
 from mossar_stream.algorithm.window import (
     BEFORE_WINDOW,
@@ -84,8 +84,8 @@ from mossar_stream.similarity.protocol import add_pose, close, flush_sums, merge
 
 FOLLOW, LEVEL, END, RANK, DECIDE = range(5)  # why `update_window` is called
 REPORTED, UNREPORTED = np.int64(1), np.int64(0)
-LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all verdicts are due
-CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear verdict
+LAST_OF_ALL = np.float64(np.finfo(np.float64).max)  # s, when all labels are due
+CLEAR = 2.0  # a strength so many times the level, or less than one part in so many of it, is a clear decision
 LOG_REST_SPEED = float(np.log(REST_SPEED))  # log speed of a joint at rest
 
 
@@ -154,8 +154,8 @@ def _window_of(state, row, params, scratch, event_buffer):
             part(row, at.poses, np.int16, (plan.history_size, 3, plan.padded_joints)),
             part(row, at.body, np.float32, ((at.seen - at.body) // 4,)),
         ),
-        Verdicts(
-            state.verdicts,
+        RepetitionLabels(
+            state.labels,
             part(row, at.notes, NOTE, (plan.has_features * NOTED_CANDIDATES,)),
             part(row, repetitions, PERIODS, (plan.has_features,)),
         ),
@@ -258,8 +258,8 @@ def _add_key(w, slot, state, point, rev):
     if candidate.before < candidate.frame:
         frame, time = candidate.frame, candidate.time
     candidate.before = frame
-    home, speed = candidate.home / extent(scales), candidate.speed / usual_speed(scales)
-    note_candidate(w.verdicts, point.time, time, home, speed)
+    rest_distance, speed = candidate.rest_distance / extent(scales), candidate.speed / usual_speed(scales)
+    note_candidate(w.labels, point.time, time, rest_distance, speed)
     placed = Point(point.kind, point.id, frame, time, point.velocity, point.strength)
     add_key(w, slot, placed, point.time, rev, reported)
 
@@ -301,7 +301,7 @@ def _decide_what_is_due(w, segment, curve, begin):
 
 @inline_kernel
 def _is_clear(w):
-    """Tell whether what came after the newest key frame hardly changes the verdict on the oldest one."""
+    """Tell whether what came after the newest key frame hardly changes the decision on the oldest one."""
     if w.plan.has_features == 1 or w.plan.rests == 1:  # which changes with what follows
         return False
     strength, beta = w.keys[0].strength, w.plan.beta
@@ -360,7 +360,7 @@ def _withdraw_newest(w, segment):
     w.state.undecided -= 1
     w.state.ordinal -= 1
     if w.plan.has_features == 1:
-        forget_newest(w.verdicts)
+        forget_newest(w.labels)
 
 
 @inline_kernel

@@ -28,7 +28,7 @@ class Buffers:
         is_busy: Whether a thread is in.
         sources: Of the rows that are in use, by the numbers that their events carry.
         desk: That the loop was called for, while it is not done with it.
-        tools: Bytes: `TOOLS`, scratch, what looks at repetitions need, events. Another array after `make_room`.
+        tools: Bytes: `TOOLS`, scratch, what analyses of repetitions need, events. Another array after `make_room`.
         scratch: A view of it.
         store: Likewise.
         events: Likewise.

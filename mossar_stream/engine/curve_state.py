@@ -1,5 +1,7 @@
 """State: the velocity curve at the last frame, for people who watch."""
 
+import warnings
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ class CurveState(msgspec.Struct, frozen=True):
     Args:
         frame: Number of the frame.
         time: s.
-        told: s, reported time of a key frame at this frame. With evidence it is a little earlier, since
+        reported_time: s, of a key frame at this frame. With evidence it is a little earlier, since
             smoothing delays the velocity.
         value: Velocity.
         ceiling: Ceiling of Algorithm 1.
@@ -31,7 +33,7 @@ class CurveState(msgspec.Struct, frozen=True):
 
     frame: int
     time: float
-    told: float
+    reported_time: float
     value: float
     ceiling: float
     floor: float
@@ -40,6 +42,12 @@ class CurveState(msgspec.Struct, frozen=True):
     moving: bool
     pace: float
     pose: NDArray[np.float32]
+
+    @property
+    def told(self) -> float:
+        """The former name of `reported_time`; the next release does not have it."""
+        warnings.warn("told is called reported_time now; the next release has no told", DeprecationWarning, 2)
+        return self.reported_time
 
 
 def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
@@ -62,7 +70,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     return CurveState(
         frame=int(state["clock"]["used_frame"]),
         time=time,
-        told=_told(row, plan) if plan.traits.has_features else time,
+        reported_time=_reported_time(row, plan) if plan.traits.has_features else time,
         value=float(curve["value"]) * per,
         ceiling=float(curve["ceiling"]) * per,
         floor=float(curve["floor"]) * per,
@@ -74,7 +82,7 @@ def curve_state(row: NDArray[np.uint8], plan: Plan) -> CurveState:
     )
 
 
-def _told(row: NDArray[np.uint8], plan: Plan) -> float:
+def _reported_time(row: NDArray[np.uint8], plan: Plan) -> float:
     """Return the reported time of a key frame at the last processed frame, s: that of a kept pose; see `note_place`."""
     state = records(row)
     taken = float(state["clock"]["taken_time"])

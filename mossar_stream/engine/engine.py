@@ -18,10 +18,10 @@ from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS, WINDO
 from mossar_stream.algorithm.window_step import END, LEVEL, RANK, update_window
 from mossar_stream.engine.buffers import IN_USE, Buffers
 from mossar_stream.engine.pool import Row
-from mossar_stream.engine.run import LOOKED, PHASE, READ, SAID, run
+from mossar_stream.engine.run import ANALYSED, PHASE, READ, SAID, run
 from mossar_stream.engine.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
-from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.counting import analyse
 from mossar_stream.repetitions.reporting import Reported
 
 T = TypeVar("T")
@@ -29,7 +29,7 @@ NOBODY = "nobody seen"  # in the reason for which a take ended
 NO_ENDS: list[tuple[int, int]] = []
 NOTHING_REPORTED, NOT_STOPPED = Reported(), np.zeros(1, np.int64)
 NO_POSITIONS = np.zeros((0, 3), np.float32)
-UNCHANGED = -1  # the first cycle that a look changed, if it changed none
+UNCHANGED = -1  # the first cycle that an analysis changed, if it changed none
 
 
 def process(desk: Desk, positions: NDArray[np.float32], times: NDArray[np.float64]) -> list[tuple[int, int]]:
@@ -70,8 +70,8 @@ def _go_on(
         buffers.hand_out()
         at, used = int(head["performer"][0]), int(head["frame"][0])
         station = desk.stations[at]
-        if stop in (LOOKED, READ, PHASE):
-            tell(desk, float(times[desk.begins[at] + used]) if stop == LOOKED else math.inf)
+        if stop in (ANALYSED, READ, PHASE):
+            tell(desk, float(times[desk.begins[at] + used]) if stop == ANALYSED else math.inf)
         elif stop in (
             RING_FULL,
             WINDOW_FULL,
@@ -94,7 +94,7 @@ def tell(desk: Desk, time: float) -> None:
 
     Args:
         desk: Where it did.
-        time: s, of the frame before which repetitions were looked at.
+        time: s, of the frame before which repetitions were analysed.
     """
     head, stop = desk.head, int(desk.stopped[0])
     station, stage = desk.stations[int(head["performer"][0])], int(head["stage"][0])
@@ -111,23 +111,23 @@ def tell(desk: Desk, time: float) -> None:
         desk.stopped[0] = DONE
         body.reporter.reported = reported
         body.pending += events
-    elif stop == LOOKED:
+    elif stop == ANALYSED:
         row = station.rows[stage]
-        if row.looks is not None:
-            row.looks.append((time, row.periods.copy()))
+        if row.analyses is not None:
+            row.analyses.append((time, row.periods.copy()))
         if head["changed"][0]:
             _report_repetitions(row, desk.stopped)
 
 
 def _report_repetitions(row: Row, stopped: NDArray[np.int64]) -> None:
-    """Add the events of a look that changed something to what is pending."""
+    """Add the events of an analysis that changed something to what is pending."""
     if row.reporter is None:
         return
     take = int(row.clock["take"])
     events, reported = row.reporter.report(take)
     stopped[0] = DONE
-    row.looked_take = take if row.is_looking else row.looked_take
-    row.is_looking = False
+    row.analysed_take = take if row.is_analysing else row.analysed_take
+    row.is_analysing = False
     row.reporter.reported = reported
     row.pending += events
 
@@ -140,7 +140,7 @@ def reason_of(row: Row, reason: str) -> str:
 def why_ended(row: Row, time: float) -> str:
     """Return the reason for which a take ends before a frame at this time, s."""
     step = time - row.clock["time"]
-    if 0.0 <= step <= row.plan.given.max_pause:
+    if 0.0 <= step <= row.plan.user_settings.max_pause:
         return NOBODY
     return "gap" if step > 0.0 else "clock stepped back"
 
@@ -159,36 +159,36 @@ def update(row: Row, reason: int) -> list[Event]:
 def _update(row: Row, reason: int) -> None:
     buffers = row.buffers
     if reason in {END, RANK}:
-        _look_once_more(row)
+        _analyse_once_more(row)
     update_window(row.memory, row.plan.params, buffers.scratch, buffers.events, reason)
     buffers.hand_out()
 
 
-def _look_once_more(row: Row) -> None:
-    """Look at what was repeated, as the take ends, once: each look adds the newest pose to the samples."""
+def _analyse_once_more(row: Row) -> None:
+    """Analyse what was repeated, as the take ends, once: each analysis adds the newest pose to the samples."""
     take = int(row.clock["take"])
-    if not len(row.counting) or row.looked_take == take:
+    if not len(row.counting) or row.analysed_take == take:
         return
-    row.counted["changed"] = UNCHANGED  # a look at too few samples leaves it as it was
+    row.counted["changed"] = UNCHANGED  # an analysis of too few samples leaves it as it was
     row.samples = int(row.counted["open"][0])
-    row.is_looking = True
-    changed = look(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
-    if row.looks is not None:
-        row.looks.append((math.inf, row.periods.copy()))
+    row.is_analysing = True
+    changed = analyse(row.counting, row.buffers.store, NO_POSITIONS, math.inf)
+    if row.analyses is not None:
+        row.analyses.append((math.inf, row.periods.copy()))
     if changed:
         _report_repetitions(row, NOT_STOPPED)
-    row.is_looking = False
-    row.looked_take = take
+    row.is_analysing = False
+    row.analysed_take = take
 
 
-def _finish_look(row: Row) -> None:
-    """Tell what the last look of a take has changed, if an exception kept that from being reported."""
-    if row.is_looking and row.counted["open"][0] > row.samples:
+def _finish_analysis(row: Row) -> None:
+    """Tell what the last analysis of a take has changed, if an exception kept that from being reported."""
+    if row.is_analysing and row.counted["open"][0] > row.samples:
         take = int(row.clock["take"])
         if row.counted["changed"][0] != UNCHANGED:
             _report_repetitions(row, NOT_STOPPED)
-        row.looked_take = take
-    row.is_looking = False
+        row.analysed_take = take
+    row.is_analysing = False
 
 
 def apply_level(row: Row) -> None:
@@ -249,7 +249,7 @@ def _mend(desk: Desk) -> None:
     buffers.desk = None
     for row in desk.stations[0].rows:
         row.mend()
-        _finish_look(row)
+        _finish_analysis(row)
     desk.stations[0].refresh()
 
 

@@ -94,7 +94,7 @@ def less_origin(row: Row, positions: NDArray[Any]) -> NDArray[np.float32]:
     """
     if row.origin is None:
         return _as_array(positions, FLOAT32)
-    return less(positions, row.origin, np.empty(positions.shape, np.float32))
+    return subtract(positions, row.origin, np.empty(positions.shape, np.float32))
 
 
 def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64], int]:
@@ -112,7 +112,7 @@ def place_of(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float64],
     return np.zeros(3), len(positions)
 
 
-def less(
+def subtract(
     positions: NDArray[Any], origin: NDArray[np.float64], result: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return positions less the origin, taken off in double precision."""
@@ -124,7 +124,9 @@ def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> Non
     """Raise FrameError for a frame number that would give two key frames one id."""
     clock = row.clock
     goes_on = (
-        bool(clock["open"]) and len(times) > 0 and abs(times[0] - clock["time"]) <= row.plan.given.max_pause
+        bool(clock["open"])
+        and len(times) > 0
+        and abs(times[0] - clock["time"]) <= row.plan.user_settings.max_pause
     )
     if first_frame < (int(clock["next_frame"]) if goes_on else 0):
         raise FrameError(f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}")

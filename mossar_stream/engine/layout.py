@@ -13,7 +13,7 @@ STATION = np.dtype(
             "i8",
         ),  # where they begin, bytes: which joint of the performer each is, negative for the middle,
         ("frame", "i8"),  # and where each is in the frame that the body processed last, m
-        ("look", "i8"),  # address of the function that looks at repetitions
+        ("analyse", "i8"),  # address of the function that analyses repetitions
     ],
 )
 CHANNEL = np.dtype(  # the body's, then those of the limbs
@@ -22,7 +22,7 @@ CHANNEL = np.dtype(  # the body's, then those of the limbs
         ("row_bytes", "i8"),
         ("first", "i8"),  # of its joints among those of all limbs; -1 of the body
         ("joints", "i8"),
-        ("heed", "i8"),  # which looks at its repetitions are to stop the loop
+        ("heed", "i8"),  # which analyses of its repetitions are to stop the loop
         ("is_taken", "i8"),  # whether the frame step took the last frame, and did not pass it over
     ],
 )
@@ -35,7 +35,7 @@ READER = np.dtype(
         ("store_bytes", "i8"),
     ],
 )
-NO_LOOK, CHANGES, ALL_LOOKS = range(3)  # in CHANNEL.heed
+NO_ANALYSIS, CHANGES, ALL_ANALYSES = range(3)  # in CHANNEL.heed
 HEAD = np.dtype(
     [
         ("performers", "i8"),
@@ -44,7 +44,7 @@ HEAD = np.dtype(
         ("frame", "i8"),  # how many of its frames are processed,
         ("stage", "i8"),  # and who is next with the frame: 0 the body, then limbs, readers, the phase
         ("stopped", "i8"),  # why the loop stopped, until that is done
-        ("changed", "i8"),  # whether the last look at repetitions changed what is counted
+        ("changed", "i8"),  # whether the last analysis of repetitions changed what is counted
     ],
 )
 SEAT = np.dtype([("station", "i8"), ("begin", "i8")])  # address; first of its frames
@@ -54,7 +54,7 @@ TOOLS = np.dtype(
     [
         ("scratch", "i8"),  # where it begins, bytes
         ("scratch_bytes", "i8"),
-        ("store", "i8"),  # in which repetitions are looked at
+        ("store", "i8"),  # in which repetitions are analysed
         ("store_bytes", "i8"),
         ("events", "i8"),
         ("events_bytes", "i8"),

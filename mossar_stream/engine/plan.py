@@ -62,7 +62,7 @@ class Plan:
         offline: bool = False,
     ) -> None:
         self.skeleton = skeleton
-        self.given = settings
+        self.user_settings = settings
         self.settings = resolved = settings.resolved()
         if resolved.range == "file":
             raise SettingsError(
@@ -121,7 +121,7 @@ class Plan:
     def source(self, performer: str, pending: list[Event]) -> Source:
         """Return whose the events of a performer's row are, and where they wait."""
         names = self.skeleton.names
-        by_joint = limbs_by_joint(groups_of(self.skeleton, self.given.limbs))
+        by_joint = limbs_by_joint(groups_of(self.skeleton, self.user_settings.limbs))
         if not by_joint:
             return Source(performer, self.channel, names, pending)
         # The same joints lead again and again, and a segment is reported several times.
@@ -130,7 +130,7 @@ class Plan:
 
     def strength(self, level: LevelName | float) -> float:
         """Return the strength that a level stands for with these settings."""
-        return self.given.strength(level)
+        return self.user_settings.strength(level)
 
     def continues(self, other: "Plan") -> bool:
         """Tell whether a row of `other` can go on with this plan: the same curve, summaries and tempo."""
@@ -235,7 +235,7 @@ class Plan:
         """Return the same plan with so many times the places in the velocity ring, or in the window."""
         return Plan(
             self.skeleton,
-            self.given,
+            self.user_settings,
             self.fps,
             ring * self.shape.ring,
             channel=self.channel,

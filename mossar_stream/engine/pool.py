@@ -84,9 +84,9 @@ class Row:
         counting: Bytes of it and of the poses in which they are counted; empty likewise.
         periods: (1,) PERIODS of it; empty likewise.
         adopted: (1,) PERIODS of a limb: what is counted of its body; empty if it does not matter.
-        looks: What was counted after each look, with the time of the frame after it, s; None if nobody asks for it.
-        is_looking: Whether the last look of a take is being reported.
-        looked_take: Number of the take of which that is done; -1 if of none.
+        analyses: What was counted after each analysis, with the time of the frame after it, s; None if nobody asks for it.
+        is_analysing: Whether the last analysis of a take is being reported.
+        analysed_take: Number of the take of which that is done; -1 if of none.
         samples: How many there were before it.
         reporter: Their events; None without the setting.
         origin: (3,) m, what is taken off positions in this take; None for nothing.
@@ -99,10 +99,10 @@ class Row:
     def __init__(self, pool: Pool, index: int, source: Source, number: int) -> None:
         self.name, self.pending, self.number = source.performer, source.pending, number
         self.is_level_new = self.is_torn = False
-        self.looks: list[tuple[float, NDArray[np.void]]] | None = None
+        self.analyses: list[tuple[float, NDArray[np.void]]] | None = None
         self.reporter: RepetitionReporter | None = None
-        self.is_looking = False
-        self.looked_take, self.samples = -1, 0
+        self.is_analysing = False
+        self.analysed_take, self.samples = -1, 0
         self._successor: Row | None = None  # while the row moves
         self._enter(pool, index)
         self.note_end()
@@ -119,7 +119,7 @@ class Row:
         begin, end = (shape.offsets()[0][name] for name in ("counted", "adopted"))
         self.counting = self.memory[begin:end]
         self._renew_reporter()
-        self.look_for_place()
+        self.find_place()
 
     @property
     def buffers(self) -> Buffers:
@@ -142,11 +142,11 @@ class Row:
 
     def _renew_reporter(self) -> None:
         """Report what is counted in the row, if the settings call for it; go on if it is so already."""
-        if self.plan.given.repetitions:
+        if self.plan.user_settings.repetitions:
             self.reporter = self.reporter or RepetitionReporter(
                 self.plan.skeleton, self.name, self.plan.channel
             )
-            self.reporter.look_into(self.counted)
+            self.reporter.use(self.counted)
         else:
             self.reporter = None
 
@@ -155,7 +155,7 @@ class Row:
         if len(self.adopted):
             self.adopted[:] = periods
 
-    def look_for_place(self) -> None:
+    def find_place(self) -> None:
         """Take note of where the performer is."""
         joints = self.state["joints"]
         origin = np.array([joints["origin_x"], joints["origin_y"], joints["origin_z"]])
@@ -250,7 +250,7 @@ def restored_row(
     row = new_row(plan, buffers, name, pending)
     row.memory[:] = content
     row.clock["row"] = row.number
-    row.look_for_place()
+    row.find_place()
     row.note_end()
     return row
 

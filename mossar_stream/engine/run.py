@@ -17,9 +17,9 @@ from numba import int64, void
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.frame_step import (
+    ANALYSIS_DUE,
     DONE,
     HAPPENED,
-    LOOK_DUE,
     STOPS,
     TAKE_ENDS,
     advance,
@@ -27,7 +27,7 @@ from mossar_stream.algorithm.frame_step import (
 from mossar_stream.algorithm.row import ROW
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.engine.layout import (
-    ALL_LOOKS,
+    ALL_ANALYSES,
     CHANGES,
     CHANNEL,
     CHANNEL_BYTES,
@@ -53,7 +53,7 @@ update_window_by_name = linked(UPDATE, void)(update_window)
 AFTER_A_FRAME = np.int64(FOLLOW)
 ONE, NOTHING = np.int64(1), np.int64(0)
 POINT_BYTES = 12
-BUFFER_FULL, LOOKED, READ, PHASE, SAID = range(
+BUFFER_FULL, ANALYSED, READ, PHASE, SAID = range(
     STOPS - 5, STOPS
 )  # what the caller must do besides what `advance` asks for
 
@@ -77,7 +77,7 @@ def run(
 
     Returns:
         DONE, or SAID if that left events; else what must be done before the loop goes on, of the performer and the stage at
-        which `HEAD` stands: TAKE_ENDS, RING_FULL, WINDOW_FULL, BUFFER_FULL; LOOKED, READ, PHASE: ask what is counted, a
+        which `HEAD` stands: TAKE_ENDS, RING_FULL, WINDOW_FULL, BUFFER_FULL; ANALYSED, READ, PHASE: ask what is counted, a
         reader, or the phase for its events.
     """
     head = part(desk, 0, HEAD, (1,))[0]
@@ -121,9 +121,9 @@ def _process(head: Any, seat: Any, buffers: Any, params: Any, frames: Any) -> An
             stop = code % STOPS
             if is_alone:
                 head.frame += code // STOPS
-            if stop == LOOK_DUE:
-                if _look(head, station, channel, buffers[1], times[seat.begin + head.frame]):
-                    return LOOKED
+            if stop == ANALYSIS_DUE:
+                if _analyse(head, station, channel, buffers[1], times[seat.begin + head.frame]):
+                    return ANALYSED
             elif stop != DONE and (stage == 0 or stop != TAKE_ENDS):  # limbs' takes end with the body's
                 return stop
             elif stage > 0:
@@ -208,7 +208,7 @@ def _step_limb(where: Any, stage: Any, buffers: Any, params: Any, time: Any) -> 
     if limb.plan.adopts == 1 and body.plan.repetitions == 1:
         own = at_address(channel.row + limb.at.adopted, PERIODS, (1,))[0]
         counted = at_address(channels[0].row + body.at.periods, PERIODS, (1,))[0]
-        if own.looked != counted.looked or own.origin != counted.origin:
+        if own.analysed != counted.analysed or own.origin != counted.origin:
             copy_periods(own, counted)  # type: ignore[no-untyped-call]
     frame = at_address(
         seat.station + station.frame + POINT_BYTES * channel.first, np.float32, (ONE, channel.joints, 3)
@@ -217,18 +217,18 @@ def _step_limb(where: Any, stage: Any, buffers: Any, params: Any, time: Any) -> 
 
 
 @kernel
-def _look(head: Any, station: Any, channel: Any, store: Any, time: Any) -> Any:
-    """Look at what is repeated before a frame, and tell whether somebody asks for what that brought."""
+def _analyse(head: Any, station: Any, channel: Any, store: Any, time: Any) -> Any:
+    """Analyse what is repeated before a frame, and tell whether somebody asks for what that brought."""
     state = at_address(channel.row, ROW, (1,))[0]
     counted = at_address(channel.row + state.at.counted, np.uint8, (state.at.adopted - state.at.counted,))
-    changed = call_reader(station.look, (counted, store, part(store, 0, np.float32, (NOTHING, 3)), time))
+    changed = call_reader(station.analyse, (counted, store, part(store, 0, np.float32, (NOTHING, 3)), time))
     head.changed = changed
-    return channel.heed == ALL_LOOKS or (channel.heed == CHANGES and changed == 1)
+    return channel.heed == ALL_ANALYSES or (channel.heed == CHANGES and changed == 1)
 
 
 @inline_kernel
 def _has_news(reader: Any, position: Any, time: Any) -> Any:
-    """Show a frame to a reader if it is due, and tell whether that brought news."""
+    """Show a frame to a reader if it is due, and tell whether it has events."""
     due = at_address(reader.state, np.float64, (1,))[0]
     if due - BACK <= time < due:
         return False

@@ -108,7 +108,7 @@ def pack_snapshot(
         following: What is known of moves, repetitions and limbs.
     """
     content = _Content(
-        plan.given,
+        plan.user_settings,
         plan.skeleton,
         plan.fps,
         plan.shape.ring,
@@ -205,7 +205,7 @@ def restored_following(
     if recognition is None:
         return chosen, None
     try:
-        alignment = alignment_of(chosen, recognition.moves, plan.skeleton, plan.given, performer)
+        alignment = alignment_of(chosen, recognition.moves, plan.skeleton, plan.user_settings, performer)
     except MovesError as error:
         raise SnapshotError(f"the snapshot's moves cannot be followed: {error}") from None
     if alignment is not None and known.followed is not None:

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from mossar_stream.algorithm.row import new_memory
 from mossar_stream.engine.layout import (
-    ALL_LOOKS,
+    ALL_ANALYSES,
     CHANGES,
     CHANNEL,
     CHANNEL_BYTES,
     HEAD,
     HEAD_BYTES,
-    NO_LOOK,
+    NO_ANALYSIS,
     READER,
     READER_BYTES,
     SEAT,
@@ -29,7 +29,7 @@ from mossar_stream.engine.layout import (
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row
 from mossar_stream.readers import Reader, address_of_reader
-from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.counting import analyse
 
 KNOWN = 64  # sets of plans whose parameters are remembered
 
@@ -71,7 +71,7 @@ class Station:
         self._channels["first"] = [-1, *ends[:-1]]
         self._channels["joints"][1:] = np.diff(ends)
         self._head = self._bytes[:STATION_BYTES].view(STATION)
-        # Without repetitions nothing looks at them.
+        # Without repetitions nothing analyses them.
         self._head[0] = len(rows) - 1, len(readers), phase, len(order), order_at, frame_at, 0
         self.params = _params_of(tuple(row.plan for row in rows))
         self.refresh()
@@ -81,7 +81,11 @@ class Station:
         for channel, row in zip(self._channels, self.rows, strict=True):
             channel["row"], channel["row_bytes"] = row.memory.ctypes.data, len(row.memory)
             channel["heed"] = (
-                ALL_LOOKS if row.looks is not None else CHANGES if row.reporter is not None else NO_LOOK
+                ALL_ANALYSES
+                if row.analyses is not None
+                else CHANGES
+                if row.reporter is not None
+                else NO_ANALYSIS
             )
         table = self._bytes[self._readers_at :][: READER_BYTES * len(self.readers)].view(READER)
         for place, reader in zip(table, self.readers, strict=True):
@@ -92,7 +96,7 @@ class Station:
         # Addresses keep nothing alive.
         self._kept = [*(row.memory for row in self.rows), *((one.state, one.store) for one in self.readers)]
         if any(len(row.counting) for row in self.rows):
-            self._head["look"] = address_of_reader(look)
+            self._head["analyse"] = address_of_reader(analyse)
 
     @property
     def body(self) -> Row:

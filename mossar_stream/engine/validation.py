@@ -17,7 +17,7 @@ from mossar_stream.repetitions.state import CYCLES, HEADER
 from mossar_stream.similarity import protocol as similarity
 
 FARTHEST_ORIGIN = 1e9  # m, that somebody may be from the origin
-MOST_UNJUDGED = 100_000  # candidates without a verdict
+MOST_UNLABELLED = 100_000  # candidates without a label
 
 
 def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
@@ -31,7 +31,7 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
     if state["clock"]["open"] == 0:
         return True  # a new take sets everything
     undecided = int(state["window"]["undecided"])
-    # Every key frame of the take was a candidate, and waits for its verdict for a second or two.
+    # Every key frame of the take was a candidate, and waits for its label for a second or two.
     candidates = int(state["window"]["ordinal"]) if plan.traits.has_features else 0
     limits = {
         ("clock", "open"): (1, 1),
@@ -47,8 +47,8 @@ def is_sound(row: NDArray[np.uint8], plan: Plan) -> bool:
         ("average", "filled"): (0, max(0, shape.smoothing_window)),
         ("history", "head"): (0, shape.history - 1),
         ("history", "filled"): (0, shape.history),
-        ("verdicts", "candidates"): (candidates, candidates),
-        ("verdicts", "judged"): (max(0, candidates - MOST_UNJUDGED), candidates),
+        ("labels", "candidates"): (candidates, candidates),
+        ("labels", "labelled"): (max(0, candidates - MOST_UNLABELLED), candidates),
         ("window", "undecided"): (0, shape.window),
         ("window", "ordinal"): (undecided, 2**60),
         ("window", "has_before"): (0, 1),

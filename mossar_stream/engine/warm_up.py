@@ -11,7 +11,7 @@ from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.linked import publish
 from mossar_stream.memory.event_buffer import EVENT_BYTES, events_size
 from mossar_stream.readers import address_of_reader
-from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.counting import analyse
 from mossar_stream.settings import SimilarityName
 
 # Measures whose kernels are there; looking them up takes as long as a thousand frames.
@@ -34,13 +34,13 @@ def warm_up(plan: Plan) -> None:
         )
         _ready.add(plan.settings.similarity)
     if plan.shape.repetitions:
-        warm_up_looks()
+        warm_up_analysis()
 
 
 @functools.cache
-def warm_up_looks() -> None:
-    """Compile what looks at repetitions, or load it."""
-    address_of_reader(look)
+def warm_up_analysis() -> None:
+    """Compile what analyses repetitions, or load it."""
+    address_of_reader(analyse)
 
 
 def warm_up_decisions(plan: Plan) -> None:

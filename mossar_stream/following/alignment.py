@@ -31,9 +31,9 @@ from mossar_stream.following.tracking import (
     GOES_ON,
     IS_DONE,
     NOTHING,
+    evaluate,
     finish_take,
     follow_frame,
-    look,
 )
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.moves import Moves, copy_of
@@ -165,7 +165,7 @@ class Alignment:
         self._begin()
         # No frame: the kernels are compiled now, and never while frames come in.
         finish_take(self.state, self.store)
-        look(self.state, self.store, 0)
+        evaluate(self.state, self.store, 0)
         self._begin()
         self.address = address_of_reader(follow_frame)
 
@@ -253,7 +253,7 @@ class Alignment:
         pending += events
 
     def _now(self, m: int) -> FollowState:
-        look(self.state, self.store, m)
+        evaluate(self.state, self.store, m)
         report = self._reports[m].tolist()
         return FollowState(
             example=self._places[int(report[9])],

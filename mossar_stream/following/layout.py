@@ -79,7 +79,7 @@ MOVE = np.dtype(
         ("start", "f8"),  # s
         ("time", "f8"),  # s, of the sample that the numbers are of
         ("seen", "f8"),  # s, when it was last followed well
-        ("told", "f8"),  # s, when an event was last due
+        ("reported", "f8"),  # s, when an event was last due
         ("progress", "f8"),
         ("cost", "f8"),  # of the way, relative to a performer who stands still
         ("gain", "f8"),  # how far the example's movement is found in the stream: 1 for all of it

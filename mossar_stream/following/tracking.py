@@ -1,8 +1,8 @@
 """Tracking: what becomes of a followed move: begun, progress, done, left.
 
 At each sample every example is aligned with the stream. Of all ways the one that costs least says how far along the
-performer is. A way that has reached the end of its example is decided once no other way that overlaps it ranks better, and
-done if it explains the movement well enough: what is left of its costs, once constant differences are taken away, is
+performer is. A way that has reached the end of its example is decided once no overlapping way ranks better. It is done
+if it explains the movement well enough: what is left of its costs, once constant differences are taken away, is
 compared with the costs of a performer who stands still. Once a performer has done a move, it may be done less well.
 """
 
@@ -56,7 +56,7 @@ def follow_frame(
         time: s.
 
     Returns:
-        1 if there is news of a move that is followed, which stands in `happened` of the moves; else 0.
+        1 if a followed move changed, see `happened` of the moves; else 0.
     """
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
@@ -68,7 +68,7 @@ def follow_frame(
 
 @entry_point(makes_arrays=False)
 def finish_take(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> None:
-    """Decide everything at the end of a take; the news stand in `happened` of the moves."""
+    """Decide everything at the end of a take; see `happened` of the moves."""
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
     known.state[0].happened = 0
@@ -81,11 +81,11 @@ def finish_take(memory: NDArray[np.uint8], store: NDArray[np.uint8]) -> None:
 
 
 @entry_point(makes_arrays=False)
-def look(memory: NDArray[np.uint8], store: NDArray[np.uint8], m: int) -> None:
+def evaluate(memory: NDArray[np.uint8], store: NDArray[np.uint8], m: int) -> None:
     """Write what is to be reported of a move that is being made."""
     bank = open_bank(store)
     known = open_memory(memory, bank.head[0])
-    look_at_way(memory, known, bank, m)
+    measure_way(memory, known, bank, m)
     write_report(known, bank, m, GOES_ON)
 
 
@@ -145,7 +145,7 @@ def _tell(known, bank, m, what):
     move = known.moves[m]
     known.happened[m] = what
     known.state[0].happened = 1
-    move.told = known.state[0].sampled
+    move.reported = known.state[0].sampled
     if not move.active and what != GAVE_UP:
         known.state[0].number += 1
         move.number = known.state[0].number
@@ -294,7 +294,7 @@ def _is_done(memory, known, bank, m):
     move.example, move.layer = move.best_example, move.best_layer
     move.phase = bank.examples[move.best_example].phases - 1
     move.first, move.last = move.best_first // stride, move.best_last // stride
-    look_at_way(memory, known, bank, m)
+    measure_way(memory, known, bank, m)
     if _is_another(known, m):
         return False
     return move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
@@ -320,7 +320,7 @@ def _is_another(known, m):
 
 
 @kernel
-def look_at_way(memory, known, bank, m):
+def measure_way(memory, known, bank, m):
     """Note how far each bone strays along the way that a move is followed by, and what is left of its costs."""
     move = known.moves[m]
     example = bank.examples[move.example]
@@ -358,10 +358,10 @@ def _go_on(memory, known, bank, m, lead):
     if known.happened[m] != NOTHING:
         return
     if not move.active:
-        look_at_way(memory, known, bank, m)
+        measure_way(memory, known, bank, m)
         _tell(known, bank, m, BEGAN)
-    elif state.sampled - move.told >= state.every - EARLY:
-        look_at_way(memory, known, bank, m)
+    elif state.sampled - move.reported >= state.every - EARLY:
+        measure_way(memory, known, bank, m)
         _tell(known, bank, m, GOES_ON)
 
 
@@ -384,7 +384,7 @@ def _went(known, bank, example, first):
 @kernel
 def _give_up(memory, known, bank, m):
     """Report a performance that is given up, with the numbers of when it was last followed well."""
-    look_at_way(memory, known, bank, m)
+    measure_way(memory, known, bank, m)
     _tell(known, bank, m, GAVE_UP)
 
 

@@ -1,8 +1,8 @@
 """The state of the sources that kernels are compiled from, as a name.
 
 Only modules that hold kernels count, and what those import: constants and record types are compiled into kernels. Of
-each module counts what Python compiles it to without docstrings, comments and line numbers. So an edit of a docstring, or
-of a module without kernels, leaves compiled kernels valid, and a checkout of an older commit finds its kernels again.
+each module counts what Python compiles it to without docstrings, comments and line numbers. So an edit of a docstring,
+or of a module without kernels, leaves compiled kernels valid. A checkout of an older commit finds its kernels again.
 """
 
 import hashlib

@@ -51,7 +51,7 @@ def make_store(
         rules: Of each move, in the order in which they are numbered.
         streamed: Skeleton of the stream.
         facing: Whether moves are recognised from any side.
-        explains: Whether movements that are not recognised are news.
+        explains: Whether movements that are not recognised are reported, too.
 
     Returns:
         A store, as `recogniser.open_store` opens it.

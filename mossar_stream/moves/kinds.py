@@ -1,7 +1,7 @@
 """Kinds: which examples show the same move, where nobody has named them.
 
-The cost by which the recogniser compares a movement with an example is taken between all pairs, and examples are joined
-by average linkage until the mean logarithm of the cost between two groups is above `KINDS_APART`.
+The recogniser's cost is computed for all pairs. Examples are joined by average linkage until the mean logarithm of the
+cost between two groups is above `KINDS_APART`.
 """
 
 from collections.abc import Sequence

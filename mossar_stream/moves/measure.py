@@ -2,10 +2,11 @@
 
 A stretch is described by `POINTS` poses at equal distances along its path (in the space of all coordinates): the unit
 directions from each to the next, each joint's share of the path, and the box that each coordinate fills. The cost of
-taking it for an example is the mean of 1 - cos over the directions, warped by at most `REACH` of them, divided by the
-cosine of the shares and by the sixth power of that of the boxes, and multiplied by what another posture costs. The
-published recogniser divides by both once; where one example of each move by other people has to tell, the sixth power
-makes a third of the mistakes (14 moves of 11 people, 1.9 % instead of 5.3 %; of 17 moves of 5 people 0.4 % either way).
+taking it for an example is the mean of 1 - cos over the directions, warped by at most `REACH` of them. It is divided by
+the cosine of the shares and by the sixth power of that of the boxes, and multiplied by a factor for another posture.
+The published recogniser divides by both once; where one example of each move by other people has to tell, the sixth
+power makes a third of the mistakes (14 moves of 11 people, 1.9 % instead of 5.3 %; of 17 moves of 5 people 0.4 % either
+way).
 """
 
 from typing import NamedTuple

@@ -1,8 +1,8 @@
 """The recogniser: frames in, recognised moves out, a bounded amount of work at each.
 
 Once speed has come down from a peak, stretches that end now and begin at one of the last onsets or minima of speed are
-compared with all examples, every `LOOK_EVERY` seconds. A move is recognised when it costs little enough, where a clear
-lead over every other move counts as well as a low cost, and when `AGREED` looks in a row say so. No later move begins
+compared with all examples, every `COMPARED_EVERY` seconds. A move is recognised when its cost is low enough; a clear
+lead over every other move raises the limit. `AGREED` comparisons in a row must give the same move. No later move begins
 before its end, but until the movement rests a longer stretch may show that it was another one.
 
 The numbers were chosen on continuous sessions of ten players (14 moves on command, one and two examples of each), each
@@ -34,17 +34,17 @@ from mossar_stream.moves.padding import padded
 from mossar_stream.moves.points import is_new
 from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose
 
-LOOK_EVERY = 0.1  # s
-AGREED = 2  # looks in a row that must name the same move
+COMPARED_EVERY = 0.1  # s
+AGREED = 2  # comparisons in a row that must name the same move
 MOST = -0.75  # natural logarithm of a move's largest cost, where no rule says otherwise
 STRICT_WORTH = 2.0  # by how much that is lower for a strictness of 1 than for 0
 LEAD_WORTH = 0.8  # by how much a lead of 1 raises that
 LEAD_COUNTED = (
     0.7  # of a lead (natural logarithm of the next move's cost over this one's) at most so much counts
 )
-FALLEN = 0.7  # of the peak of speed: looks begin below it
+FALLEN = 0.7  # of the peak of speed; comparisons begin below it
 LOUD = 0.15  # m/s, mean over the joints: slower is rest
-QUIET = 0.67  # s after the last loud pose for which looks go on
+QUIET = 0.67  # s after the last loud pose for which comparisons go on
 SHORTEST, LONGEST = 8, 3.0  # poses, s, of a stretch
 EARLY = 1e-6  # s, for the rounding of times
 REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
@@ -58,7 +58,7 @@ HANDICAP = np.float32(np.exp(REVISED))
 DECISION = np.dtype(
     [
         (
-            "next_look",
+            "next_comparison",
             "f8",
         ),  # s, when stretches are compared next; nothing happens before, if no move is open
         ("loud", "f8"),  # s, when speed was last above `LOUD`
@@ -67,8 +67,8 @@ DECISION = np.dtype(
             "from_pose",
             "i8",
         ),  # a new move begins at this pose or later: what was before belongs to the last one
-        ("leader", "i8"),  # move that was best at the last look, -1 for none
-        ("agreed", "i8"),  # how many looks in a row it was
+        ("leader", "i8"),  # move that was best at the last comparison, -1 for none
+        ("agreed", "i8"),  # how many comparisons in a row it was
     ],
 )
 FOUND = np.dtype(
@@ -109,7 +109,7 @@ STATE = np.dtype(
         ("activity", ACTIVITY),
         ("decision", DECISION),
         ("found", FOUND),  # the last move recognised, not final yet
-        ("before", FOUND),  # the one before, of which the frame brought news
+        ("before", FOUND),  # the one before, that the frame changed
         ("nearest", NEAREST),  # what comes nearest in the movement that goes on, or has just ended
         ("happened", "i8"),  # at the last frame that became a pose
         ("time", "f8"),  # s, of that frame
@@ -120,7 +120,7 @@ EXAMPLE = np.dtype(
     [
         ("move", "i8"),  # that it is an example of
         ("size", "f4"),  # m, diagonal of its box
-        ("cost", "f4"),  # of the best stretch of this look; scratch
+        ("cost", "f4"),  # of the best stretch of this comparison; scratch
         ("near", "f4"),  # the same of all stretches, where movements are explained
         ("near_posture", "f4"),  # factor of `near` that is due to another posture
         ("near_first", "i8"),  # pose where that stretch begins
@@ -165,7 +165,7 @@ STORE = np.dtype(
         (
             "explains",
             "i8",
-        ),  # whether it is news, too, what came nearest in a movement; that stands in `nearest`
+        ),  # whether what came nearest in a movement is reported, too; it is in `nearest`
     ],
 )
 STORE_BYTES, JOINT_BYTES, EXAMPLE_BYTES, RULE_BYTES = (
@@ -256,7 +256,7 @@ def recognise(
         time: s.
 
     Returns:
-        1 if there is news of a move, which stand in `happened` of its record; else 0.
+        1 if a move changed, see `happened` of its record; else 0.
     """
     bank = open_store(store)
     state = part(memory, 0, STATE, (1,))[0]
@@ -287,8 +287,8 @@ def _follow(state, poses, last_times, bank, positions, time):
     pose = state.track.poses - 1
     was_moving = state.activity.moving
     follow_activity(state.activity, state.track.speed, state.track.times, state.track.first, pose)
-    if _is_look_due(state.decision, state.activity, was_moving, time):
-        _look(state, poses, last_times, bank, pose)
+    if _is_comparison_due(state.decision, state.activity, was_moving, time):
+        _compare_stretches(state, poses, last_times, bank, pose)
     elif bank.explains != 0:
         _end_movement(state, time)
     rests = state.activity.moving == 0 or time - state.found.time > SETTLED
@@ -297,14 +297,14 @@ def _follow(state, poses, last_times, bank, positions, time):
 
 
 @inline_kernel
-def _is_look_due(decision, activity, was_moving, time):
+def _is_comparison_due(decision, activity, was_moving, time):
     speed = activity.speed
     decision.peak = speed if activity.moving > was_moving else max(decision.peak, speed)
     if speed > LOUD:
         decision.loud = time
-    if time < decision.next_look:
+    if time < decision.next_comparison:
         return False
-    decision.next_look = time + LOOK_EVERY - 0.001  # times of frames are not exact
+    decision.next_comparison = time + COMPARED_EVERY - 0.001  # times of frames are not exact
     return time - decision.loud <= QUIET and speed <= FALLEN * decision.peak
 
 
@@ -312,7 +312,7 @@ def _is_look_due(decision, activity, was_moving, time):
 def _start(state, time):
     start_activity(state.activity)
     decision = state.decision
-    decision.next_look = time
+    decision.next_comparison = time
     decision.loud = -np.inf
     decision.peak = 0.0
     decision.from_pose = state.track.first
@@ -343,7 +343,7 @@ def _copy(to, found):
 
 
 @kernel
-def _look(state, poses, last_times, bank, last):
+def _compare_stretches(state, poses, last_times, bank, last):
     """Compare the stretches that end at pose `last` with the examples, and decide."""
     examples = bank.examples
     for t in range(examples.size):
@@ -487,7 +487,7 @@ def compare_without_limits(bank, first):
 
 @kernel
 def _note_nearest(state, bank):
-    """Note which move came nearest at this look, if none was nearer in this movement."""
+    """Note which move came nearest at this comparison, if none was nearer in this movement."""
     examples, nearest = bank.examples, state.nearest
     best = -1
     for t in range(examples.size):

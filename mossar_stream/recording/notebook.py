@@ -124,7 +124,10 @@ def plot(result: Any, segmentation: Any, axes: Any) -> Any:
         axes.axvline(before.end_time, color="#d55e00", lw=1)
     if result.curves:
         axes.plot(
-            [at.told for at in result.curves], [at.value for at in result.curves], color="#1f2430", lw=0.8
+            [at.reported_time for at in result.curves],
+            [at.value for at in result.curves],
+            color="#1f2430",
+            lw=0.8,
         )
     keys = result.key_frames
     axes.plot([key.time for key in keys], [key.velocity for key in keys], "o", color="#0072b2", ms=3)

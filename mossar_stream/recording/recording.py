@@ -19,7 +19,7 @@ from mossar_stream.algorithm.window_step import DECIDE, RANK
 from mossar_stream.engine import engine
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, given_positions, has_said_size, less, place_of
+from mossar_stream.engine.intake import FLOAT32, given_positions, has_said_size, place_of, subtract
 from mossar_stream.engine.middle import set_middle
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, new_row, restored_row
@@ -56,7 +56,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.gait import Step, step_table
 from mossar_stream.steps.stepping import Stepping
 
-Looks = Sequence[tuple[float, NDArray[np.void]]]  # see `Row.looks`
+Analyses = Sequence[tuple[float, NDArray[np.void]]]  # see `Row.analyses`
 CAPACITY = 64  # key frames there is room for at first
 
 
@@ -153,7 +153,7 @@ class Result:
     def __init__(
         self, row: Row, curves: list[CurveState], moves: list[MoveEvent], limbs: "dict[str, Result]"
     ) -> None:
-        self.settings = row.plan.given
+        self.settings = row.plan.user_settings
         self.curves = curves
         self.moves = notebook.Table(moves, MoveEvent)
         self.repetitions = notebook.Table[RepetitionEvent]([], RepetitionEvent)
@@ -161,7 +161,7 @@ class Result:
         self.followed = notebook.Table[FollowEvent]([], FollowEvent)
         self.poses = notebook.Table[PoseEvent]([], PoseEvent)
         self.limbs = limbs
-        self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.given.limbs))
+        self._by_joint = limbs_by_joint(groups_of(row.plan.skeleton, row.plan.user_settings.limbs))
         self._row = row
         keys = region(row.memory, row.plan.shape, "keys")[: int(row.state["window"]["undecided"])]
         self.key_frames = [
@@ -312,7 +312,7 @@ def _segmented(
     *,
     curves: bool,
     channel: str = BODY,
-    looks: Looks = (),
+    analyses: Analyses = (),
 ) -> Result:
     """Segment a recording whose arrays fit each other: of the body, or of a limb, with what was counted of the body."""
     chosen = settings
@@ -321,28 +321,35 @@ def _segmented(
         chosen = _whole_range(frames, moments, skeleton, chosen, fps)
     row = _new_row(skeleton, chosen, fps, moments, channel)
     row.settle(origin, found=True)
-    row.looks = [] if chosen.limbs else None
+    row.analyses = [] if chosen.limbs else None
     groups = groups_of(skeleton, chosen.limbs)
     hang = any(limb.joints[0] == MEAN for limb in groups)
     middles = np.empty((len(frames) if hang else 0, 3), np.float32)
-    states, told = _push_all(row, readers, (frames, moments), looks, middles, curves=curves)
-    told += engine.update(row, RANK)
+    states, events = _push_all(row, readers, (frames, moments), analyses, middles, curves=curves)
+    events += engine.update(row, RANK)
     own = settings_of_limbs(settings)
     limbs = {}
     for limb in groups:
         seen = given_positions(positions_of(limb, frames, middles))
         limbs[limb.name] = _segmented(
-            seen, moments, limb.skeleton, own, fps, curves=curves, channel=limb.name, looks=row.looks or ()
+            seen,
+            moments,
+            limb.skeleton,
+            own,
+            fps,
+            curves=curves,
+            channel=limb.name,
+            analyses=row.analyses or (),
         )
-    row.looks = None
-    found = [event for event in told if isinstance(event, MoveEvent) and event.status == "final"]
-    done = [event for event in told if isinstance(event, FollowEvent) and event.status == "done"]
+    row.analyses = None
+    found = [event for event in events if isinstance(event, MoveEvent) and event.status == "final"]
+    done = [event for event in events if isinstance(event, FollowEvent) and event.status == "done"]
     result = Result(row, states, found, limbs)
     result.followed = notebook.Table(done, FollowEvent)
-    left = [event for event in told if isinstance(event, PoseEvent) and event.status == "left"]
+    left = [event for event in events if isinstance(event, PoseEvent) and event.status == "left"]
     result.poses = notebook.Table(left, PoseEvent)
-    result.repetitions = notebook.Table(latest_repetitions(told), RepetitionEvent)
-    result.steps = notebook.Table((e for e in told if isinstance(e, StepEvent)), StepEvent)
+    result.repetitions = notebook.Table(latest_repetitions(events), RepetitionEvent)
+    result.steps = notebook.Table((e for e in events if isinstance(e, StepEvent)), StepEvent)
     return result
 
 
@@ -373,7 +380,7 @@ def _narrowed(positions: NDArray[Any], center: int) -> tuple[NDArray[np.float32]
     origin, _ = place_of(positions, center)
     if positions.dtype == FLOAT32 and not origin.any():
         return positions, origin
-    return less(positions, origin, np.empty(positions.shape, np.float32)), origin
+    return subtract(positions, origin, np.empty(positions.shape, np.float32)), origin
 
 
 def _readers_of(
@@ -393,7 +400,7 @@ def _push_all(
     row: Row,
     readers: Sequence[Reader],
     recorded: tuple[NDArray[np.float32], NDArray[np.float64]],
-    looks: Looks,
+    analyses: Analyses,
     middles: NDArray[np.float32],
     *,
     curves: bool,
@@ -404,7 +411,7 @@ def _push_all(
     """
     frames, times = recorded
     bounds = {*range(0, len(times), 1 if curves or len(middles) else max(1, len(times))), len(times)}
-    counted = {int(np.argmax(times >= time)): header for time, header in looks if time < np.inf}
+    counted = {int(np.argmax(times >= time)): header for time, header in analyses if time < np.inf}
     bounds |= set(counted)
     states: list[CurveState] = []
     desk = desk_of(row, readers)
@@ -416,8 +423,8 @@ def _push_all(
             states.append(curve_state(row.memory, row.plan))
         if len(middles):
             set_middle(row.memory, middles[begin])
-    if looks:
-        row.adopt_periods(looks[-1][1])
+    if analyses:
+        row.adopt_periods(analyses[-1][1])
     for reader in readers:
         reader.end(0, row.pending)
     return states, row.take_pending()

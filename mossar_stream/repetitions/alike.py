@@ -325,29 +325,29 @@ def dwelling_of(header, n, scores, start, far, end):
     sign = np.float32(1.0) if top > begin else np.float32(-1.0)
     near = sign * (begin + np.float32(0.25) * (top - begin))
     away = sign * (begin + np.float32(0.75) * (top - begin))
-    home, distant = 0.0, 0.0
+    dwelling, distant = 0.0, 0.0
     for q in range(start, end):
         lasted = header.at[ring_place(header, n, q + 1)] - header.at[ring_place(header, n, q)]
-        home += lasted if sign * scores[q] < near else 0.0
+        dwelling += lasted if sign * scores[q] < near else 0.0
         distant += lasted if sign * scores[q] > away else 0.0
-    return home, distant
+    return dwelling, distant
 
 
 @kernel
-def homing(samples, cycles, count):
-    """Return how much nearer to home cycles begin than at their other extreme, from -1 to 1."""
+def rest_pose_nearness(samples, cycles, count):
+    """Return how much nearer to the rest pose cycles begin than at their other extreme, from -1 to 1."""
     begin, far = 0.0, 0.0
     for i in range(count):
-        near, distant = home_distances(samples, cycles[0, i], cycles[1, i])
+        near, distant = rest_pose_distances(samples, cycles[0, i], cycles[1, i])
         begin, far = begin + near, far + distant
     return (far - begin) / max(begin + far, 1e-9)
 
 
 @kernel
-def home_distances(samples, start, far):
-    """Return how far from home two samples are, m over all joints."""
+def rest_pose_distances(samples, start, far):
+    """Return how far from the rest pose two samples are, m over all joints."""
     one = other = np.float32(0.0)
     for k in range(COMPONENTS):
-        one += (samples.smooth[k, start] - samples.home_scores[k]) ** 2
-        other += (samples.smooth[k, far] - samples.home_scores[k]) ** 2
+        one += (samples.smooth[k, start] - samples.rest_pose_scores[k]) ** 2
+        other += (samples.smooth[k, far] - samples.rest_pose_scores[k]) ** 2
     return np.sqrt(one), np.sqrt(other)

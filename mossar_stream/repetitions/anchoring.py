@@ -9,13 +9,13 @@ decided for all of them: also for those that were reported before.
 import math
 
 from mossar_stream.jit.decorators import kernel
-from mossar_stream.repetitions.alike import dwelling_of, home_distances
+from mossar_stream.repetitions.alike import dwelling_of, rest_pose_distances
 from mossar_stream.repetitions.state import ring_place, window_size
 
-DWELL, BOUT_HOMEWARD = (
+DWELL, BOUT_NEAR_REST_POSE = (
     0.3,
     0.7,
-)  # how much speaks for an extreme where the movement dwells, and that is nearer to home
+)  # how much speaks for an extreme where the movement dwells, and that is nearer to the rest pose
 STRAIGHTER = 0.16  # of the length of limbs: more hardly speaks louder
 LEAN = 0.15  # for leaving it as it is
 LONGEST_PAUSE = 1.5  # cycles, within a bout
@@ -35,10 +35,10 @@ def weigh(header, samples, component, cycle, row):
     """
     start, far, end = cycle[0], cycle[1], cycle[2]
     n = window_size(header)
-    home, away = dwelling_of(header, n, samples.smooth[component], start, far, end)
-    near, distant = home_distances(samples, start, far)
-    row.resting = DWELL * (home - away) / max(home + away, 1e-3)
-    row.resting += BOUT_HOMEWARD * (distant - near) / max(near + distant, 1e-9)
+    dwelling, away = dwelling_of(header, n, samples.smooth[component], start, far, end)
+    near, distant = rest_pose_distances(samples, start, far)
+    row.resting = DWELL * (dwelling - away) / max(dwelling + away, 1e-3)
+    row.resting += BOUT_NEAR_REST_POSE * (distant - near) / max(near + distant, 1e-9)
     ends = 0.5 * (_straightness(header, samples, start) + _straightness(header, samples, end))
     row.straighter = ends - _straightness(header, samples, far)
 

@@ -1,7 +1,7 @@
-"""Leading principal components of the posture over the window, by two power iterations a look.
+"""Leading principal components of the posture over the window, by two power iterations an analysis.
 
-The window changes little between two looks, so that two steps of the subspace iteration from the axes of the last look
-are enough; the first look at a movement makes a few.
+The window changes little between two analyses, so that two steps of the subspace iteration from the axes of the last analysis
+are enough; the first analysis of a movement makes a few.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ def find_components(header, samples, scratch):
 
     Args:
         header: `HEADER` record.
-        samples: `Samples`; axes of the last look are where to begin.
+        samples: `Samples`; axes of the last analysis are where to begin.
         scratch: `SCRATCH` record.
 
     Returns:
@@ -147,7 +147,7 @@ def _project(samples, n):
         b += scores[1, i]
         c += scores[2, i]
         d += scores[3, i]
-    home = samples.home_scores
+    home = samples.rest_pose_scores
     home[0], home[1], home[2], home[3] = -a, -b, -c, -d
     for k in range(COMPONENTS):
         home[k] /= np.float32(n)
@@ -158,8 +158,8 @@ def _project(samples, n):
 
 @kernel
 def _project_home(samples):
-    """Add to the scores of a pose of zeros what makes them those of the pose `home`."""
-    axes, home, scores = samples.axes, samples.home, samples.home_scores
+    """Add to the scores of a pose of zeros what makes them those of the pose `rest_pose`."""
+    axes, home, scores = samples.axes, samples.rest_pose, samples.rest_pose_scores
     a, b, c, d = scores[0], scores[1], scores[2], scores[3]
     for j in range(home.size):
         a += axes[0, j] * home[j]

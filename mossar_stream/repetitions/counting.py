@@ -1,4 +1,4 @@
-"""Counting: a look at the window every second, and what it changes of what was counted before.
+"""Counting: an analysis of the window every second, and what it changes of what was counted before.
 
 Each of the leading components, begun at its maxima or at its minima, proposes cycles. The proposal that covers most of
 the window with cycles that are alike wins, with a bonus for beginning where cycles were counted before. It replaces
@@ -18,10 +18,10 @@ from mossar_stream.repetitions.alike import (
     describe_all,
     duration,
     goes_on,
-    homing,
     join_pairs,
     keep_alike,
     recurring,
+    rest_pose_nearness,
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
@@ -39,7 +39,7 @@ from mossar_stream.repetitions.state import (
     SAMPLES_AT,
     SCRATCH,
     copy_periods,
-    note_look,
+    note_analysis,
     ring_place,
     views,
     window_size,
@@ -49,12 +49,12 @@ from mossar_stream.repetitions.turning import HYSTERESIS, swing_range, turning_p
 
 PROPOSING, SMOOTHED_PROPOSING = 3, 2  # components, and of those how many smoothed, too
 OPEN_TO_CHANGE = 0.5  # of the window
-HOMEWARD = 0.4  # for beginning nearer to how the take began
+NEAR_REST_POSE = 0.4  # for beginning nearer to how the take began
 HALVES = 0.29  # how much better every second cycle agrees if cycles are halves
 BONUS = 0.34  # for beginning where cycles were counted before
 UPRIGHT = 0.6  # for beginning where limbs are straighter and upright
 RECURRING = 1.0  # for a whole posture that recurs one cycle later: halves of cycles have it less
-MOST_PREFERRED = (1.0 + BONUS) * (1.0 + HOMEWARD) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
+MOST_PREFERRED = (1.0 + BONUS) * (1.0 + NEAR_REST_POSE) * (1.0 + UPRIGHT) * (1.0 + RECURRING)
 MUCH_LESS = (
     0.6  # of the range of the window, which the last `RECENT` samples swing if they followed another posture
 )
@@ -72,15 +72,15 @@ SHARE_POWER = 0.32  # power of the share of the movement that a component has
 
 
 @entry_point(makes_arrays=False)
-def look(
+def analyse(
     state: NDArray[np.uint8], store: NDArray[np.uint8], _position: NDArray[np.float32], time: float
 ) -> int:
-    """Look at the window as often as is due before a frame: a function as readers have it.
+    """Analyse the window as often as is due before a frame: a function as readers have it.
 
     Args:
         state: Bytes of what is counted: `HEADER`, `PERIODS` from `PERIODS_AT` on, the samples from `SAMPLES_AT` on.
-        store: Bytes in which a look works, see `store_size`.
-        time: s, of the frame; inf to look at what there is, once.
+        store: Bytes in which an analysis works, see `store_size`.
+        time: s, of the frame; inf to analyse what there is, once.
 
     Returns:
         1 if that changed what is counted, else 0.
@@ -96,15 +96,15 @@ def look(
         append_sample(header, samples, samples.before)
     elif time < header.due:
         return 0
-    changed = _look_once(header, samples, scratch)
+    changed = _analyse_once(header, samples, scratch)
     copy_periods(part(state, PERIODS_AT, PERIODS, (1,))[0], header)
     return 1 if changed else 0
 
 
 @kernel
-def _look_once(header, samples, scratch):
-    """Look at the window and renew what is counted in it; return whether anything changed."""
-    note_look(header)
+def _analyse_once(header, samples, scratch):
+    """Analyse the window and renew what is counted in it; return whether anything changed."""
+    note_analysis(header)
     if window_size(header) < LEAST_SAMPLES:
         return False
     n = find_components(header, samples, scratch)
@@ -232,7 +232,7 @@ def _preference(header, samples, n, cycles, count):
     weight = 1.0 + BONUS * _agreeing(header, n, cycles, count)
     weight *= 1.0 + RECURRING * recurring(samples.scores, cycles, count)
     weight *= 1.0 + UPRIGHT * straightening(header, samples, cycles, count)
-    return weight * (1.0 + HOMEWARD * homing(samples, cycles, count))
+    return weight * (1.0 + NEAR_REST_POSE * rest_pose_nearness(samples, cycles, count))
 
 
 @kernel
@@ -320,7 +320,7 @@ def _go_on(header, samples, what, cycle, before):
         samples: `Samples`.
         what: How many samples there are, the number of the oldest, the component, the sample up to which to look.
         cycle: (3,) start, far extreme, end of the last cycle.
-        before: How many cycles there were before the look.
+        before: How many cycles there were before the analysis.
     """
     n, oldest, component, limit = what
     lead = header.cycle[header.cycles - 1].lead
@@ -355,7 +355,7 @@ def _missed(scores, cycle, begin):
 
 @kernel
 def _write(header, samples, component, cycle, oldest, before):
-    """Append a counted cycle, with its number in the bout; return how many cycles there were before the look."""
+    """Append a counted cycle, with its number in the bout; return how many cycles there were before the analysis."""
     if header.cycles == CYCLES:
         for q in range(CYCLES - 1):
             header.cycle[q] = header.cycle[q + 1]

@@ -49,7 +49,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         prepared: The same as `prepare` leaves it.
     """
     same = all(np.array_equal(header[name], prepared[name]) for name in GIVEN)
-    counts = [int(header[name]) for name in ("frames", "open", "first", "looked", "dropped", "cycles")]
+    counts = [int(header[name]) for name in ("frames", "open", "first", "analysed", "dropped", "cycles")]
     cycles = header["cycle"]
     places = np.concatenate([cycles["start"], cycles["far"], cycles["end"], cycles["count"]])
     times = [
@@ -60,7 +60,7 @@ def is_sound(header: np.void, prepared: np.void) -> bool:
         same
         and all(0 <= count < LONGEST_TAKE for count in counts)
         and header["cycles"] <= CYCLES
-        and max(header["first"], header["looked"]) <= header["open"]
+        and max(header["first"], header["analysed"]) <= header["open"]
         and (not header["begun"] or header["frames"] == 0 or header["open"] > header["first"])
         and 0 <= header["changed"] + 1 <= CYCLES + 1
         and header["clear"] in (0, 1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event, PhaseEvent, RepetitionEvent, RepetitionStatus
-from mossar_stream.repetitions.state import CYCLES, LOOKS_APART
+from mossar_stream.repetitions.state import ANALYSIS_INTERVAL, CYCLES
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.skeleton import Skeleton
 
@@ -77,7 +77,7 @@ class RepetitionReporter:
         self._names = skeleton.names
         self.reported = Reported()
 
-    def look_into(self, headers: NDArray[np.void]) -> None:
+    def use(self, headers: NDArray[np.void]) -> None:
         """Report what is counted in a (1,) `HEADER` from now on."""
         self._tally = headers[TALLY]  # views
         self._cycles = headers["cycle"][0]
@@ -89,7 +89,7 @@ class RepetitionReporter:
         return dropped + cycles if clear else 0
 
     def report(self, take: int) -> tuple[list[Event], Reported]:
-        """Return the events of a look that changed something: repetitions withdrawn, then those new or changed."""
+        """Return the events of an analysis that changed something: repetitions withdrawn, then those new or changed."""
         clear, dropped, cycles, changed, *_ = self._tally.tolist()[0]
         total = dropped + cycles if clear else 0
         standing, revisions = min(self.reported.total, total), dict(self.reported.revisions)
@@ -112,7 +112,7 @@ class RepetitionReporter:
             return None
         end, period = self._cycles[["ends", "period"]].tolist()[last]
         since = time - origin - end
-        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + LOOKS_APART else None
+        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + ANALYSIS_INTERVAL else None
 
     def report_phase(self, take: int, time: float) -> tuple[list[Event], Reported]:
         """Return the phase of a frame, s, unless it was reported, or nothing repeats and that was reported."""

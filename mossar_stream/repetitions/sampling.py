@@ -12,11 +12,11 @@ import numpy as np
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.joint_pages import FARTHEST
 from mossar_stream.repetitions.state import (
-    HOME,
+    ANALYSIS_INTERVAL,
     LEAST_REACH,
-    LOOKS_APART,
     MOST_QUANTA,
     RATE,
+    REST_POSE_FRAMES,
     SAMPLES,
     SMALLEST_QUANTUM,
     STRIDE,
@@ -49,11 +49,11 @@ def next_wanted(origin, time):
 
 @inline_kernel
 def take_frame(header, samples, position, time):
-    """Take one frame of a take in, if it is wanted; no look is due before it.
+    """Process one frame of a take, if it is wanted; no analysis is due before it.
 
     Args:
         header: `HEADER` record.
-        samples: `Kept`.
+        samples: `StoredSamples`.
         position: (J, 3) float32, m, NaN where missing.
         time: s.
     """
@@ -69,7 +69,7 @@ def take_pose(header, samples, positions, time):
 
     Args:
         header: `HEADER` record.
-        samples: `Kept`.
+        samples: `StoredSamples`.
         positions: (J, 3) float32, m, NaN where missing.
         time: s.
     """
@@ -104,10 +104,12 @@ def take_pose(header, samples, positions, time):
         _follow(header, samples)
     header.middle = since
     header.frames += 1
-    if header.frames <= HOME:
+    if header.frames <= REST_POSE_FRAMES:
         share = np.float32(1.0 / header.frames)
         for k in range(pose.size):
-            samples.home[k] += np.float32(0.0) if np.isnan(pose[k]) else share * (pose[k] - samples.home[k])
+            samples.rest_pose[k] += (
+                np.float32(0.0) if np.isnan(pose[k]) else share * (pose[k] - samples.rest_pose[k])
+            )
 
 
 @inline_kernel
@@ -202,10 +204,10 @@ def append_sample(header, samples, pose):
     header.at[place] = header.left[place] = header.middle
     samples.straight[place] = _straightness(header, samples.last)
     header.open += 1
-    if header.open >= header.looked + STRIDE:
+    if header.open >= header.analysed + STRIDE:
         header.due = header.latest
     else:
-        header.due = min(header.due, header.latest + LOOKS_APART - STAMP_ROUNDING)
+        header.due = min(header.due, header.latest + ANALYSIS_INTERVAL - STAMP_ROUNDING)
 
 
 @inline_kernel
@@ -230,7 +232,7 @@ def _appear(header, samples, positions):
                 samples.ring[k, i] = _in_quanta(header, value)
                 if j == header.root:
                     samples.root[c, i] = value
-            samples.home[k] = samples.last[k] = samples.before[k] = samples.older[k] = value
+            samples.rest_pose[k] = samples.last[k] = samples.before[k] = samples.older[k] = value
 
 
 @kernel

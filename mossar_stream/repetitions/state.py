@@ -14,12 +14,12 @@ from mossar_stream.jit.views import part
 
 RATE = 30.0  # Hz, of the frames that are looked at, at most
 SAMPLES = 120  # kept
-LEAST_SAMPLES = 8  # in a window that is looked at
+LEAST_SAMPLES = 8  # in a window that is analysed
 RECENT = 40  # samples: what swings much less there than in the window followed another posture
-STRIDE = 10  # samples after which the window is looked at,
-LOOKS_APART = 1.0  # s, at the latest, if there is a new one
+STRIDE = 10  # samples after which the window is analysed,
+ANALYSIS_INTERVAL = 1.0  # s, at the latest, if there is a new one
 COMPONENTS = 4  # leading ones of the posture; cycles are compared in them
-HOME = 15  # frames from which on it is known where movements begin
+REST_POSE_FRAMES = 15  # frames of a take of which the rest pose is the mean
 CYCLES = 32  # remembered; more than fit into the window
 CHAINS = 24  # at most: bones in pairs, such as upper arm and forearm, by which it is known how limbs are held
 
@@ -51,7 +51,7 @@ CYCLE = np.dtype(
             "straighter",
             "f8",
         ),  # how much straighter and more upright limbs are where the cycle begins than at the other extreme
-        ("resting", "f8"),  # how much more the movement dwells there and is at home, from -1 to 1
+        ("resting", "f8"),  # how much more the movement dwells there and is near the rest pose, from -1 to 1
         ("lead", "f8"),  # share of a cycle that was shown before the first one of its bout
         ("turned", "i8"),  # 1 if repetitions begin at the other extreme
         ("begins", "f8"),  # s, where the repetition begins, and
@@ -85,14 +85,14 @@ HEADER = np.dtype(
         ("fine", "i8"),  # first sample since the step was last made smaller
         ("open", "i8"),  # samples of the take
         ("first", "i8"),  # that belongs to the window: before it there was a long rest
-        ("looked", "i8"),  # samples at the last look
-        ("due", "f8"),  # s, when the next look is due
+        ("analysed", "i8"),  # samples at the last analysis
+        ("due", "f8"),  # s, when the next analysis is due
         ("at", "f8", (SAMPLES,)),  # s since the take began, times of the samples, ring buffer
         ("left", "f8", (SAMPLES,)),  # s, until when the pose stayed there
-        ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is told before
+        ("clear", "i8"),  # 1 once some cycles agreed beyond doubt; nothing is reported before
         ("dropped", "i8"),  # cycles that are no longer remembered
         ("cycles", "i8"),  # remembered ones
-        ("changed", "i8"),  # the first remembered cycle that the last look changed
+        ("changed", "i8"),  # the first remembered cycle that the last analysis changed
         ("cycle", CYCLE, (CYCLES,)),
     ]
 )
@@ -101,7 +101,7 @@ PERIODS = (
     np.dtype(  # what evidence reads of it: of the body's repetitions, in its row and in those of its limbs
         [
             ("origin", "f8"),  # as in `HEADER`, and so are the others
-            ("looked", "i8"),
+            ("analysed", "i8"),
             ("clear", "i8"),
             ("cycles", "i8"),
             ("cycle", [("begins", "f8"), ("ends", "f8"), ("period", "f8"), ("count", "i8")], (CYCLES,)),
@@ -113,7 +113,8 @@ WINNER = np.dtype(
     [("covered", "f8"), ("count", "i8"), ("component", "i8"), ("width", "i8"), ("clear", "i8")],
 )
 
-SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since those that make none are quicker
+# Arrays that an analysis works in; passed to kernels, since kernels that make none are quicker.
+SCRATCH = np.dtype(
     [
         ("turns", "i4", (2, SAMPLES)),  # see `turning_points`
         ("cycles", "i4", (3, SAMPLES)),  # start, far extreme, end
@@ -133,7 +134,7 @@ SCRATCH = np.dtype(  # arrays that a look works in; given to kernels, since thos
     ]
 )
 
-LINE = 64  # bytes; what is looked at begins with one
+LINE = 64  # bytes; what is analysed begins with one
 PERIODS_AT = -(-HEADER.itemsize // LINE) * LINE  # where the periods begin, after the header,
 SAMPLES_AT = PERIODS_AT + -(-PERIODS.itemsize // LINE) * LINE  # and the samples
 ROOM_AT = -(-SCRATCH.itemsize // LINE) * LINE
@@ -148,7 +149,7 @@ GIVEN = (
 )  # with the skeleton, for all takes
 
 
-class Kept(NamedTuple):
+class StoredSamples(NamedTuple):
     """Views of what is kept of one performer; D = 3 · joints, float32 but for the samples."""
 
     ring: (
@@ -160,26 +161,26 @@ class Kept(NamedTuple):
     last: np.ndarray  # (D,) m, pose of the last sample
     older: np.ndarray  # (D,) m, pose of the frame before `before`
     before: np.ndarray  # (D,) m, pose of the frame before
-    home: np.ndarray  # (D,) m, mean pose of the take's first `HOME` frames
+    rest_pose: np.ndarray  # (D,) m, mean pose of the take's first `REST_POSE_FRAMES` frames
     pose: np.ndarray  # (D,) latest known, NaN before a joint was seen
 
 
 class Samples(NamedTuple):
-    """What a look works with: what is kept, and arrays that performers share, who are looked at one after the other."""
+    """What an analysis works with: what is stored, and arrays that performers share, because they are analysed one after the other."""
 
-    ring: np.ndarray  # as in `Kept`
+    ring: np.ndarray  # as in `StoredSamples`
     root: np.ndarray
     axes: np.ndarray
     straight: np.ndarray
     last: np.ndarray
     older: np.ndarray
     before: np.ndarray
-    home: np.ndarray
+    rest_pose: np.ndarray
     pose: np.ndarray
     by_coordinate: np.ndarray  # (D, SAMPLES), m, in the order of time
     scores: np.ndarray  # (COMPONENTS, SAMPLES), in the order of time
     smooth: np.ndarray  # (COMPONENTS, SAMPLES), means of neighbours of them
-    home_scores: np.ndarray  # (COMPONENTS,) of the pose `home`, as `scores`
+    rest_pose_scores: np.ndarray  # (COMPONENTS,) of the pose `rest_pose`, as `scores`
 
 
 def samples_bytes(joints: int) -> int:
@@ -188,20 +189,20 @@ def samples_bytes(joints: int) -> int:
 
 
 def store_size(joints: int) -> int:
-    """Return the bytes in which a look works, for any performer of so many joints: `SCRATCH`, then numbers."""
+    """Return the bytes in which an analysis works, for any performer of so many joints: `SCRATCH`, then numbers."""
     return ROOM_AT + 4 * (3 * joints * SAMPLES + COMPONENTS * (2 * SAMPLES + 1))
 
 
 @inline_kernel(returns_views=True)
-def kept_views(memory, joints):
-    """Return the parts of a performer's array as `Kept`; of no joints there are none."""
+def stored_views(memory, joints):
+    """Return the parts of a performer's array as `StoredSamples`; of no joints there are none."""
     d = 3 * joints
     n = SAMPLES if joints > 0 else 0
     at_root = 2 * d * SAMPLES
     at_axes = at_root + 4 * 3 * n
     at_straight = at_axes + 4 * COMPONENTS * d
     at_poses = at_straight + 4 * n
-    return Kept(
+    return StoredSamples(
         part(memory, 0, np.int16, (d, SAMPLES)),
         part(memory, at_root, np.float32, (3, n)),
         part(memory, at_axes, np.float32, (COMPONENTS, d)),
@@ -221,17 +222,17 @@ def views(memory, room, joints):
     a = d * SAMPLES
     b = a + COMPONENTS * SAMPLES
     c = b + COMPONENTS * SAMPLES
-    kept = kept_views(memory, joints)
+    stored = stored_views(memory, joints)
     return Samples(
-        kept.ring,
-        kept.root,
-        kept.axes,
-        kept.straight,
-        kept.last,
-        kept.older,
-        kept.before,
-        kept.home,
-        kept.pose,
+        stored.ring,
+        stored.root,
+        stored.axes,
+        stored.straight,
+        stored.last,
+        stored.older,
+        stored.before,
+        stored.rest_pose,
+        stored.pose,
         part(room, 0, np.float32, (d, SAMPLES)),
         part(room, 4 * a, np.float32, (COMPONENTS, SAMPLES)),
         part(room, 4 * b, np.float32, (COMPONENTS, SAMPLES)),
@@ -245,7 +246,7 @@ def begin(header, samples, time):
 
     Args:
         header: `HEADER` record.
-        samples: `Kept`.
+        samples: `StoredSamples`.
         time: s, of the first frame.
     """
     header.begun = 1
@@ -254,17 +255,17 @@ def begin(header, samples, time):
     header.frames = header.open = header.clear = header.dropped = header.cycles = header.changed = 0
     header.first = header.fine = header.returns = 0
     header.noise = header.size = header.step = header.wander = header.middle = 0.0
-    note_look(header)
+    note_analysis(header)
     header.quantum, header.per_quantum = SMALLEST_QUANTUM, 1.0 / SMALLEST_QUANTUM
     samples.axes[:] = 0.0
-    samples.home[:] = 0.0
+    samples.rest_pose[:] = 0.0
     samples.pose[:] = np.nan
 
 
 @kernel
 def forget_periods(periods):
     """Forget what is counted, as a take begins."""
-    periods.clear = periods.cycles = periods.looked = 0
+    periods.clear = periods.cycles = periods.analysed = 0
 
 
 @kernel
@@ -275,7 +276,7 @@ def copy_periods(periods, counted):
         periods: `PERIODS` record.
         counted: `HEADER` or `PERIODS` record.
     """
-    periods.origin, periods.looked = counted.origin, counted.looked
+    periods.origin, periods.analysed = counted.origin, counted.analysed
     periods.clear, periods.cycles = counted.clear, counted.cycles
     for q in range(counted.cycles):
         to, cycle = periods.cycle[q], counted.cycle[q]
@@ -283,9 +284,9 @@ def copy_periods(periods, counted):
 
 
 @kernel
-def note_look(header):
-    """Note that all samples were looked at; the next one says when a look is due again."""
-    header.looked = header.open
+def note_analysis(header):
+    """Note that all samples were analysed; the next one says when an analysis is due again."""
+    header.analysed = header.open
     header.due = np.inf
 
 

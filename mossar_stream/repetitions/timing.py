@@ -11,7 +11,7 @@ from mossar_stream.repetitions.state import ring_place
 # Between cycles, whose median is the period: one that was missed does not count, and four, for where samples fall makes
 # those of fast movements longer and shorter in turn.
 INTERVALS = 4
-# Cycles without a new one, after which nothing repeats any more, besides the time between looks.
+# Cycles without a new one, after which nothing repeats any more, besides the time between analyses.
 LONGEST_SILENCE = 1.5
 LEAST_PERIOD = 0.1  # s
 NEARBY = math.sqrt(STAYS)  # of a step, within which a pose stays that of a sample

@@ -55,7 +55,7 @@ class Followers:
         self._recognition = recognition
         self.followed, self.alignment = following
         self._new_row = new_row
-        self._given = row.plan.given
+        self._user_settings = row.plan.user_settings
         self._numbers = Numbers()
         self.holding = self._holding_of(recognition)
         self.stepping = _stepping_of(row)
@@ -66,7 +66,7 @@ class Followers:
         """Let the loop know of what there is now."""
         limbs = self.limbs
         rows, joints = ([], []) if limbs is None else (limbs.rows, limbs.joints)
-        phase = self._given.phase and self._row.reporter is not None
+        phase = self._user_settings.phase and self._row.reporter is not None
         self.desk = Desk([Station([self._row, *rows], joints, self._readers, phase=phase)])
 
     @property
@@ -120,7 +120,7 @@ class Followers:
         """Return what recognises the poses among the moves."""
         if recognition is None:
             return None
-        return holding_of(recognition.moves, self._row.plan.skeleton, self._given.up, self._row.name)
+        return holding_of(recognition.moves, self._row.plan.skeleton, self._user_settings.up, self._row.name)
 
     def follow_moves(self, follow: Follow, alignment: Alignment | None) -> None:
         """Let something else follow moves; what is being made is decided."""
@@ -136,25 +136,25 @@ class Followers:
     def _limbs_at(self, level: LevelName | float) -> Limbs | None:
         """Return limbs as settings call for them; None if the skeleton leaves none."""
         row = self._row
-        wanted = row.plan.channel == BODY and groups_of(row.plan.skeleton, row.plan.given.limbs)
+        wanted = row.plan.channel == BODY and groups_of(row.plan.skeleton, row.plan.user_settings.limbs)
         return Limbs(row, level, self._new_row) if wanted else None
 
     def adopt(self, level: LevelName | float) -> None:
         """Go on with the settings of the row as it is now; what that ends of limbs is pending then."""
-        given, limbs = self._row.plan.given, self.limbs
-        if given.limbs != self._given.limbs:
+        current, limbs = self._row.plan.user_settings, self.limbs
+        if current.limbs != self._user_settings.limbs:
             if limbs is not None:
                 limbs.end_take()
             self.limbs = self._limbs_at(level)
             if limbs is not None:
                 limbs.release()
-        if _steps_differ(given, self._given):
+        if _steps_differ(current, self._user_settings):
             self.stepping = _stepping_of(self._row)
         if self.alignment is not None:
             row = self._row
-            self.alignment = self.alignment.adopt(given, int(row.clock["take"]), row.pending)
-        up, self._given = self._given.up, given
-        if given.up != up:
+            self.alignment = self.alignment.adopt(current, int(row.clock["take"]), row.pending)
+        up, self._user_settings = self._user_settings.up, current
+        if current.up != up:
             self.recognition = self._recognition
         self.follow(level)
 
@@ -250,10 +250,12 @@ class Followers:
 
 
 def _stepping_of(row: Row) -> Stepping | None:
-    given = row.plan.given
-    return Stepping(row.plan.skeleton, given, row.name) if given.steps and row.plan.channel == BODY else None
+    current = row.plan.user_settings
+    return (
+        Stepping(row.plan.skeleton, current, row.name) if current.steps and row.plan.channel == BODY else None
+    )
 
 
-def _steps_differ(given: Settings, before: Settings) -> bool:
+def _steps_differ(current: Settings, before: Settings) -> bool:
     fields = ("steps", "feet", "step_sensitivity", "up")
-    return any(getattr(given, name) != getattr(before, name) for name in fields)
+    return any(getattr(current, name) != getattr(before, name) for name in fields)

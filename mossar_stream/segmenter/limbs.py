@@ -27,8 +27,8 @@ def plans_of_limbs(plan: Plan) -> list[Plan]:
     Raises:
         FrameError: See `groups_of`.
     """
-    own = settings_of_limbs(plan.given)
-    groups = groups_of(plan.skeleton, plan.given.limbs) if plan.channel == BODY else ()
+    own = settings_of_limbs(plan.user_settings)
+    groups = groups_of(plan.skeleton, plan.user_settings.limbs) if plan.channel == BODY else ()
     return [Plan(limb.skeleton, own, plan.fps, channel=limb.name) for limb in groups]
 
 
@@ -58,7 +58,7 @@ class Limbs:
 
     def __init__(self, body: Row, level: LevelName | float, new_row: NewRow) -> None:
         self._body, self._level = body, level
-        self._groups = groups_of(body.plan.skeleton, body.plan.given.limbs)
+        self._groups = groups_of(body.plan.skeleton, body.plan.user_settings.limbs)
         self.rows = [new_row(plan, body.pending) for plan in plans_of_limbs(body.plan)]
         self.joints = [limb.joints for limb in self._groups]
 
@@ -92,7 +92,7 @@ class Limbs:
             if not len(own) or not len(counted):
                 continue  # or the body counts no longer, and the settings of the limb follow
             # Field by field: of whole records numpy compares types in Python, and reports an exception in there as a TypeError.
-            if own["looked"][0] != counted["looked"][0] or own["origin"][0] != counted["origin"][0]:
+            if own["analysed"][0] != counted["analysed"][0] or own["origin"][0] != counted["origin"][0]:
                 row.adopt_periods(counted)
 
     def end_take(self) -> None:
@@ -116,10 +116,10 @@ class Limbs:
         """Go on with the settings of the body as they are now, which leave the limbs as they are, and with its level."""
         self.catch_up()
         self._level = level
-        own = settings_of_limbs(self._body.plan.given)
+        own = settings_of_limbs(self._body.plan.user_settings)
         for row in self.rows:
             before = row.plan
-            if own != before.given:
+            if own != before.user_settings:
                 plan = Plan(before.skeleton, own, before.fps, before.shape.ring, channel=before.channel)
                 if plan.continues(before):
                     row.replan(plan)
@@ -169,7 +169,11 @@ class Limbs:
         found = []
         for row, blob in zip(self.rows, blobs, strict=True):
             plan, performer, _, _, content, _, known = unpack_snapshot(blob, channel=row.plan.channel)
-            same = (plan.skeleton, performer, plan.given) == (row.plan.skeleton, row.name, row.plan.given)
+            same = (plan.skeleton, performer, plan.user_settings) == (
+                row.plan.skeleton,
+                row.name,
+                row.plan.user_settings,
+            )
             if not same or known.limbs:
                 raise SnapshotError("the snapshot's limbs are not those of its settings")
             fresh = restored_row(plan, row.buffers, performer, content, self._body.pending)

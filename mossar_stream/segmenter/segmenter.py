@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from mossar_stream.engine import engine
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.curve_state import CurveState, curve_state
-from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, less
+from mossar_stream.engine.intake import FLOAT32, NUMBERS, checked, has_said_size, subtract
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row, new_row, restored_row
 from mossar_stream.engine.snapshot import pack_snapshot, restored_following, unpack_snapshot
@@ -90,8 +90,8 @@ class Segmenter:
         recognition = Recognition(moves, skeleton, name) if moves is not None else None
         plan = Plan(skeleton, settings_or_default(settings), fps)
         followed = checked_follow(follow, moves)
-        following = followed, alignment_of(followed, moves, skeleton, plan.given, name)
-        self._begin(new_row(plan, Buffers(), name), plan.given.level, recognition, following)
+        following = followed, alignment_of(followed, moves, skeleton, plan.user_settings, name)
+        self._begin(new_row(plan, Buffers(), name), plan.user_settings.level, recognition, following)
 
     def _begin(
         self,
@@ -121,7 +121,7 @@ class Segmenter:
     ) -> "Segmenter":
         """Return a segmenter whose state is a row of a pool; those of limbs come from `new_limb`, or have own pools."""
         segmenter = cls.__new__(cls)
-        segmenter._begin(row, row.plan.given.level, recognition, following, new_limb)  # noqa: SLF001 - its own class
+        segmenter._begin(row, row.plan.user_settings.level, recognition, following, new_limb)  # noqa: SLF001 - its own class
         return segmenter
 
     def carry_on(self, counts: Mapping[str, int]) -> None:
@@ -142,7 +142,7 @@ class Segmenter:
     @property
     def settings(self) -> Settings:
         """The settings in force; `level` as it is now."""
-        return self.row.plan.given.replace(level=self.steps.level)
+        return self.row.plan.user_settings.replace(level=self.steps.level)
 
     @property
     def take(self) -> int:
@@ -245,9 +245,9 @@ class Segmenter:
     def change(self, **changes: object) -> list[Event]:
         """Change settings while running, and return the events of the take that this ends.
 
-        A level and thresholds act at once. What changes the curve or the summaries (window, smoothing, similarity, features
-        and the like, or a named level that brings others), whether repetitions are counted, limbs while they are, or the
-        tempo, which must be followed from the start, ends the take, and the next push starts a new one.
+        A level and thresholds act at once. Other settings end the take, and the next push starts a new one: those of
+        the curve or the summaries (window, smoothing, similarity, features and the like, or a named level that brings
+        others), the tempo, repetitions, and limbs while repetitions are counted.
 
         Args:
             **changes: Fields of `Settings`.
@@ -306,7 +306,7 @@ class Segmenter:
                 else:
                     frame = single.frame
                     if row.origin is not None:
-                        less(positions, row.origin, frame[0])
+                        subtract(positions, row.origin, frame[0])
                     else:
                         frame[0] = positions
                 if not engine.process(self._followers.desk, frame, single.time):

@@ -1,7 +1,7 @@
 """Steps: what a segmenter does in several steps, none of which an exception from outside may leave half done.
 
-Ctrl-C comes between any two steps. Then the row is torn, and the next call finishes before anything else what can be told
-from the row (`engine.mend`), then what was being carried out: everything here may be done again from any point.
+Ctrl-C comes between any two steps. Then the row is torn. The next call first repairs the row (`engine.mend`), then
+finishes the interrupted step: everything here may be done again from any point.
 """
 
 import functools
@@ -150,7 +150,7 @@ class Steps:
             SettingsError: If it is none, or a name that works with other settings.
         """
         plan = self._row.plan
-        chosen = plan.given.replace(level=level).level
+        chosen = plan.user_settings.replace(level=level).level
         plan.strength(chosen)
         return chosen
 
@@ -168,12 +168,14 @@ class Steps:
     def planned(self, changes: Mapping[str, object]) -> tuple[Plan, LevelName | float]:
         """Return the plan and the level that changes of settings would bring, and change nothing."""
         before = self._row.plan
-        level = before.given.replace(level=changes.get("level", self.level)).level
-        given = before.given.replace(**{**changes, "level": before.given.level}).at_level(level)
-        groups_of(before.skeleton, given.limbs)  # or FrameError
-        if given.steps:
-            feet_of(before.skeleton, given.feet)  # or FrameError
-        return Plan(before.skeleton, given, before.fps, before.shape.ring, channel=before.channel), level
+        level = before.user_settings.replace(level=changes.get("level", self.level)).level
+        changed = before.user_settings.replace(**{**changes, "level": before.user_settings.level}).at_level(
+            level
+        )
+        groups_of(before.skeleton, changed.limbs)  # or FrameError
+        if changed.steps:
+            feet_of(before.skeleton, changed.feet)  # or FrameError
+        return Plan(before.skeleton, changed, before.fps, before.shape.ring, channel=before.channel), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> None:
         """Go on with a plan and a level; the take ends if it cannot go on with them."""

@@ -1,8 +1,8 @@
 """Presets and levels: named sets of settings, found by evaluation on labelled recordings.
 
-A preset is where settings start from. A level is a strength; a named level also brings a bundle of the settings
-that decide what a strength means. Moving the level of a running segmenter changes the strength only, so a name that
-would bring another bundle than the one in force is refused (`Settings.strength`).
+A preset is where settings start from. A level is a strength; a named level also brings a bundle of the settings that
+decide what a strength means. A new level of a running segmenter changes the strength only. So the name of a level whose
+bundle is not in force is refused (`Settings.strength`).
 """
 
 PRESETS: dict[str, dict[str, object]] = {

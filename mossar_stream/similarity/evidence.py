@@ -7,10 +7,10 @@ evidence are added up, each free of units, to log odds:
             seconds of the performer's tempo
     stop    prominence: log of the lower of the two sides' peak speeds to the speed at the key frame
     rest    log of that speed to the performer's usual speed
-    home    distance of the pose from the one in which the performer dwells, in the extent of the movements
+    rest_distance    distance of the pose from the one in which the performer dwells, in the extent of the movements
 
-Peaks that do not rise above the sensor's noise are no evidence. Where movements are repeated, the verdict on repetitions takes
-their place (verdicts.py). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where they are even.
+Peaks that do not rise above the sensor's noise are no evidence. Where movements are repeated, the label of a candidate takes
+their place (repetition_labels.py). The strength is log2(1 + e^odds): above 0, rising with the odds, and 1 where they are even.
 
 What is known of the key frame itself stands in the summary of the segment that it ends.
 """
@@ -29,7 +29,7 @@ from mossar_stream.similarity.summary import DURATION, PATH, SHORTEST_SEGMENT, T
 from mossar_stream.similarity.sums import LOG_OF_2, add_all, add_features, add_pose_sums, add_resting_joint
 
 # A summary's own part begins with the segment's peak speed u, m/s, and `Features` of the key frame that ends it.
-AT_PEAK, AT_SPEED, AT_HOME, AT_EXTENT, AT_USUAL_SPEED, AT_TEMPO, AT_NOISE, AT_JOINTS = range(8)
+AT_PEAK, AT_SPEED, AT_REST_DISTANCE, AT_EXTENT, AT_USUAL_SPEED, AT_TEMPO, AT_NOISE, AT_JOINTS = range(8)
 FEATURES = -(-(AT_JOINTS + 1) // PADDING) * PADDING  # numbers
 
 
@@ -38,7 +38,7 @@ class Features(NamedTuple):
 
     Args:
         speed: m/s, lowest u from the candidate to its confirmation (u, A and V: see scales.py).
-        home: A, distance from the pose in which the performer dwells.
+        rest_distance: A, distance from the pose in which the performer dwells.
         extent: m, A.
         usual_speed: m/s, V.
         tempo: Relative to ordinary.
@@ -47,7 +47,7 @@ class Features(NamedTuple):
     """
 
     speed: float
-    home: float
+    rest_distance: float
     extent: float
     usual_speed: float
     tempo: float
@@ -62,15 +62,17 @@ class Weights(NamedTuple):
     change_of_speed: float
     stop: float
     rest: float
-    away: float
+    rest_distance: float
     bias: float
 
 
 # Fitted to punches, pick and place, gestures and exercises (the labelled sets precog, vmci, gesture_phase and
 # ui_prmd): about what `python -m checks.leave_out SET SET SET SET` chooses on all of them (its row "none"), in the scale
 # of the numbers before. It draws from 0 to LARGEST. docs/accuracy.md has what they reach on sets that were left out.
-WEIGHTS = Weights(change_of_pose=3.8, change_of_speed=10.4, stop=3.4, rest=0.56, away=1.93, bias=3.66)
-LARGEST = Weights(change_of_pose=6.0, change_of_speed=14.0, stop=6.0, rest=2.0, away=4.0, bias=6.0)
+WEIGHTS = Weights(
+    change_of_pose=3.8, change_of_speed=10.4, stop=3.4, rest=0.56, rest_distance=1.93, bias=3.66
+)
+LARGEST = Weights(change_of_pose=6.0, change_of_speed=14.0, stop=6.0, rest=2.0, rest_distance=4.0, bias=6.0)
 MOST_CHANGE = 4.0  # s
 POSE_FLOOR = 0.15  # A, standard deviation under which poses are alike
 SPEED_FLOOR = 0.1  # variance of log speeds under which they are alike
@@ -149,7 +151,7 @@ def add_joint(params, summary, pose, joints, j):
 def write_features(params, summary, features):
     """Write `Features` of the key frame that ends a segment into its summary."""
     summary[params.features + AT_SPEED] = features.speed
-    summary[params.features + AT_HOME] = features.home
+    summary[params.features + AT_REST_DISTANCE] = features.rest_distance
     summary[params.features + AT_EXTENT] = features.extent
     summary[params.features + AT_USUAL_SPEED] = features.usual_speed
     summary[params.features + AT_TEMPO] = features.tempo
@@ -204,7 +206,7 @@ def merge_cost(params, left, right, both):
     least = SPEED_FLOOR_OF_ODDS * usual
     odds += WEIGHTS.stop * min(MOST_PROMINENT, np.log((peak + least) / (known[AT_SPEED] + least)))
     odds += WEIGHTS.rest * np.log((known[AT_SPEED] + least) / (2.0 * usual))
-    odds -= WEIGHTS.away * known[AT_HOME]
+    odds -= WEIGHTS.rest_distance * known[AT_REST_DISTANCE]
     return np.logaddexp(0.0, odds) / LOG_OF_2
 
 

@@ -16,11 +16,11 @@ A measure is a module with
                                                   need not be closed
     write_features(params, summary, features)     `Features` of the key frame that ends a segment, if it asks for them
 
-all kernels, on summaries as described in `summary.py`; in plain Python `slot_size(params)`,
-`takes_pose(params)`, whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks
-through summaries that come from outside; `traits()`, what frames and key frames must be like; and a numpy record
-type for its parameters. The type of the record that is passed selects the module when a kernel is compiled, so that using
-one measure does not compile the others. A new measure is one such module and one row in `MEASURES`.
+all kernels, on summaries as described in `summary.py`; in plain Python `slot_size(params)`, `takes_pose(params)`,
+whether `add_frame` looks at the pose as one array, and `are_sound(params, slots)`, which looks through summaries that
+come from outside; `traits()`, what frames and key frames must be like; and a numpy record type for its parameters. The
+type of the record selects the module when a kernel is compiled, so that one measure does not compile the others. A new
+measure is one such module and one row in `MEASURES`.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """Sums: of the positions and the log speeds of a segment's frames, and of their squares, for measures that compare variances.
 
-Frames come one by one, and their features wait in the body, in single precision, until `flush_sums` adds them to a summary.
-The parameters of such a measure have `start`, where the sums begin in a summary, `dimensions`, how many there are before
-their squares, and `positions` and `speeds`, how many of these are of each kind: 3 or 1 for each padded joint, or 0.
+Frames come one by one, and their features wait in the body, in single precision, until `flush_sums` adds them to a
+summary. The parameters of such a measure have `start`, where the sums begin in a summary, and `dimensions`, their
+number before their squares. `positions` and `speeds` are the numbers of each kind: 3 or 1 for each padded joint, or 0.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """Tracking: a foot's speed and place over the last seconds, and what it does: stand, begin to move, swing, come down.
 
-A foot is as fast as the slowest of its points: while the heel rises and the toes stand, it stands. It leaves the ground where
-its speed passes a share of the greatest speed of the swing that follows, and comes down where it falls below another share,
-so that slow and fast steps are measured alike. A swing that goes less far than `LEAST_WAY` is a wiggle.
+A foot is as fast as the slowest of its points: while the heel rises and the toes stand, it stands. It leaves the ground
+where its speed passes a share of the greatest speed of the swing that follows. It comes down where the speed falls
+below another share. So slow and fast steps are measured alike. A swing that goes less far than `LEAST_WAY` is a wiggle.
 """
 
 import numpy as np
@@ -92,7 +92,7 @@ def follow_feet(
         time: s.
 
     Returns:
-        1 if a foot has news, else 0.
+        1 if a foot came down or left the ground, else 0.
     """
     own = part(memory, 0, STEPS, (1,))[0]
     if not np.isfinite(time):
@@ -107,14 +107,14 @@ def follow_feet(
     _find_up(own, positions, min(time - own.sample, 0.1))
     own.sample = time
     own.due = time + FOOT_TICK - EARLY
-    news = 0
+    happened = 0
     for f in range(2):
         own.feet[f].event = NO_NEWS
         if _sample(own.feet[f], positions, time):
             _judge(own, f)
             if own.feet[f].event != NO_NEWS:
-                news = 1
-    return news
+                happened = 1
+    return happened
 
 
 @kernel

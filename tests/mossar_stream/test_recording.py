@@ -329,10 +329,12 @@ def test_the_curve_tells_where_its_key_frames_stand(level):
     take = performance(fps=60.0, seconds=20.0)
     settings = Settings(level=level, location="none")
     result = segment_recording(take.frames.positions, 60.0, take.skeleton, settings, curves=True)
-    told = np.array([state.told for state in result.curves])
+    reported = np.array([state.reported_time for state in result.curves])
     value = np.array([state.value for state in result.curves])
-    assert (told <= [state.time for state in result.curves]).all()
+    with pytest.warns(DeprecationWarning, match="reported_time"):
+        assert result.curves[-1].told == reported[-1]
+    assert (reported <= [state.time for state in result.curves]).all()
     minima = [key for key in result.key_frames if key.kind == "minimum"]
     assert len(minima) > 10
-    heights = np.interp([key.time for key in minima], np.maximum.accumulate(told), value)
+    heights = np.interp([key.time for key in minima], np.maximum.accumulate(reported), value)
     assert heights == pytest.approx([key.velocity for key in minima], abs=1e-3)

@@ -121,7 +121,7 @@ def curve_columns(states: Sequence[CurveState]) -> NDArray[np.float64]:
 
     It is drawn at the reported positions of its key frames.
     """
-    rows = [(s.told, s.value, s.ceiling, s.floor, s.moving) for s in states]
+    rows = [(s.reported_time, s.value, s.ceiling, s.floor, s.moving) for s in states]
     columns = np.array(rows, np.float64).reshape(-1, 5)
     columns[:, 0] = np.maximum.accumulate(columns[:, 0])  # noise may have grown loud
     return columns

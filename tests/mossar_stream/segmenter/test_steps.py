@@ -101,7 +101,7 @@ def test_ctrl_c_within_a_look_at_repetitions_leaves_them_in_order():
     whole, looks, before = Segmenter(take.skeleton, Settings(repetitions=True)), {}, 0
     for k, (position, time) in enumerate(zip(positions, times, strict=True)):
         tells = any(isinstance(e, RepetitionEvent) for e in whole.push(position, time))
-        before, looked = int(whole.row.counted["looked"][0]), before
+        before, looked = int(whole.row.counted["analysed"][0]), before
         if looked != before:
             looks.setdefault(tells, []).append(k)
     assert len(looks[False]) > 2, "all looks change what is counted"

@@ -27,10 +27,10 @@ def counted_by(positions: Array, fps: float, skeleton: Skeleton) -> tuple[Array,
         skeleton: Their joints.
     """
     row = new_row(Plan(skeleton, Settings(), fps, offline=True), Buffers(), "p1")
-    row.looks = []
+    row.analyses = []
     engine.process(desk_of(row), np.asarray(positions, np.float32), constant_times(len(positions), fps))
     engine.update(row, RANK)
-    since, counted = zip(*row.looks, strict=True)
+    since, counted = zip(*row.analyses, strict=True)
     return np.array([0.0, *since]), [np.zeros((0, 4)), *map(_table, counted)]
 
 

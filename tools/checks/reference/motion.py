@@ -1,8 +1,8 @@
 """The rule of level `motion` on whole arrays, in plain Python: the oracle for what streams decide by evidence.
 
-Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `verdicts.py` and
-`noise.py`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints must be there in all
-frames.
+Nothing here is quick or incremental. What is weighed is explained in `evidence.py`, `scales.py`, `repetition_labels.py`
+and `noise.py`; constants are theirs, the rest is written anew. What was counted of repetitions is given. All joints
+must be there in all frames.
 """
 
 import math
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
-from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, scales, verdicts
+from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, repetition_labels, scales
 from mossar_stream.repetitions.alike import LONGEST_RATIO
-from mossar_stream.repetitions.state import LOOKS_APART
+from mossar_stream.repetitions.state import ANALYSIS_INTERVAL
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity import evidence
 from mossar_stream.similarity.evidence import WEIGHTS, Weights
@@ -39,7 +39,7 @@ class Candidate(NamedTuple):
     confirmed: int  # frame
     reported: int  # reported frame
     speed: float  # m/s, lowest since the candidate
-    home: float  # A
+    rest_distance: float  # A
     extent: float  # m, A
     usual: float  # m/s, V
     tempo: float
@@ -88,10 +88,12 @@ class Motion:
             before = reported if before < reported else frame
             extent, usual = self.extent[confirmed], self.usual[confirmed]
             tempo = np.clip(extent / usual / scales.ORDINARY, scales.QUICKEST, scales.SLOWEST)
-            home = self.away[found - 1] / extent
+            rest_distance = self.away[found - 1] / extent
             speed = self.speed[found - 1 : confirmed].min()
             noisy = self.noise[confirmed]
-            yield Candidate(frame, confirmed, before, speed, home, extent, usual, float(tempo), noisy)
+            yield Candidate(
+                frame, confirmed, before, speed, rest_distance, extent, usual, float(tempo), noisy
+            )
 
     def evidence(self, number: int, begin: int, end: int) -> list[float] | None:
         """Return the five kinds of evidence for a candidate between two frames, in the order of `Weights`.
@@ -117,7 +119,7 @@ class Motion:
         least = evidence.SPEED_FLOOR_OF_ODDS * usual
         stop = min(evidence.MOST_PROMINENT, np.log((peak + least) / (candidate.speed + least)))
         rest = np.log((candidate.speed + least) / (2.0 * usual))
-        return [float(kind) for kind in (pose, speed, stop, rest, -candidate.home)]
+        return [float(kind) for kind in (pose, speed, stop, rest, -candidate.rest_distance)]
 
     def _terms(self, begin: int, end: int, floor: float) -> Array:
         """Return T Σ log(σ² + floor) of the frames begin … end - 1, of poses and of log speeds."""
@@ -185,18 +187,18 @@ class Motion:
         return set(kept)
 
     def _odds(self, number: int, begin: int, after: int, end: int, weights: Weights) -> float:
-        """Return the log odds of a candidate between two frames, as the verdict on it leaves them before `end`."""
-        verdict, known = self.verdicts[number]
+        """Return the log odds of a candidate between two frames, as the label of it leaves them before `end`."""
+        label, known = self.labels[number]
         if known >= end:
-            verdict = int(verdicts.NO_VERDICT)
-        if verdict == verdicts.WITHIN:
+            label = int(repetition_labels.UNLABELLED)
+        if label == repetition_labels.WITHIN:
             return -math.inf
         found = self.evidence(number, begin, after)
         odds = -math.inf if found is None else sum(map(mul, weights, found)) - weights.bias
-        return max(odds, CERTAIN) if verdict == verdicts.ENDS else odds
+        return max(odds, CERTAIN) if label == repetition_labels.ENDS else odds
 
     @cached_property
-    def verdicts(self) -> list[tuple[int, int]]:
+    def labels(self) -> list[tuple[int, int]]:
         """The label of each candidate, and the frame at which it is known, in processed frames."""
         confirmed, last = [candidate.confirmed for candidate in self.candidates], -np.inf
         found = []
@@ -205,29 +207,31 @@ class Motion:
             known = min(max(due, confirmed[number]), len(self.times) - 1)
             moment = self.times[known] if due < len(self.times) else np.inf
             counted = self.counted[1][np.searchsorted(self.counted[0], moment, "right") - 1]
-            verdict, last = self._judge(number, bisect_right(confirmed, known), counted, last)
-            found.append((verdict, known))
+            label, last = self._label(number, bisect_right(confirmed, known), counted, last)
+            found.append((label, known))
         return found
 
-    def _judge(self, number: int, noted: int, counted: Array, last: float) -> tuple[int, float]:
-        """Return the verdict on a candidate, and when the last repetition ended."""
+    def _label(self, number: int, noted: int, counted: Array, last: float) -> tuple[int, float]:
+        """Return the label of a candidate, and when the last repetition ended."""
         time = self._reported(number)
         period = _period_at(counted, time)
-        if not 0.0 < period <= verdicts.LONGEST_PERIOD:
-            return int(verdicts.NO_VERDICT), last
+        if not 0.0 < period <= repetition_labels.LONGEST_PERIOD:
+            return int(repetition_labels.UNLABELLED), last
 
         def cost(other: int) -> float:
             c = self.candidates[other]
             slowness = WEIGHTS.stop - WEIGHTS.rest
-            unlike = WEIGHTS.away * c.home + slowness * np.log(
+            unlike = WEIGHTS.rest_distance * c.rest_distance + slowness * np.log(
                 c.speed / c.usual + evidence.SPEED_FLOOR_OF_ODDS
             )
-            return float(unlike + verdicts.OFF_BOUND * _off_bound(counted, self._reported(other)) / period)
+            return float(
+                unlike + repetition_labels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period
+            )
 
         near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period]
-        if min(near, key=cost) != number or time - last < verdicts.NEAREST_END * period:
-            return int(verdicts.WITHIN), last
-        return int(verdicts.ENDS), time
+        if min(near, key=cost) != number or time - last < repetition_labels.NEAREST_END * period:
+            return int(repetition_labels.WITHIN), last
+        return int(repetition_labels.ENDS), time
 
 
 def _period_at(counted: Array, time: float) -> float:
@@ -237,7 +241,7 @@ def _period_at(counted: Array, time: float) -> float:
         return 0.0
     _, end, period, _ = before[-1]
     is_last = len(before) == len(counted)
-    goes_on = is_last and time < end + LONGEST_SILENCE * period + LOOKS_APART
+    goes_on = is_last and time < end + LONGEST_SILENCE * period + ANALYSIS_INTERVAL
     return float(period) if (time <= end or goes_on) and _is_even(counted, len(before) - 1) else 0.0
 
 
@@ -358,20 +362,20 @@ def surroundings(motion: Motion) -> tuple[Array, Array]:
     """Return A at each frame, m, and how far each pose is from that in which the performer dwells, m."""
     poses, joints = motion.poses, motion.moving_joints
     extent, away = np.empty(len(poses)), np.zeros(len(poses))
-    mean, home = poses[0].copy(), poses[0].copy()
+    mean, rest_pose = poses[0].copy(), poses[0].copy()
     spread, weight, dwelt = scales.PRIOR_EXTENT**2, 1.0, scales.PRIOR_DWELT
     for t, pose in enumerate(poses):
         dt = motion.dt[t]
         if dt > 0.0:
             dwelling = dt / (1.0 + (motion.speed[t] / (scales.SLOW * motion.usual[t])) ** 2)
-            dwelt = dwelt * np.exp2(-dt / scales.HOME_HALF_LIFE) + dwelling
+            dwelt = dwelt * np.exp2(-dt / scales.REST_POSE_HALF_LIFE) + dwelling
             left = np.exp2(-dt / scales.SCALES_HALF_LIFE)
             spread = spread * left + ((pose - mean) ** 2).sum() / joints * dt
             weight = weight * left + dt
             mean += min(dt / mean_pose.MEAN_TIME, 1.0) * (pose - mean)
-            home += dwelling / dwelt * (pose - home)
+            rest_pose += dwelling / dwelt * (pose - rest_pose)
         extent[t] = max(np.sqrt(spread / weight), scales.LEAST_EXTENT)
-        away[t] = np.sqrt(((pose - home) ** 2).sum() / joints)
+        away[t] = np.sqrt(((pose - rest_pose) ** 2).sum() / joints)
     return extent, away
 
 

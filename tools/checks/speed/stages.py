@@ -10,12 +10,12 @@ import numpy as np
 
 from checks.speed.splitting import SIZE, SPLITTING, VELOCITY, runs_of_splitting
 from mossar_stream import Settings
-from mossar_stream.algorithm.frame_step import HAPPENED, LOOK_DUE, STOPS, advance
+from mossar_stream.algorithm.frame_step import ANALYSIS_DUE, HAPPENED, STOPS, advance
 from mossar_stream.algorithm.window_step import FOLLOW, update_window
 from mossar_stream.engine.buffers import Buffers
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import new_row
-from mossar_stream.repetitions.counting import look
+from mossar_stream.repetitions.counting import analyse
 from mossar_tools.bench.measurement import Measurement, Timing, duration, timed
 from mossar_tools.bench.motion import Chunk, Motion
 from mossar_tools.bench.work import Work
@@ -45,9 +45,9 @@ class _Drive:
                 done += code // STOPS
                 if code % STOPS == HAPPENED:
                     self._update()
-                elif code % STOPS == LOOK_DUE:
+                elif code % STOPS == ANALYSIS_DUE:
                     began = _ticks()
-                    look(row.counting, row.buffers.store, positions[done], times[done])
+                    analyse(row.counting, row.buffers.store, positions[done], times[done])
                     self.looking += _ticks() - began
 
     def _update(self) -> None:

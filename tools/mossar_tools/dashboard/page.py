@@ -122,7 +122,7 @@ class Page:
         sys.setswitchinterval(_SWITCH)
         self._thread.start()
         LOGGER.info("dashboard: %s", self.url)
-        if self._visitors.are_welcome:
+        if self._visitors.admits_others:
             _tell_invitation(self._visitors.invitation(self.port))
         if open_browser:
             threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()

@@ -40,7 +40,7 @@ class Visitors:
         self._sessions: dict[str, None] = {}
 
     @property
-    def are_welcome(self) -> bool:
+    def admits_others(self) -> bool:
         """Whether other devices reach the page at all."""
         return self._host in _ANYWHERE or not _is_loopback(self._host)
 

@@ -62,9 +62,9 @@ def remerge(params, segments, bounds, costs, integers, removed):
     memo = np.zeros(0, remerging.MEMO)
     places, links = integers[0], integers[1:]
     nodes, both = np.empty_like(segments), np.empty(segments.shape[1])
-    verdicts = np.zeros(count, np.int64)  # no cycle anywhere
+    labels = np.zeros(count, np.int64)  # no cycle anywhere
     run = remerging.Remerging(
-        params[0], segments, memo, places, bounds, nodes, both, links, costs[0], costs[1], removed, verdicts
+        params[0], segments, memo, places, bounds, nodes, both, links, costs[0], costs[1], removed, labels
     )
     remerging.remerge(run, count, 1.0)
 

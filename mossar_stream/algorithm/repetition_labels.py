@@ -1,12 +1,12 @@
-"""Verdicts: which candidates end a repetition, and which lie inside one.
+"""Labels of candidates: which candidates end a repetition, and which lie inside one.
 
-While the performer repeats a movement, as counted in `repetitions`, every candidate of Algorithm 2 gets a verdict when it
-is `JUDGED_AFTER` old, or decided: it ends a repetition if, of all candidates within half a period around it, it is the
-slowest, nearest to the pose in which the performer dwells, and nearest to where one repetition ends and the next begins.
-The first two weigh what they do as evidence of a key frame.
-Only even bouts are judged, whose longest period is at most twice the shortest: beats of gestures are alike in shape, but
-uneven in time, and people do not cut at them.
-What it is compared with is fixed, so that the verdict is the same whatever the window of Algorithm 3 holds.
+While the performer repeats a movement, as counted in `repetitions`, every candidate of Algorithm 2 gets a label when it
+is `LABELLED_AFTER` old, or decided: it is compared with all candidates within half a period around it. It ends a
+repetition if it is the best of them: slowest, nearest to the rest pose, and nearest to where one repetition ends and
+the next begins. The first two weigh what they do as evidence of a key frame. Only even bouts are labelled, whose
+longest period is at most twice the shortest: beats of gestures are alike in shape, but uneven in time, and people do
+not cut at them. What it is compared with is fixed, so that the label is the same whatever the window of Algorithm 3
+holds.
 """
 
 from typing import NamedTuple
@@ -16,24 +16,24 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.repetitions.alike import LONGEST_RATIO
-from mossar_stream.repetitions.state import LOOKS_APART, Kept
+from mossar_stream.repetitions.state import ANALYSIS_INTERVAL, StoredSamples
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.similarity.evidence import SPEED_FLOOR_OF_ODDS, WEIGHTS
 
 NOTED_CANDIDATES = 32  # remembered
-JUDGED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
-# s, a longer period has no verdicts: half of it is more than the 3 s that a key frame waits, so what it would be compared
+LABELLED_AFTER = 1.5 - 1e-6  # s; a little less, for the rounding of timestamps
+# s, a longer period has no labels: half of it is more than the 3 s that a key frame waits, so what it would be compared
 # with is still to come.
 LONGEST_PERIOD = 6.0
 NEAREST_END = 0.75  # periods between two repetitions' ends, at least
 OFF_BOUND = 5.0  # log odds a period, of the time from where one repetition ends and the next begins
-NO_VERDICT, ENDS, WITHIN = np.arange(3)  # verdicts: no repetition, end of one, inside one
+UNLABELLED, ENDS, WITHIN = np.arange(3)  # labels: no repetition, end of one, inside one
 
-VERDICTS = np.dtype(
+LABELS = np.dtype(
     [
         ("last_time", "f8"),  # s, end of the last repetition
         ("candidates", "i8"),  # noted so far
-        ("judged", "i8"),  # of them
+        ("labelled", "i8"),  # of them
     ],
 )
 NOTE = np.dtype(
@@ -45,74 +45,76 @@ NOTE = np.dtype(
 )
 
 
-class Verdicts(NamedTuple):
-    """What is needed to judge candidates, as the functions below need it."""
+class RepetitionLabels(NamedTuple):
+    """What is needed to label candidates, as the functions below need it."""
 
-    state: np.void  # VERDICTS
+    state: np.void  # LABELS
     notes: NDArray[np.void]  # (NOTED_CANDIDATES,) NOTE, ring
     periods: NDArray[np.void]  # (1,) PERIODS of the performer's repetitions
 
 
-class Counted(NamedTuple):
+class RepetitionRecords(NamedTuple):
     """The repetitions of a performer, as frames need them."""
 
     headers: NDArray[np.void]  # (1,) HEADER
-    samples: Kept
+    samples: StoredSamples
 
 
 @kernel
-def start_verdicts(state):
+def start_labels(state):
     """Begin a take."""
     state.last_time = -np.inf
     state.candidates = 0
-    state.judged = 0
+    state.labelled = 0
 
 
 @inline_kernel
-def note_candidate(verdicts, time, reported, home, speed):
+def note_candidate(labels, time, reported, rest_distance, speed):
     """Remember a candidate that Algorithm 2 accepted.
 
     Args:
-        verdicts: Verdicts.
+        labels: RepetitionLabels.
         time: s, of the candidate.
         reported: s, reported time.
-        home: Distance from the pose in which the performer dwells, in A.
+        rest_distance: Distance from the pose in which the performer dwells, in A.
         speed: In V.
     """
-    note = verdicts.notes[verdicts.state.candidates % NOTED_CANDIDATES]
+    note = labels.notes[labels.state.candidates % NOTED_CANDIDATES]
     note.time = time
     note.reported = reported
-    note.cost = WEIGHTS.away * home + (WEIGHTS.stop - WEIGHTS.rest) * np.log(speed + SPEED_FLOOR_OF_ODDS)
-    verdicts.state.candidates += 1
+    note.cost = WEIGHTS.rest_distance * rest_distance + (WEIGHTS.stop - WEIGHTS.rest) * np.log(
+        speed + SPEED_FLOOR_OF_ODDS
+    )
+    labels.state.candidates += 1
 
 
 @inline_kernel
-def due_verdict(verdicts, delay):
+def due_label(labels, delay):
     """Return when the next candidate must be judged, s; inf if none waits."""
-    state = verdicts.state
-    if state.judged == state.candidates:
+    state = labels.state
+    if state.labelled == state.candidates:
         return np.inf
-    return verdicts.notes[state.judged % NOTED_CANDIDATES].time + delay
+    return labels.notes[state.labelled % NOTED_CANDIDATES].time + delay
 
 
 @kernel
-def judge(verdicts):
-    """Return the verdict on the oldest candidate that has none."""
-    state = verdicts.state
-    number = state.judged
-    state.judged += 1
+def label_candidate(labels):
+    """Return the label of the oldest candidate that has none."""
+    state = labels.state
+    number = state.labelled
+    state.labelled += 1
     if state.candidates - number > NOTED_CANDIDATES:
-        return NO_VERDICT
-    note = verdicts.notes[number % NOTED_CANDIDATES]
-    period = _period_at(verdicts.periods[0], note.reported)
+        return UNLABELLED
+    note = labels.notes[number % NOTED_CANDIDATES]
+    period = _period_at(labels.periods[0], note.reported)
     if not 0.0 < period <= LONGEST_PERIOD:
-        return NO_VERDICT
+        return UNLABELLED
     best, least = number, np.inf
     for other in range(max(0, state.candidates - NOTED_CANDIDATES), state.candidates):
-        candidate = verdicts.notes[other % NOTED_CANDIDATES]
+        candidate = labels.notes[other % NOTED_CANDIDATES]
         if abs(candidate.reported - note.reported) > 0.5 * period:
             continue
-        off = _off_bound(verdicts.periods[0], candidate.reported) / period
+        off = _off_bound(labels.periods[0], candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost
@@ -131,7 +133,9 @@ def _period_at(periods, time):
     for place in range(periods.cycles - 1, -1, -1):
         cycle = periods.cycle[place]
         period = _duration(cycle)
-        goes_on = place == periods.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + LOOKS_APART
+        goes_on = (
+            place == periods.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + ANALYSIS_INTERVAL
+        )
         if at >= cycle.begins:
             return period if (at <= cycle.ends or goes_on) and _is_even(periods, place) else 0.0
     return 0.0
@@ -176,8 +180,8 @@ def _off_bound(periods, time):
 
 
 @inline_kernel
-def forget_newest(verdicts):
+def forget_newest(labels):
     """Forget the newest candidate, which was taken back."""
-    state = verdicts.state
+    state = labels.state
     state.candidates -= 1
-    state.judged = min(state.judged, state.candidates)
+    state.labelled = min(state.labelled, state.candidates)

@@ -1,20 +1,20 @@
-"""Verdicts: candidates end repetitions of even bouts; in uneven ones they are judged by the evidence alone."""
+"""Labels: candidates end repetitions of even bouts; in uneven ones they are labelled by the evidence alone."""
 
 import numpy as np
 import pytest
 
 from checks.reference import motion as reference_motion
-from mossar_stream.algorithm.verdicts import (
+from mossar_stream.algorithm.repetition_labels import (
     ENDS,
-    NO_VERDICT,
+    LABELS,
     NOTE,
     NOTED_CANDIDATES,
-    VERDICTS,
+    UNLABELLED,
     WITHIN,
-    Verdicts,
-    judge,
+    RepetitionLabels,
+    label_candidate,
     note_candidate,
-    start_verdicts,
+    start_labels,
 )
 from mossar_stream.jit.decorators import entry_point
 from mossar_stream.repetitions.state import PERIODS
@@ -24,12 +24,12 @@ ORIGIN = 5.0  # s
 
 @entry_point
 def judge_all(states, notes, headers, times, found):
-    verdicts = Verdicts(states[0], notes, headers)
-    start_verdicts(states[0])
+    labels = RepetitionLabels(states[0], notes, headers)
+    start_labels(states[0])
     for time in times:
-        note_candidate(verdicts, time, time, 0.0, 0.1)
+        note_candidate(labels, time, time, 0.0, 0.1)
     for i in range(len(times)):
-        found[i] = judge(verdicts)
+        found[i] = label_candidate(labels)
 
 
 def records(kind, count=1):
@@ -53,9 +53,9 @@ def bouts(*periods):
     return headers, np.array(rows) + np.array([ORIGIN, ORIGIN, 0.0, 0.0])
 
 
-def judged(headers, times):
-    """Return the verdicts on candidates at rest at home."""
-    state, found = records(VERDICTS), np.zeros(len(times), np.int64)
+def labelled(headers, times):
+    """Return the labels of candidates at rest in the rest pose."""
+    state, found = records(LABELS), np.zeros(len(times), np.int64)
     judge_all(state, records(NOTE, NOTED_CANDIDATES), headers, np.asarray(times, np.float64), found)
     return found.tolist()
 
@@ -63,7 +63,7 @@ def judged(headers, times):
 def test_in_an_even_bout_one_candidate_a_period_ends_a_repetition():
     headers, _ = bouts([2.0, 2.2, 1.9, 2.0])
     ends = ORIGIN + np.cumsum([2.0, 2.2, 1.9, 2.0])
-    found = judged(headers, np.sort([*ends, *(ends - 0.7)]))
+    found = labelled(headers, np.sort([*ends, *(ends - 0.7)]))
     assert found == [WITHIN, ENDS] * 4
 
 
@@ -71,12 +71,12 @@ def test_in_an_even_bout_one_candidate_a_period_ends_a_repetition():
 def test_in_an_uneven_bout_no_candidate_is_judged(periods):
     headers, table = bouts(periods)
     ends = ORIGIN + np.cumsum(periods)
-    assert judged(headers, ends) == [NO_VERDICT] * len(periods)
+    assert labelled(headers, ends) == [UNLABELLED] * len(periods)
     assert [reference_motion._period_at(table, time) for time in ends] == [0.0] * len(periods)
 
 
 def test_bouts_are_even_each_by_itself():
     headers, table = bouts([0.6, 0.6], [2.5, 2.5, 2.5], [1.0, 3.0])
     times = ORIGIN + np.array([1.1, 26.2, 52.6])
-    assert judged(headers, times) == [ENDS, ENDS, NO_VERDICT]
+    assert labelled(headers, times) == [ENDS, ENDS, UNLABELLED]
     assert [reference_motion._period_at(table, time) for time in times] == [0.6, 2.5, 0.0]
