@@ -133,7 +133,7 @@ class Pipeline(Run):
                 if arrival is not None:
                     self._take(arrival)
                 self._check_outlets()
-                self.upkeep.look(self)
+                self.upkeep.check(self)
                 self._tick()
             self.outcome.complete = not self._stopping
             self.outcome.none_followed = bool(self._unfollowed) and not self.outcome.frames
@@ -360,7 +360,7 @@ class Pipeline(Run):
         starts = take_starts(events, frames)
         if starts:
             events = [_of_run(event, self.run_id) for event in events]
-            events = self._reasons.given(events, starts[0].time)
+            events = self._reasons.add_to(events, starts[0].time)
         self._reasons.seen(frames.performer, float(frames.times[-1]))
         if resumed:
             place = max((i for i, event in enumerate(events, 1) if is_start(event)), default=0)

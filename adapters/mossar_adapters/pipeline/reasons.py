@@ -12,7 +12,7 @@ _WHOLE = 10.0  # s from which on tenths do not matter
 
 
 class Reasons:
-    """Says in `started` which id of the sender a slot has, and how long its person was away.
+    """Adds to `started` the id of the sender that a slot has, and how long its person was away.
 
     Example:
         >>> from mossar_stream import StreamEvent
@@ -20,7 +20,7 @@ class Reasons:
         >>> reasons.set_occupant("p1", "p7")
         >>> reasons.seen("p1", 3.0)
         >>> started = StreamEvent(performer="p1", event="started", take=1, reason="")
-        >>> reasons.given([started], 15.0)[0].reason
+        >>> reasons.add_to([started], 15.0)[0].reason
         'id 7; back after 12 s'
     """
 
@@ -29,18 +29,18 @@ class Reasons:
         self._seen: dict[str, float] = {}  # s of the source's clock, when each slot had frames last
 
     def set_occupant(self, name: str, ident: str, *, another: bool = False) -> None:
-        """Take note of who is in a slot; another person than before is not reported as back."""
+        """Set the person in a slot; another person than before is not reported as back."""
         self._ids[name] = ident
         if another:
             self._seen.pop(name, None)
 
     def seen(self, name: str, time: float) -> None:
-        """Take note of the time of a slot's latest frame, s."""
+        """Set the time of a slot's latest frame, s."""
         if name in self._ids:
             self._seen[name] = time
 
-    def given(self, events: list[Event], time: float) -> list[Event]:
-        """Return events with the reason in those that say that a take began.
+    def add_to(self, events: list[Event], time: float) -> list[Event]:
+        """Return events, with the reason added to those that begin a take.
 
         Args:
             events: Of one performer.

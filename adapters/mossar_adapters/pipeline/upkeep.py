@@ -22,7 +22,7 @@ SILENCE = 3.0  # s without a frame after which a source explains itself
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _MOST_LOGGED = 20  # performers that are logged for frames without any joint
-_LOOK = 0.02  # s between two looks
+_CHECK_EVERY = 0.02  # s between two checks
 
 _log = logging.getLogger("mossar.pipeline")
 
@@ -46,7 +46,7 @@ class Upkeep:
         self._moves: Moves | None = None  # those of the digest:
         self._moves_digest = b""
         self._watch = Watch(lambda _: 1.0)
-        self._looked = 0.0  # monotonic s
+        self._checked = 0.0  # monotonic s
         self._stats_due = float("inf")
         self._snapshot_due = float("inf")
         self._received: dict[int, int] = {}  # messages of each silent source when its silence began
@@ -92,12 +92,12 @@ class Upkeep:
         """Stop watching a performer who has left."""
         self._watch.leave(performer)
 
-    def look(self, run: Run) -> None:
+    def check(self, run: Run) -> None:
         """Do what is due."""
         now = time.monotonic()
-        if now - self._looked < _LOOK:
+        if now - self._checked < _CHECK_EVERY:
             return
-        self._looked = now
+        self._checked = now
         self._look_for_stalls(run, now)
         self._look_for_silence(run, now)
         if now >= self._nobody_due:
