@@ -26,6 +26,7 @@ class _Line(msgspec.Struct):
     """One performer's frames that wait to be taken."""
 
     meta: Meta | None = None
+    sender: str | None = None  # whose clock its times are on: that of its first frame
     count: int = 0  # frames so far, for times at a given rate
     steady: Steady = msgspec.field(default_factory=Steady)  # for times without one
     positions: list[NDArray[np.float64] | NDArray[np.float32]] = msgspec.field(default_factory=list)
@@ -115,7 +116,11 @@ class Batch:
             if self.fps is not None:
                 return (line.count - 1) / self.fps
             time = line.steady.time(pose.arrival)
-        return self._clocks.time(pose.sender, time, pose.arrival)
+        if line.sender is None:
+            line.sender = (
+                pose.sender
+            )  # a program may send each message from another port: its performer has one clock
+        return self._clocks.time(line.sender, time, pose.arrival)
 
     def _line(self, performer: str) -> _Line:
         line = self._lines.hear(performer, self._now)

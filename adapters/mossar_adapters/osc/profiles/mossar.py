@@ -65,7 +65,7 @@ class Mossar:
             raise FrameError("a frame has performer, seq, t and a blob of 12 bytes per joint")
         self._sequences.count(name, whole_number(arguments[1]))
         positions = np.frombuffer(blob, ">f4").reshape(-1, 3).astype(np.float32)
-        return Pose(name, positions, message.arrival, time, sender=message.sender)
+        return Pose(name, positions, message.arrival, time)
 
     def _name(self, message: Message, person: str) -> str:
         if message.sender or "performer" in self._context.address.options:
