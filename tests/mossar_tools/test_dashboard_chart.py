@@ -20,7 +20,8 @@ def test_key_frames_stand_on_the_curve(seen):
     assert len(marks) == len(glimpse.marks) > 5
     for mark in marks:
         high = top + room * np.interp(10 * float(mark.get("x")[:-1]), x, y) / 100
-        assert float(mark.get("y")) == pytest.approx(high, abs=1.0), ET.tostring(mark)
+        # The curve is thinned and x is rounded: on a steep rise that is more than a pixel. A mark is ten pixels high.
+        assert float(mark.get("y")) == pytest.approx(high, abs=2.0), ET.tostring(mark)
 
 
 def test_the_chart_is_well_formed_and_quotes_names(seen):
