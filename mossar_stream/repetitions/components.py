@@ -44,7 +44,7 @@ def find_components(header, samples, scratch):
         _project(samples, n)
         _turn_axes(samples, n)
     _project(samples, n)
-    _project_home(samples)
+    _project_rest_pose(samples)
     scratch.least = max(header.least * np.sqrt(header.joints), LEAST_SWING * np.sqrt(header.size))
     scratch.least = max(scratch.least, _noise_swing(header, samples, n))
     fine = max(header.fine - (header.open - n), n - RECENT, 0)
@@ -147,25 +147,25 @@ def _project(samples, n):
         b += scores[1, i]
         c += scores[2, i]
         d += scores[3, i]
-    home = samples.rest_pose_scores
-    home[0], home[1], home[2], home[3] = -a, -b, -c, -d
+    rest = samples.rest_pose_scores
+    rest[0], rest[1], rest[2], rest[3] = -a, -b, -c, -d
     for k in range(COMPONENTS):
-        home[k] /= np.float32(n)
-        row, mean = scores[k, :n], home[k]
+        rest[k] /= np.float32(n)
+        row, mean = scores[k, :n], rest[k]
         for i in range(n):
             row[i] += mean
 
 
 @kernel
-def _project_home(samples):
+def _project_rest_pose(samples):
     """Add to the scores of a pose of zeros what makes them those of the pose `rest_pose`."""
-    axes, home, scores = samples.axes, samples.rest_pose, samples.rest_pose_scores
+    axes, rest, scores = samples.axes, samples.rest_pose, samples.rest_pose_scores
     a, b, c, d = scores[0], scores[1], scores[2], scores[3]
-    for j in range(home.size):
-        a += axes[0, j] * home[j]
-        b += axes[1, j] * home[j]
-        c += axes[2, j] * home[j]
-        d += axes[3, j] * home[j]
+    for j in range(rest.size):
+        a += axes[0, j] * rest[j]
+        b += axes[1, j] * rest[j]
+        c += axes[2, j] * rest[j]
+        d += axes[3, j] * rest[j]
     scores[0], scores[1], scores[2], scores[3] = a, b, c, d
 
 

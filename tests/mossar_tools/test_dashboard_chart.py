@@ -19,9 +19,10 @@ def test_key_frames_stand_on_the_curve(seen):
     marks = [e for e in placed if "mark" in e[0].get("class", "")]
     assert len(marks) == len(glimpse.marks) > 5
     for mark in marks:
-        high = top + room * np.interp(10 * float(mark.get("x")[:-1]), x, y) / 100
-        # The curve is thinned and x is rounded: on a steep rise that is more than a pixel. A mark is ten pixels high.
-        assert float(mark.get("y")) == pytest.approx(high, abs=2.0), ET.tostring(mark)
+        place = 10 * float(mark.get("x")[:-1])
+        # Both x are rounded, by a tenth in all: on a steep rise that is more than a pixel.
+        curve = top + room * np.interp(np.linspace(place - 0.1, place + 0.1, 21), x, y) / 100
+        assert curve.min() - 1.0 <= float(mark.get("y")) <= curve.max() + 1.0, ET.tostring(mark)
 
 
 def test_the_chart_is_well_formed_and_quotes_names(seen):

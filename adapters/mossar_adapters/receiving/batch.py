@@ -117,9 +117,8 @@ class Batch:
                 return (line.count - 1) / self.fps
             time = line.steady.time(pose.arrival)
         if line.sender is None:
-            line.sender = (
-                pose.sender
-            )  # a program may send each message from another port: its performer has one clock
+            # A program may send each message from another port: its performer stays on one clock.
+            line.sender = pose.sender
         return self._clocks.time(line.sender, time, pose.arrival)
 
     def _line(self, performer: str) -> _Line:
