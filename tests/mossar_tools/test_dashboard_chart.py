@@ -3,7 +3,6 @@
 import xml.etree.ElementTree as ET
 
 import numpy as np
-import pytest
 
 from mossar_tools.dashboard.chart import chart
 
