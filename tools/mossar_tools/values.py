@@ -4,7 +4,7 @@ import argparse
 import math
 from typing import Literal
 
-from mossar_adapters.people.slots import MOST
+from mossar_adapters.people.given import MOST
 
 
 def setting(text: str) -> tuple[str, str]:

@@ -1,6 +1,7 @@
 """The same person keeps the same number: slots `p1` to `pN` that outlive the ids of a tracker."""
 
-from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
+from mossar_adapters.people.given import People
+from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, Slots
 from mossar_adapters.people.source import PeopleSource
 
 __all__ = ["REFUSED", "REMEMBERED", "UNDECIDED", "Change", "People", "PeopleSource", "Slots"]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_adapters.people.samples import Samples
+from mossar_adapters.receiving.batch import FARTHEST
 from mossar_stream import Skeleton
 
 # A step from frame to frame beyond JUMP + QUICK * dt (root mean square over the joints) is looked into: the labelled
@@ -196,8 +197,8 @@ class Body:
 
 
 def filled(pose: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return a pose with each missing joint where it was before."""
-    return np.where(np.isnan(pose), before, pose)
+    """Return a pose with each joint that is missing, or too far off to be true, where it was before."""
+    return np.where(np.abs(pose) <= FARTHEST, pose, before)
 
 
 def centre(pose: NDArray[Any]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ give a free id to another person. A slot follows the body instead:
   person is not there, the slots follow the bodies.
 - An id that is new, or was away, is compared with everybody who is missing: by place for two seconds, by the lengths
   of the bones for as long as a person is remembered. If two are about equally likely, the newcomer is looked at
-  for up to a second. If it is nobody who was here, it gets a free slot.
+  for up to two seconds. If it is nobody who was here, it gets a free slot.
 - Where all slots are taken it is refused.
 """
 
@@ -20,17 +20,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mossar_adapters.people.body import PAUSE, Body, centre
+from mossar_adapters.people.given import (
+    MOST,
+    People,
+    checked_moment,
+    checked_people,
+    checked_pose,
+    checked_seconds,
+    checked_skeleton,
+    nearby,
+)
 from mossar_adapters.people.likeness import LOST, Likeness
 from mossar_adapters.people.samples import Samples
-from mossar_stream import SettingsError, Skeleton
+from mossar_stream import FrameError, SettingsError, Skeleton
 
-MOST: Final = 64  # slots
 REMEMBERED: Final = 600.0  # s
 REFUSED: Final = ""  # instead of a slot
 UNDECIDED: Final = None  # instead of a slot
 CHOSEN: Final = "p1"  # the slot of the nearest, or first
 
-People = int | Literal["nearest", "first"]
 How = Literal["new", "place", "lengths", "swap", "chosen", "asked", "refused"]
 
 _CANDIDATES: Final = 16  # people who are told apart for the sake of the nearest or first
@@ -105,7 +113,7 @@ class Slots:
         watch: How long a newcomer is looked at if it could be several, s; 0 decides at first sight.
 
     Raises:
-        SettingsError: If there cannot be so many, or times are negative.
+        SettingsError: If there cannot be so many, or times are no numbers from 0.
 
     Example:
         >>> import numpy as np
@@ -118,16 +126,12 @@ class Slots:
     """
 
     def __init__(self, people: People, remember: float = REMEMBERED, watch: float = _WATCHED) -> None:
-        if isinstance(people, int) and not 1 <= people <= MOST:
-            raise SettingsError(f"people must be 1 to {MOST}, nearest or first, not {people}")
-        if not remember >= 0 or not watch >= 0:
-            raise SettingsError(f"remember and watch are seconds, not {remember:g} and {watch:g}")
-        self.people = people
-        self.remember = remember
-        self.watch = watch
+        self.people = checked_people(people)
+        self.remember = checked_seconds("remember", remember)
+        self.watch = checked_seconds("watch", watch)
         self.refused = 0  # frames
-        self._chooses = people if isinstance(people, str) else None
-        count = people if isinstance(people, int) else _CANDIDATES
+        self._chooses = self.people if isinstance(self.people, str) else None
+        count = self.people if isinstance(self.people, int) else _CANDIDATES
         self._bodies = [Body(f"p{i + 1}", i) for i in range(count)]
         self._ids: dict[str, Body] = {}
         self._newcomers: OrderedDict[str, _Newcomer] = OrderedDict()
@@ -143,7 +147,12 @@ class Slots:
         self._changes: deque[Change] = deque(maxlen=_CHANGES)
 
     def announce(self, ident: str, skeleton: Skeleton) -> None:
-        """Say which skeleton the poses of an id have, so that its bones can be measured."""
+        """Say which skeleton the poses of an id have, so that its bones can be measured.
+
+        Raises:
+            FrameError: If the id is no text, or the skeleton none.
+        """
+        checked_skeleton(ident, skeleton)
         self._skeletons[ident] = skeleton
         self._skeletons.move_to_end(ident)
         if len(self._skeletons) > _IDS:
@@ -168,13 +177,23 @@ class Slots:
 
         Returns:
             The slot's name; `REFUSED` if all are taken, `UNDECIDED` while the id is looked at.
+
+        Raises:
+            FrameError: If the id is no text, the time no finite number, or the pose not (J, 3) numbers of the joints
+                that were announced. Nothing is changed then.
         """
+        given, moment = checked_pose(pose), checked_moment(ident, time)
+        skeleton = self._skeletons.get(ident)
+        if skeleton is not None and len(skeleton) != len(given):
+            raise FrameError(
+                f"the pose of {ident[:40]!r} has {len(given)} joints, its skeleton {len(skeleton)}"
+            )
         body = self._ids.get(ident)
         if body is not None:
-            self._now = max(self._now, time)
-            if body.follow(np.asarray(pose), time):
-                return self._name(body, time)
-        return self.decide(time, [(ident, np.asarray(pose))])[0]
+            self._now = max(self._now, moment)
+            if body.follow(given, moment):
+                return self._name(body, moment)
+        return self.decide(moment, [(ident, given)])[0]
 
     def run(self, ident: str, positions: NDArray[Any], times: NDArray[np.float64]) -> tuple[str | None, int]:
         """Follow frames of one id as long as nothing has to be decided.
@@ -233,7 +252,8 @@ class Slots:
         self._now = max(self._now, time)
         verdicts: dict[str, Body | str | None] = {}
         others = []
-        for ident, pose in found:
+        for ident, given in found:
+            pose = nearby(given)
             body = self._ids.get(ident)
             if body is not None and (body.time > time or body.follow(pose, time) or np.isnan(pose).all()):
                 verdicts[ident] = body
@@ -354,7 +374,7 @@ class Slots:
         for body in self._bodies:
             if body.name == name:
                 return body
-        raise SettingsError(f"there is no slot {name[:40]!r}; there are {', '.join(self.names)}")
+        raise SettingsError(f"there is no slot {repr(name)[:40]}; there are {', '.join(self.names)}")
 
     def _place(
         self, time: float, found: Sequence[tuple[str, NDArray[Any]]], *, at_once: bool = False

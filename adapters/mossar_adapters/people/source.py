@@ -4,7 +4,7 @@ Frames that go on under a known id are passed on at once. If an id is new, was a
 frames from that moment on wait until the source shows that the moment is over: with the next frame of the same
 performer, a later one of others, or a tenth of a second without any. So an id that is new in the frame in which another
 one is missing can take its slot. Slots are given in the order of the frames' times. Frames of an id that is looked at
-wait for up to a second, and then go on with their own times.
+wait for up to two seconds, and then go on with their own times.
 """
 
 import logging
@@ -19,10 +19,11 @@ import numpy as np
 
 from mossar_adapters.abilities import Orders, Resumes, offered
 from mossar_adapters.people.body import PAUSE
-from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, People, Slots
+from mossar_adapters.people.given import People, checked_people, checked_seconds
+from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, Slots
 from mossar_adapters.replay.interleaving import part
 from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
-from mossar_stream import Frames, SettingsError
+from mossar_stream import Frames
 
 _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
@@ -88,19 +89,15 @@ class PeopleSource:
         """
         with self._lock:
             slots = self._slots
-            seconds = slots.remember if remember is None else remember
-            wanted = slots.people if people is None else people
-            if isinstance(seconds, bool) or not isinstance(seconds, int | float):
-                raise SettingsError("remember is a number of seconds")
-            if isinstance(wanted, bool) or not (isinstance(wanted, int) or wanted in {"nearest", "first"}):
-                raise SettingsError("people is a number, nearest or first")
-            fresh = Slots(wanted, float(seconds))
+            seconds = checked_seconds("remember", slots.remember if remember is None else remember)
+            wanted = checked_people(slots.people if people is None else people)
             if isinstance(wanted, int) and isinstance(slots.people, int):
                 slots.resize(wanted)
-                slots.remember = float(seconds)
+                slots.remember = seconds
             elif wanted == slots.people:
-                slots.remember = float(seconds)
+                slots.remember = seconds
             else:
+                fresh = Slots(wanted, seconds)
                 self._slots, self._anew = fresh, set(self._begun)
                 for ident, meta in self._metas.items():
                     fresh.announce(ident, meta.skeleton)

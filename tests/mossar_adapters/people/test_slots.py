@@ -3,13 +3,103 @@ import pytest
 
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.people import REFUSED, UNDECIDED, Slots
-from mossar_stream import SettingsError
+from mossar_stream import FrameError, SettingsError
 
 
 @pytest.mark.parametrize("people", [0, -1, 65])
 def test_there_are_1_to_64_slots(people):
     with pytest.raises(SettingsError, match="1 to 64"):
         Slots(people)
+
+
+@pytest.mark.parametrize("people", [2.5, "2", "far", None, True, float("nan"), [2]])
+def test_other_numbers_of_people_are_refused(people):
+    with pytest.raises(SettingsError, match="nearest or first"):
+        Slots(people)
+
+
+def test_numbers_of_numpy_are_numbers(bodies):
+    slots = Slots(np.int64(1), remember=np.float32(5), watch=np.int32(1))
+    assert slots.follow("p1", bodies[0, 0], np.float32(0.5)) == "p1"
+    assert slots.names == ("p1",)
+
+
+@pytest.mark.parametrize("seconds", [-1, float("nan"), "5", None, True])
+@pytest.mark.parametrize("name", ["remember", "watch"])
+def test_durations_are_numbers_from_0(name, seconds):
+    with pytest.raises(SettingsError, match=name):
+        Slots(2, **{name: seconds})
+
+
+POSE = np.zeros((len(SKELETON), 3))
+WRONG = {
+    "an id that is no text": (7, POSE, 0.1),
+    "no time": ("7", POSE, None),
+    "a time without a number": ("7", POSE, float("nan")),
+    "an endless time": ("7", POSE, float("inf")),
+    "a time as text": ("7", POSE, "0.1"),
+    "words": ("7", [["a", "b", "c"]], 0.1),
+    "one joint's coordinates": ("7", [0, 0, 0], 0.1),
+    "two coordinates": ("7", POSE[:, :2], 0.1),
+    "no joints": ("7", [], 0.1),
+    "several poses": ("7", POSE[None], 0.1),
+    "other joints than announced": ("7", POSE[:5], 0.1),
+}
+
+
+@pytest.mark.parametrize("given", WRONG.values(), ids=WRONG)
+def test_wrong_input_is_refused_and_changes_nothing(bodies, given):
+    slots, untouched = Slots(2), Slots(2)
+    found = []
+    for one in (slots, untouched):
+        for k in range(2):
+            one.announce(str(k + 7), SKELETON)
+            one.follow(str(k + 7), bodies[k, 0], 0.0)
+        if one is slots:
+            with pytest.raises(FrameError):
+                one.follow(*given)
+        found.append([one.follow(str(8 - k), bodies[k, 1], 1 / 60) for k in range(2)])
+    assert found[0] == found[1] == ["p1", "p2"]
+    assert slots.table() == untouched.table()
+
+
+def test_a_skeleton_is_announced_for_an_id():
+    for ident, skeleton in ((7, SKELETON), ("7", "kinect")):
+        with pytest.raises(FrameError, match="announced with a Skeleton"):
+            Slots(2).announce(ident, skeleton)
+
+
+FORMS = {
+    "float32": lambda pose: pose,
+    "float64": lambda pose: pose.astype(np.float64),
+    "backwards in memory": lambda pose: pose[::-1].copy()[::-1],
+    "lists": lambda pose: pose.tolist(),
+    "a masked array": np.ma.MaskedArray,
+    "rounded to centimetres": lambda pose: (pose * 100).round() / 100,
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_poses_have_any_form(bodies, form):
+    slots = Slots(2)
+    for i in range(60):
+        for k in range(2):
+            given = FORMS[form](bodies[k, i])
+            ident = "ab"[k] if i < 30 else "ba"[k]
+            assert slots.follow(ident, given, i / 60) == ("p1", "p2")[k]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far", [np.inf, -np.inf, 1e12])
+def test_joints_too_far_off_to_be_true_are_missing(bodies, far):
+    slots = Slots(2)
+    for i in range(120):
+        for k in range(2):
+            pose = bodies[k, i].astype(np.float64)
+            pose[3] = far
+            pose[i % 7] = far if i % 5 == 0 else pose[i % 7]
+            ident = "ab"[k] if i < 60 else "ba"[k]
+            assert slots.follow(ident, pose, i / 60) == ("p1", "p2")[k]
 
 
 def test_a_known_id_keeps_its_slot_and_a_third_is_refused(bodies):
