@@ -348,10 +348,10 @@ class FollowEvent(msgspec.Struct, frozen=True, tag_field="type", tag="follow", k
         tempo: Relative to the example, over the last second; 1.2 is a fifth faster. Of `done` that of the whole.
         certainty: 0 to 1: how likely the performance will be done.
         deviation: Root mean square angle between the directions of bones and the example's, since `start`, degrees.
-        limbs: The same for each limb.
-        joint: End of the bone that deviates most.
-        range: When `done`: extent of each limb's path relative to the example's, for limbs that move in the example; else
-            None.
+        limbs: The same for each limb that was not hidden for more than a third of the performance.
+        joint: End of the bone that deviates most; empty if all bones were hidden.
+        range: When `done`: extent of each limb's path relative to the example's, for those of `limbs` that move in the
+            example; else None.
         score: When `done`: 0 to 1, the similarity of the performance and the examples; else None.
         decided_time: Time of the frame that caused this message, s.
     """

@@ -1,7 +1,7 @@
 """Alignment: a performer's frames in, follow events out."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 import msgspec
 import numpy as np
@@ -158,7 +158,7 @@ class Alignment:
         at += 8 * moved
         size = 8 * moved * (len(REPORT) + len(bones.limbs))
         self._reports = self.state[at : at + size].view(np.float64).reshape(moved, -1)
-        at += size + 4 * (6 * int(head["points"]) + 3 * count + 2 * int(head["phases"]) + moved * count)
+        at += size + 4 * (7 * int(head["points"]) + 3 * count + 2 * int(head["phases"]) + moved * count)
         self._boxes = self.state[at : at + 24 * moved * count].view(np.float32).reshape(moved, 2, count, 3)
         self.reported: None = None
         open_cache()
@@ -264,14 +264,19 @@ class Alignment:
             tempo=report[6],
             certainty=certainty(report),
             deviation=report[7],
-            limbs=dict(zip(self._limb_names, report[len(REPORT) :], strict=True)),
-            joint=self._ends[int(report[8])],
+            limbs=self._judged(report),
+            joint=self._ends[joint] if (joint := int(report[8])) >= 0 else "",
         )
+
+    def _judged(self, report: list[float]) -> dict[str, float]:
+        """Return the deviation of each limb that was not hidden for too long."""
+        limbs = zip(self._limb_names, report[len(REPORT) :], strict=True)
+        return {name: angle for name, angle in limbs if not math.isnan(angle)}
 
     def _event(self, m: int, take: int, what: int) -> FollowEvent:
         report = self._reports[m].tolist()
         done = what == IS_DONE
-        deviation = report[7]
+        deviation, joint, limbs = report[7], int(report[8]), self._judged(report)
         return FollowEvent(
             performer=self._performer,
             id=f"{self._performer}/follow/{take}/{int(report[0])}",
@@ -286,18 +291,22 @@ class Alignment:
             tempo=report[6],
             certainty=1.0 if done else 0.0 if what == GAVE_UP else certainty(report),
             deviation=deviation,
-            limbs=dict(zip(self._limb_names, report[len(REPORT) :], strict=True)),
-            joint=self._ends[int(report[8])],
-            range=self._range(m) if done else None,
+            limbs=limbs,
+            joint=self._ends[joint] if joint >= 0 else "",
+            range=self._range(m, limbs) if done else None,
             score=round(1.0 / (1.0 + (deviation / FAIR) ** 2), 3) if done else None,
             decided_time=float(self._state["time"][0]),
         )
 
-    def _range(self, m: int) -> dict[str, float]:
-        """Return the extent of each limb's path relative to the example's; of limbs that move in the example."""
+    def _range(self, m: int, judged: Container[str]) -> dict[str, float]:
+        """Return the extent of each judged limb's path relative to the example's; of limbs that move in the example."""
         went = self._extent(self._boxes[m, 1] - self._boxes[m, 0])
         shown = self._extents[int(self._moves[m]["example"])]
-        return {name: round(went[name] / far, 3) for name, far in shown.items() if far >= MOVES_LEAST}
+        return {
+            name: round(went[name] / far, 3)
+            for name, far in shown.items()
+            if far >= MOVES_LEAST and name in judged
+        }
 
     def _extent(self, box: NDArray[np.float32]) -> dict[str, float]:
         """Return the extent of each limb's directions, of those of bones, (B, 3)."""

@@ -135,10 +135,13 @@ def head_memory(head: np.void) -> int:
     """Return the bytes of a performer besides the cells of examples."""
     points, bones, moves = int(head["points"]), int(head["bones"]), int(head["moves"])
     ring, strides, phases = int(head["ring"]), int(head["strides"]), int(head["phases"])
-    floats = 6 * points + 3 * bones + 2 * phases + moves * 7 * bones + strides * ring * 3 * bones + 3 * bones
+    floats = 7 * points + 3 * bones + 2 * phases + moves * 7 * bones + strides * ring * 3 * bones + 3 * bones
     whole = 4 * ring
     reports = moves * (len(REPORT) + int(head["limbs"]) + 1)
-    return STATE_BYTES + moves * MOVE_BYTES + 8 * reports + 4 * (floats + whole + (floats + whole) % 2)
+    hidden = -(-strides * ring * bones // 8) * 8
+    return (
+        STATE_BYTES + moves * MOVE_BYTES + 8 * reports + 4 * (floats + whole + (floats + whole) % 2) + hidden
+    )
 
 
 def example_memory(phases: int) -> int:

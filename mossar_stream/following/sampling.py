@@ -7,12 +7,13 @@ import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, turned_back
-from mossar_stream.moves.points import place_points
+from mossar_stream.moves.points import is_hidden, place_points
 
 FACING_TIME = 1.0  # s, time constant with which the facing follows
 SMALLEST = np.float32(1e-6)  # m, of a bone
 EARLY = 1e-6  # s by which a frame may come before the sample that is due
 LEAST_SPACING = 1e-9  # s, frames nearer than this are one
+LONGEST_HOLE = np.float32(0.1)  # s for which a point may be missing without its bones being hidden
 
 
 @inline_kernel
@@ -23,6 +24,41 @@ def place_pose(pose, bank, positions):
     for d in range(3):  # directions of bones do not depend on where the body is
         pose[0, d] = np.float32(0.0)
     return whole
+
+
+@inline_kernel
+def note_absences(absences, bank, positions, whole, seconds):
+    """Note for how long each point has been missing.
+
+    Args:
+        absences: (K,) s.
+        bank: `Bank`.
+        positions: (J, 3) of a frame.
+        whole: Whether no point is missing in it.
+        seconds: Since the frame before.
+    """
+    for k in range(absences.size):
+        if whole or not is_hidden(bank.points, k, positions):
+            absences[k] = np.float32(0.0)
+        else:
+            absences[k] += np.float32(seconds)
+
+
+@inline_kernel
+def keep_sample(line, hidden, known, bank):
+    """Keep the directions of the sample that was taken, and which bones were hidden in it.
+
+    Args:
+        line: (B, 3) gets the directions.
+        hidden: (B,) uint8.
+        known: `Memory`.
+        bank: `Bank`.
+    """
+    directions, absences, bones = known.directions, known.absences, bank.bones
+    for b in range(bones.size):
+        for d in range(3):
+            line[b, d] = directions[b, d]
+        hidden[b] = max(absences[bones[b].begin], absences[bones[b].end]) > LONGEST_HOLE
 
 
 @kernel

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.following.layout import LAYERS, PERIOD, RECENT_SAMPLES, REPORT, TEMPO_SAMPLES
-from mossar_stream.following.sampling import EARLY, LEAST_SPACING, place_pose, take_sample
+from mossar_stream.following.sampling import (
+    EARLY,
+    LEAST_SPACING,
+    keep_sample,
+    note_absences,
+    place_pose,
+    take_sample,
+)
 from mossar_stream.following.views import (
     mean_of_example,
     open_bank,
@@ -19,7 +26,7 @@ from mossar_stream.following.views import (
     rows_of_example,
     weights_of_bones,
 )
-from mossar_stream.following.warping import advance, compare, forget, measure, trace
+from mossar_stream.following.warping import UNJUDGED, advance, compare, forget, measure, trace
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.points import follows, is_new
 
@@ -106,7 +113,8 @@ def _take(memory, known, bank, positions, time):
         if not whole:
             return
         _copy_pose(poses, 0, 1)
-        state.next = time
+        state.next = state.time = time
+    note_absences(known.absences, bank, positions, whole, time - state.time)
     while state.next <= time + EARLY:
         share = 1.0 if fresh else min(1.0, 1.0 - (time - state.next) / (time - state.time))
         take_sample(known, bank, share, state.next - state.sampled)
@@ -167,8 +175,11 @@ def write_report(known, bank, m, what):
     limbs = report.size - REPORT_SIZE
     for limb in range(limbs):
         report[REPORT_SIZE + limb] = 0.0
-    farthest, joint, deviation = -1.0, 0, 0.0
+    farthest, joint, deviation, unjudged = -1.0, -1, 0.0, 0.0
     for b in range(strays.size):
+        if strays[b] == UNJUDGED:
+            unjudged += weights[move.example, b]
+            continue
         chord = np.sqrt(min(max(np.float64(strays[b]), 0.0), 4.0))
         angle = np.degrees(2.0 * np.arcsin(0.5 * chord))
         deviation += angle * weights[move.example, b]
@@ -177,10 +188,16 @@ def write_report(known, bank, m, what):
         if bones[b].limb >= 0:
             report[REPORT_SIZE + bones[b].limb] += angle
     for limb in range(limbs):
-        count = 0
+        count = judged = 0
         for b in range(bones.size):
             count += bones[b].limb == limb
-        report[REPORT_SIZE + limb] = _rounded(report[REPORT_SIZE + limb] / count, 100.0)
+            judged += bones[b].limb == limb and strays[b] != UNJUDGED
+        if 2 * judged < count:
+            report[REPORT_SIZE + limb] = np.nan
+        else:
+            report[REPORT_SIZE + limb] = _rounded(report[REPORT_SIZE + limb] / judged, 100.0)
+    if joint >= 0:
+        deviation /= 1.0 - unjudged
     report[0], report[1], report[2] = move.number, move.rev, move.count
     report[3], report[4] = _rounded(move.start, 1e6), _rounded(move.time, 1e6)
     report[5], report[6] = _rounded(move.progress, 1e4), _rounded(_tempo(move, bank, what), 1e3)
@@ -221,20 +238,14 @@ def _follow_all(memory, known, bank):
             example = examples[at]
             if state.samples % example.stride == 0:
                 number = state.samples // example.stride
-                _keep(rings[example.ring, number % rings.shape[1]], known.directions)
+                line = number % rings.shape[1]
+                keep_sample(rings[example.ring, line], known.hidden[example.ring, line], known, bank)
                 cells = open_cells(memory, example)
                 compare(known, rows_of_example(bank, example), mean_of_example(bank, example), example)
                 advance(cells, known, number, number % cells.steps.shape[0])
                 _note_end(cells, known, m, at, example)
             at += 1
         _lead(memory, known, bank, m, first, at)
-
-
-@inline_kernel
-def _keep(to, directions):
-    for b in range(directions.shape[0]):
-        for d in range(3):
-            to[b, d] = directions[b, d]
 
 
 @kernel
@@ -295,9 +306,17 @@ def _is_done(memory, known, bank, m):
     move.phase = bank.examples[move.best_example].phases - 1
     move.first, move.last = move.best_first // stride, move.best_last // stride
     measure_way(memory, known, bank, m)
-    if _is_another(known, m):
+    if _is_another(known, m) or _largest(known.strays[m]) == UNJUDGED:
         return False
     return move.residual < (MOST_LEFT * MORE_LEFT if move.count else MOST_LEFT)
+
+
+@inline_kernel
+def _largest(strays):
+    largest = UNJUDGED
+    for b in range(strays.size):
+        largest = max(largest, strays[b])
+    return largest
 
 
 @kernel
@@ -326,7 +345,8 @@ def measure_way(memory, known, bank, m):
     example = bank.examples[move.example]
     cells = open_cells(memory, example)
     count = trace(cells, known.way, move.layer, move.phase, move.last, move.first)
-    left = measure(known, rows_of_example(bank, example), known.rings[example.ring], count, known.strays[m])
+    ring, hidden = known.rings[example.ring], known.hidden[example.ring]
+    left = measure(known, rows_of_example(bank, example), (ring, hidden), count, known.strays[m])
     move.residual = left / example.dear
 
 

@@ -44,14 +44,18 @@ class Memory(NamedTuple):
     happened: NDArray[np.int64]  # (M,) at the frame that the kernel stopped at
     reports: NDArray[np.float64]  # (M, REPORT and limbs)
     poses: NDArray[np.float32]  # (2, K, 3) m, of the last two frames
+    absences: NDArray[np.float32]  # (K,) s, for which each point has been missing
     directions: NDArray[np.float32]  # (B, 3), of the sample
     distances: NDArray[np.float32]  # (n,) scratch: of the sample from each phase
     products: NDArray[np.float32]  # (n,) scratch: the same, how far it lies in the phase's direction
-    strays: NDArray[np.float32]  # (M, B), mean square of the chord between each bone and the example's
+    strays: NDArray[
+        np.float32
+    ]  # (M, B), mean square of the chord between each bone and the example's; `UNJUDGED` if it was hidden
     boxes: NDArray[np.float32]  # (M, 2, B, 3), least and largest directions of the last performance
     rings: NDArray[np.float32]  # (R, ring, B, 3), directions of the last samples
     means: NDArray[np.float32]  # (B, 3) scratch: mean difference of directions along a way
     way: NDArray[np.int32]  # (2, 2·ring) scratch: samples and phases that a way brings together
+    hidden: NDArray[np.uint8]  # (R, ring, B), whether each bone was hidden in the last samples
 
 
 class Cells(NamedTuple):
@@ -89,7 +93,8 @@ def open_memory(memory, head):
     at_happened = STATE_BYTES + moves * MOVE_BYTES
     at_reports = at_happened + 8 * moves
     at_poses = at_reports + 8 * moves * numbers
-    at_directions = at_poses + 4 * 6 * points
+    at_absences = at_poses + 4 * 6 * points
+    at_directions = at_absences + 4 * points
     at_distances = at_directions + 4 * 3 * bones
     at_products = at_distances + 4 * head.phases
     at_strays = at_products + 4 * head.phases
@@ -97,12 +102,14 @@ def open_memory(memory, head):
     at_rings = at_boxes + 4 * moves * 6 * bones
     at_means = at_rings + 4 * strides * ring * 3 * bones
     at_way = at_means + 4 * 3 * bones
+    at_hidden = at_way + 4 * 4 * ring
     return Memory(
         part(memory, 0, STATE, (1,)),
         part(memory, STATE_BYTES, MOVE, (moves,)),
         part(memory, at_happened, np.int64, (moves,)),
         part(memory, at_reports, np.float64, (moves, numbers)),
         part(memory, at_poses, np.float32, (2, points, 3)),
+        part(memory, at_absences, np.float32, (points,)),
         part(memory, at_directions, np.float32, (bones, 3)),
         part(memory, at_distances, np.float32, (head.phases,)),
         part(memory, at_products, np.float32, (head.phases,)),
@@ -111,6 +118,7 @@ def open_memory(memory, head):
         part(memory, at_rings, np.float32, (strides, ring, bones, 3)),
         part(memory, at_means, np.float32, (bones, 3)),
         part(memory, at_way, np.int32, (2, 2 * ring)),
+        part(memory, at_hidden, np.uint8, (strides, ring, bones)),
     )
 
 

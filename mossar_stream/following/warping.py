@@ -17,6 +17,8 @@ from mossar_stream.jit.decorators import inline_kernel, kernel
 NO_PATH = np.float32(np.inf)
 CAME, STAYED = 0, 1  # layers of cells
 CAP = np.float32(0.1)  # square of a chord: 18 degrees
+UNJUDGED = np.float32(-1.0)  # instead of the square of a chord
+LEAST_SEEN = 2.0 / 3.0  # share of a way in which a bone must be seen to be judged
 # Chosen on five people and ten exercises, people left out in turn; all lie on wide plateaus (docs/lab-notes/following.md).
 WEIGHT_OF_STAYING = np.float32(0.5)  # weight of a sample that stays
 STAYING, SKIPPING = np.float32(0.2), np.float32(0.05)  # costs of a step that is not from phase to phase
@@ -145,7 +147,7 @@ def _write(way, count, at, phase):
 
 
 @kernel
-def measure(known, rows, ring, count, strays):
+def measure(known, rows, samples, count, strays):
     """Note how far each bone strays along a way that was traced, and return the cost without constant differences.
 
     What a performer's build or the sensor's place changes stays the same from begin to end, and is taken away.
@@ -153,27 +155,30 @@ def measure(known, rows, ring, count, strays):
     Args:
         known: `Memory`; the way is in `way`.
         rows: (B, 3, padded) directions of the example.
-        ring: (ring, B, 3) directions of the samples.
+        samples: (ring, B, 3) directions, and (ring, B) whether each bone was hidden.
         count: Of pairs.
-        strays: (B,) gets the mean square of the chord.
+        strays: (B,) gets the mean square of the chord where the bone was seen; `UNJUDGED` if it was hidden for too long.
 
     Returns:
         Mean over pairs and bones of the square of the chord that is left, each at most `CAP`.
     """
     means, way = known.means, known.way
+    ring, hidden = samples
     share = np.float32(1.0) / np.float32(count)
     total = np.float32(0.0)
     for b in range(strays.size):
-        square = np.float32(0.0)
+        square = seen = np.float32(0.0)
         for d in range(3):
             means[b, d] = np.float32(0.0)
         for k in range(count):
             line, phase = way[0, k] % ring.shape[0], way[1, k]
+            is_seen = np.float32(1 - hidden[line, b])
+            seen += is_seen
             for d in range(3):
                 difference = ring[line, b, d] - rows[b, d, phase]
                 means[b, d] += share * difference
-                square += difference * difference
-        strays[b] = share * square
+                square += is_seen * difference * difference
+        strays[b] = square * (np.float32(1.0) / seen) if seen >= LEAST_SEEN * count else UNJUDGED
         for k in range(count):
             line, phase = way[0, k] % ring.shape[0], way[1, k]
             left = np.float32(0.0)

@@ -56,18 +56,12 @@ def place_points(pose, points, positions, up):
     whole = True
     x = y = z = np.float32(0.0)
     for k in range(points.size):
-        a, b = points[k].one, points[k].other
-        if a < 0:
-            px, py, pz = _mean(positions)
-        else:
-            px = np.float32(0.5) * (positions[a, 0] + positions[b, 0])
-            py = np.float32(0.5) * (positions[a, 1] + positions[b, 1])
-            pz = np.float32(0.5) * (positions[a, 2] + positions[b, 2])
+        px, py, pz = _place_of(points[k], positions)
         if k == 0:
             x, y, z = px, py, pz
         else:
             px, py, pz = px - x, py - y, pz - z
-        if not abs(px) + abs(py) + abs(pz) < FARTHEST_SUM:
+        if not _is_near(px, py, pz):
             whole = False
             continue
         if axis == 0:
@@ -76,6 +70,35 @@ def place_points(pose, points, positions, up):
             px, py, pz = py, pz, px
         pose[k, 0], pose[k, 1], pose[k, 2] = sign * px, sign * py, pz
     return whole
+
+
+@inline_kernel
+def is_hidden(points, k, positions):
+    """Tell whether `place_points` leaves point k where it was, because it is missing or too far; arguments as there."""
+    x, y, z = _place_of(points[0], positions)
+    if k == 0:
+        return not _is_near(x, y, z)
+    px, py, pz = _place_of(points[k], positions)
+    return not _is_near(px - x, py - y, pz - z)
+
+
+@inline_kernel
+def _place_of(point, positions):
+    """Return where a point lies in a frame, m; NaN if a joint is missing."""
+    a, b = point.one, point.other
+    if a < 0:
+        return _mean(positions)
+    half = np.float32(0.5)
+    return (
+        half * (positions[a, 0] + positions[b, 0]),
+        half * (positions[a, 1] + positions[b, 1]),
+        half * (positions[a, 2] + positions[b, 2]),
+    )
+
+
+@inline_kernel
+def _is_near(x, y, z):
+    return abs(x) + abs(y) + abs(z) < FARTHEST_SUM
 
 
 @inline_kernel
