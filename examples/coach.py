@@ -14,9 +14,10 @@ STRAYS = 10.0  # degrees of deviation from which a limb is named
 
 def said(event: FollowEvent) -> str:
     """Return what a coach says about a performance: its count, what to mind, and how like the example it was."""
-    limb = max(event.limbs, key=event.limbs.get)
-    angle = event.limbs[limb]
-    mind = f"mind the {limb.replace('_', ' ')}, {angle:.0f} degrees off" if angle > STRAYS else "well done"
+    angle = event.limbs.get(event.limb, event.deviation)  # of the body where no limb can be judged
+    mind = (
+        f"mind the {event.limb.replace('_', ' ')}, {angle:.0f} degrees off" if angle > STRAYS else "well done"
+    )
     shallow = [name.replace("_", " ") for name, share in event.range.items() if share < 0.8]
     depth = f", farther with the {' and the '.join(shallow)}" if shallow else ""
     tempo = "slower, please" if event.tempo > 1.3 else "faster, please" if event.tempo < 0.7 else "good tempo"

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from checks.run_process import free_port
+from mossar_stream import FollowEvent
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -133,3 +134,15 @@ def test_a_coach_counts_and_judges_what_was_shown_once(example, mossar, tmp_path
     lines = output(example("coach.py", take, "3.4", "4.6")).splitlines()
     assert [line.partition(":")[0] for line in lines] == [str(n) for n in range(1, 9)]
     assert all("well done" in line for line in lines)
+
+
+def test_the_coach_names_the_body_where_every_limb_was_hidden():
+    source = (ROOT / "examples" / "coach.py").read_text().removesuffix("main()\n")
+    names: dict[str, object] = {}
+    exec(compile(source, "coach.py", "exec"), names)  # the example without its last line
+    event = FollowEvent(
+        performer="p1", id="p1/follow/0/1", rev=1, name="squat", status="done", take=0, count=1, start=0.0,
+        time=1.0, progress=1.0, tempo=1.0, certainty=1.0, deviation=12.0, limbs={}, joint="hips", range={},
+        score=0.6, decided_time=1.1,
+    )  # fmt: skip
+    assert names["said"](event) == "1: mind the body, 12 degrees off, good tempo, score 0.60"
