@@ -114,12 +114,12 @@ def _opened_dashboard(
     from mossar_tools.dashboard.page import Page
     from mossar_tools.dashboard.visitors import HERE
 
-    people = [own.people for source in sources if (own := offered(source, HasSlots)) is not None]
+    has_people = any(offered(source, HasSlots) is not None for source in sources)
     previews = [cam.preview for source in sources if (cam := offered(source, Previews)) is not None]
     if previews and options.host != HERE:
         raise UsageError("?picture=yes shows pictures on this computer only; leave --host out")
     moves = Path(options.moves) if options.moves else None
-    show = LiveShow(settings, moves, people=people, previews=previews, follow=options.follow)
+    show = LiveShow(settings, moves, has_people=has_people, previews=previews, follow=options.follow)
     page = Page(show, options.port, dark=options.dark, host=options.host)
     opened.callback(page.close)
     page.start(open_browser=not options.no_browser)

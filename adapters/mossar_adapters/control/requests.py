@@ -19,10 +19,9 @@ from typing import Any
 
 import msgspec
 
-from mossar_adapters.abilities import HasSlots, offered
-from mossar_adapters.people import PeopleSource
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.pipeline.outcome import in_words
+from mossar_adapters.pipeline.slots_of_run import exchange, pin, slots_by_source, sources_with_slots
 from mossar_stream import MossarError, SettingsError
 
 PATIENCE = 5.0  # s until a request that the pipeline does not get round to is given up
@@ -166,7 +165,7 @@ def of_people(pipeline: Pipeline, request: Request) -> object:
     Raises:
         SettingsError: If no source has slots, there is no such slot, or a value is impossible.
     """
-    found = [feed.source for feed in pipeline.feeds if offered(feed.source, HasSlots) is not None]
+    found = sources_with_slots(pipeline)
     if not found:
         raise SettingsError("no source has slots: start with --people")
     if request.set is not None and (others := request.set.keys() - _OF_SLOTS):
@@ -176,15 +175,14 @@ def of_people(pipeline: Pipeline, request: Request) -> object:
     slots = (*request.performers, *([request.performer] if request.performer else ()))
     if request.do is not None and len(slots) != (2 if request.do == "exchange" else 1):
         raise SettingsError('exchange has "performers" with two slots; pin and unpin have one "performer"')
-    for source in found:
-        people: PeopleSource = source.people  # type: ignore[attr-defined]
-        if request.set is not None:
-            people.set(**request.set)
-        elif request.do == "exchange":
-            people.exchange(*slots)
-        elif request.do is not None:
-            people.pin(slots[0], pinned=request.do == "pin")
-    return {source.name: source.people.table() for source in found}  # type: ignore[attr-defined]
+    if request.set is not None:
+        for source in found.values():
+            source.set(**request.set)
+    elif request.do == "exchange":
+        exchange(pipeline, *slots)
+    elif request.do is not None:
+        pin(pipeline, slots[0], pinned=request.do == "pin")
+    return slots_by_source(pipeline)
 
 
 def _applied(pipeline: Pipeline, request: Request) -> None:

@@ -17,15 +17,17 @@ _FLOATS: Final = (np.dtype(np.float32), np.dtype(np.float64))
 
 
 def checked_people(people: object) -> People:
-    """Return for whom slots are kept: an int, or a word.
+    """Return for whom slots are kept: an int, or a word. OSC clients such as Pure Data send all numbers as floats.
 
     Raises:
         SettingsError: If it is neither a possible number nor a word.
     """
     if isinstance(people, str) and people in {"nearest", "first"}:
         return cast("People", people)
-    if isinstance(people, int | np.integer) and not isinstance(people, bool) and 1 <= people <= MOST:
-        return int(people)
+    if isinstance(people, _NUMBERS) and not isinstance(people, bool) and float(people).is_integer():
+        count = int(people)
+        if 1 <= count <= MOST:
+            return count
     raise SettingsError(f"people must be 1 to {MOST}, nearest or first, not {repr(people)[:40]}")
 
 

@@ -1,6 +1,7 @@
 """Naming: performers of several sources under names of their own, and how far each source was read."""
 
 import logging
+from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 
 from mossar_adapters.pipeline.snapshot import Position
@@ -18,9 +19,8 @@ class Naming:
 
     def __init__(self, sources: Sequence[str]) -> None:
         self._sources = list(sources)
-        self._names: list[dict[str, str]] = [
-            {} for _ in sources
-        ]  # from the source's name to ours, last used last
+        # From the source's name to ours, last used last.
+        self._names: list[OrderedDict[str, str]] = [OrderedDict() for _ in sources]
         self._owners: dict[str, int] = {}  # from our name to the source
         self._frames: list[dict[str, int]] = [{} for _ in sources]  # taken so far, by the source's name
 
@@ -31,7 +31,7 @@ class Naming:
         """Return our name for a performer of a source; the first source with a name keeps it."""
         names = self._names[source]
         if performer in names:
-            names[performer] = names.pop(performer)
+            names.move_to_end(performer)  # at once: a dashboard reads in another thread
         else:
             names[performer] = self._free(performer)
             self._owners[names[performer]] = source
@@ -80,7 +80,7 @@ class Naming:
 
     def resume(self, positions: Sequence[Position]) -> None:
         """Go on with the names and counts of a snapshot of the same sources."""
-        self._names = [dict(position.names) for position in positions]
+        self._names = [OrderedDict(position.names) for position in positions]
         self._frames = [dict(position.frames) for position in positions]
         self._owners = {name: i for i, names in enumerate(self._names) for name in names.values()}
 

@@ -22,6 +22,7 @@ def test_numbers_of_numpy_are_numbers(bodies):
     slots = Slots(np.int64(1), remember=np.float32(5), watch=np.int32(1))
     assert slots.follow("p1", bodies[0, 0], np.float32(0.5)) == "p1"
     assert slots.names == ("p1",)
+    assert Slots(2.0).names == ("p1", "p2"), "OSC clients such as Pure Data send all numbers as floats"
 
 
 @pytest.mark.parametrize("seconds", [-1, float("nan"), "5", None, True])

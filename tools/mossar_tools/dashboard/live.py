@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from mossar_adapters.people import PeopleSource
 from mossar_adapters.pipeline.counting import explanation
+from mossar_adapters.pipeline.slots_of_run import exchange, pin, slots_by_source
 from mossar_adapters.source import Meta
 from mossar_stream import CurveState, Event, Frames, LevelName, MossarError, Moves, Settings, Up
 from mossar_tools.console import LOGGER
@@ -61,7 +61,7 @@ class LiveShow:
         settings: Those that the pipeline starts with.
         moves: The file of moves that teaching adds to, made if it is not there; None for a new one.
         folder: Where a new one is made; None for here.
-        people: The sources that have slots.
+        has_people: Whether sources have slots.
         follow: Names of the moves to follow once they are there, or `all`.
         previews: Return the latest picture of a camera and the people in it (`Seen`), None while there is none.
 
@@ -78,13 +78,13 @@ class LiveShow:
         settings: Settings,
         moves: Path | None = None,
         folder: Path | None = None,
-        people: Sequence[PeopleSource] = (),
+        has_people: bool = False,
         previews: Sequence[Callable[[], Any]] = (),
         follow: Sequence[str] = (),
     ) -> None:
         self._follow_names = follow
         self.previews = previews
-        self._people = people
+        self.has_people = has_people
         self.recorder = Recorder()
         self.teaching = Teaching(folder or Path.cwd(), moves, self._recognise)
         self.frozen = False
@@ -290,14 +290,11 @@ class LiveShow:
         self._ask(lambda pool: pool.reset(reason="asked for"))
 
     @property
-    def has_people(self) -> bool:
-        """Whether performers are slots."""
-        return bool(self._people)
-
-    @property
     def people(self) -> list[dict[str, object]]:
         """The slots that were used, and who is in them; see `Slots.table`."""
-        return [row for source in self._people for row in source.table()]
+        if self._pipeline is None or not self.has_people:
+            return []
+        return [row for rows in slots_by_source(self._pipeline).values() for row in rows]
 
     def pin(self, slot: str, *, pinned: bool) -> None:
         """Keep a slot for its person, or no longer.
@@ -305,8 +302,8 @@ class LiveShow:
         Raises:
             SettingsError: If there is no such slot, or nobody was in it.
         """
-        for source in self._people:
-            source.pin(slot, pinned=pinned)
+        if self._pipeline is not None:
+            pin(self._pipeline, slot, pinned=pinned)
 
     def exchange(self, one: str, other: str) -> None:
         """Let two people have each other's slots.
@@ -314,8 +311,8 @@ class LiveShow:
         Raises:
             SettingsError: If there are no two such slots.
         """
-        for source in self._people:
-            source.exchange(one, other)
+        if self._pipeline is not None:
+            exchange(self._pipeline, one, other)
 
     @property
     def first_name(self) -> str:
