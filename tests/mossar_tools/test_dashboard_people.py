@@ -11,7 +11,8 @@ from mossar_adapters.demo import DemoSource
 from mossar_adapters.demo.body import SKELETON
 from mossar_adapters.source import Meta
 from mossar_adapters.zeromq.sink import ZmqFrameSink
-from mossar_stream import Frames
+from mossar_stream import Frames, Settings
+from mossar_tools.dashboard.live import LiveShow
 
 from .test_dashboard import address, browser, opened, press, until  # noqa: F401 - fixtures
 from .test_dashboard_teaching import DRAW_NOTHING
@@ -84,3 +85,12 @@ def test_a_browser_pins_and_exchanges_slots(process, opened, two_people, tmp_pat
     assert sorted(reasons()[:2]) == [("p1", ids["p1"]), ("p2", ids["p2"])]
     assert sorted(slot for slot, _ in reasons()[2:]) == ["p1", "p2"]
     assert all(ids["p2" if slot == "p1" else "p1"] in reason for slot, reason in reasons()[2:])
+
+
+def test_slots_of_several_sources_are_listed_in_order(monkeypatch):
+    found = {"one": [{"slot": "p10"}, {"slot": "p2"}], "other": [{"slot": "p1"}]}
+    monkeypatch.setattr("mossar_tools.dashboard.live.slots_by_source", lambda _: found)
+    show = LiveShow(Settings(), has_people=True)
+    assert show.people == [], "before there is a pipeline"
+    show._pipeline = object()
+    assert [row["slot"] for row in show.people] == ["p1", "p2", "p10"]

@@ -294,7 +294,8 @@ class LiveShow:
         """The slots that were used, and who is in them; see `Slots.table`."""
         if self._pipeline is None or not self.has_people:
             return []
-        return [row for rows in slots_by_source(self._pipeline).values() for row in rows]
+        rows = [row for rows in slots_by_source(self._pipeline).values() for row in rows]
+        return sorted(rows, key=lambda row: (len(str(row["slot"])), str(row["slot"])))
 
     def pin(self, slot: str, *, pinned: bool) -> None:
         """Keep a slot for its person, or no longer.
