@@ -48,7 +48,7 @@ class Memory(NamedTuple):
     directions: NDArray[np.float32]  # (B, 3), of the sample
     distances: NDArray[np.float32]  # (n,) scratch: of the sample from each phase
     products: NDArray[np.float32]  # (n,) scratch: the same, how far it lies in the phase's direction
-    strays: NDArray[np.float32]  # (M, B), mean square of the chord from the example's bone; `UNJUDGED` if hidden
+    strays: NDArray[np.float32]  # (M, B), mean square of chords; `UNJUDGED` of hidden bones
     boxes: NDArray[np.float32]  # (M, 2, B, 3), least and largest directions of the last performance
     rings: NDArray[np.float32]  # (R, ring, B, 3), directions of the last samples
     means: NDArray[np.float32]  # (B, 3) scratch: mean difference of directions along a way
