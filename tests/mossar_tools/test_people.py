@@ -172,6 +172,24 @@ def test_a_move_is_taught_by_a_person_whose_id_is_cut_in_the_middle_of_it(mossar
     assert [one.positions for one in taught[1]] == [one.positions for one in taught[0]]
 
 
+def test_a_part_of_a_recording_is_taught_by_the_person_in_a_slot(mossar, written, bodies, tmp_path):
+    take = written("mixed.jsonl", mixed)
+    for k, name in enumerate(("p1", "p2")):
+        moves = tmp_path / f"{name}.json"
+        options = ("--people", "2", "--performer", name, "--from", "4", "--until", "6")  # ids change at 5 s
+        status, _, err = mossar("teach", moves, take, "--name", "turn", *options)
+        assert status == 0, err
+        (example,) = Moves.load(moves).examples
+        shown = np.array(example.positions).reshape(-1, len(SKELETON), 3)
+        assert np.allclose(shown * 1e-4, bodies[k, 240:361], atol=1e-4)  # kept in units of 0.1 mm
+
+
+def test_the_reason_names_the_id_if_one_slot_is_wanted(events, written):
+    found = events("run", written("mixed.jsonl", mixed), "--people", "2", "--performer", "p2")
+    assert {e["performer"] for e in found} == {"p2"}
+    assert [e["reason"] for e in found if e.get("event") == "started"] == ["id 9"]
+
+
 def test_a_killed_run_with_slots_goes_on_from_its_snapshot(process, mossar, written, tmp_path):
     take, found, state, whole = (
         written("mixed.jsonl", mixed),

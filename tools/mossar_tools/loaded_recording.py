@@ -10,7 +10,7 @@ from mossar_adapters.source import Meta, Recording
 from mossar_stream import Frames
 from mossar_tools.console import LOGGER
 from mossar_tools.errors import UsageError
-from mossar_tools.opening import recording_of
+from mossar_tools.opening import recording_of, source_of
 from mossar_tools.options import Options
 
 DEMO_SECONDS = 30  # of motion, unless the URL says otherwise
@@ -33,7 +33,12 @@ def load_recording(options: Options, on_progress: OnProgress = lambda _: None) -
             f"{options.file} is a stream, which mossar run takes; this command takes a recording or demo:"
         )
     cuts: dict[str, tuple[Cut, ...]] = {}
-    recording = _performance(options, cuts) if scheme == "demo" else recording_of(options.file, options)
+    if scheme == "demo":
+        recording = _performance(options, cuts)
+    elif options.people is not None:
+        recording = _of_slots(options)
+    else:
+        recording = recording_of(options.file, options)
     if len(recording.performers) > 1 and options.performer is None:
         LOGGER.info(
             "%s: performer %s is taken; there are %s (--performer)",
@@ -44,6 +49,27 @@ def load_recording(options: Options, on_progress: OnProgress = lambda _: None) -
     loaded = load(recording, on_progress)
     loaded = msgspec.structs.replace(loaded, cuts=cuts.get(loaded.performer, ()))
     return loaded if options.begin is options.until is None else loaded.part(options.begin, options.until)
+
+
+def _of_slots(options: Options) -> Recording:
+    """Return a recording whose performers are the slots of `--people`.
+
+    Raises:
+        UsageError: If nobody is in it.
+    """
+    source = source_of(options.file, msgspec.structs.replace(options, speed=None, loop=False))
+    metas: dict[str, Meta] = {}
+    chunks: list[Frames] = []
+    for item in source.items():
+        if isinstance(item, Meta):
+            metas.setdefault(item.performer, item)
+        elif isinstance(item, Frames):
+            chunks.append(item)
+    names = tuple(sorted({chunk.performer for chunk in chunks}, key=lambda name: (len(name), name)))
+    if not names:
+        raise UsageError(f"{options.file}: there is nobody in it")
+    meta = metas[names[0]]
+    return Recording(options.file, meta.skeleton, meta.fps, lambda: iter(chunks), performers=names)
 
 
 def _performance(options: Options, cuts: dict[str, tuple[Cut, ...]]) -> Recording:

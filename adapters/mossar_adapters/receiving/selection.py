@@ -63,6 +63,8 @@ class SelectedSource:
     def _of_interest(self, item: Meta | Frames | Departure | Occupant) -> Item:
         if isinstance(item, Meta):
             return self._announced(item)
+        if isinstance(item, Occupant) and item.performer not in self._joints:
+            return item  # who is in a slot comes before its skeleton
         joints = self._joints.get(item.performer)
         if joints is None:
             return None
