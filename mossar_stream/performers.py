@@ -1,7 +1,12 @@
-"""Performers: segmenters by name, for streams in which several people move."""
+"""Performers: segmenters by name, for streams in which several people move.
 
+Events wait at the rows of the performers, or with the pool, until the caller gets them. An exception from outside, such as
+Ctrl-C, leaves them there, and the next call brings them. What is changed for all at once is finished by the next call.
+"""
+
+import functools
 from collections import OrderedDict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -14,7 +19,7 @@ from mossar_stream.engine.intake import FLOAT32, given_positions, less_origin
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Pools, Row
 from mossar_stream.engine.station import Desk
-from mossar_stream.errors import FrameError, MovesError, SettingsError, SnapshotError
+from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow, alignment_of, checked_follow
 from mossar_stream.frames import Frames, constant_times, performer_name, plain_array
@@ -53,6 +58,7 @@ class _Lasting(msgspec.Struct, frozen=True):
     level: LevelName | float
     absent: dict[str, _Absent]
     first_take: int
+    pending: list[Event] = []
 
 
 class Performers:
@@ -96,6 +102,9 @@ class Performers:
         self._most = most
         self._buffers = Buffers()
         self._pools: dict[tuple[Skeleton, float | None, Settings, str], Pools] = {}
+        self._pending: list[Event] = []  # of those who left, and of a call that an exception cut short
+        self._left: list[Segmenter] = []  # whose rows are to be given back
+        self._unfinished: Callable[[], None] | None = None  # what such a call was to do for all
         self._segmenters: OrderedDict[str, Segmenter] = (
             OrderedDict()
         )  # in the order in which they were last used
@@ -140,26 +149,64 @@ class Performers:
             FrameError: If there is no memory for the performer, or the skeleton lacks joints that the moves or the
                 limbs need.
         """
+        self._mend()
         name = performer_name(performer)
         known = self._segmenters.get(name)
         if known is not None and known.skeleton == skeleton:
-            return []
+            return self._taken(())
         leaving = self._leaving(name)
         self._check_idle(leaving)
         self._check_memory(Plan(skeleton, self._settings, fps), name)
         segmenter = self._new_segmenter(
             name, skeleton, fps
         )  # all that may fail comes before anything is changed
-        events = []
+        self._unfinished = functools.partial(self._admit, name, segmenter, leaving)
+        self._mend()
+        return self._taken(())
+
+    def _admit(self, name: str, segmenter: Segmenter, leaving: Sequence[str]) -> None:
+        """Follow a performer in place of others; may be done again from any point, as all that `_mend` does."""
+        if self._segmenters.get(name) is segmenter:
+            return
         for one in leaving:
-            events += self._dismiss(one, "another skeleton" if one == name else "too many performers")
-        before = self._absent.pop(name, None)
+            if one in self._segmenters:
+                self._dismiss(one, "another skeleton" if one == name else "too many performers")
+        before = self._absent.get(name)
         if before is not None:
             segmenter.carry_on(before.counts)
         elif self._first_take:
             segmenter.carry_on({**segmenter.counts, "take": self._first_take})
         self._segmenters[name] = segmenter
+        if before is not None:
+            del self._absent[name]
+
+    def _mend(self) -> None:
+        """Do what is to be done for all, or finish what an exception cut short of it."""
+        work = self._unfinished
+        if work is None:
+            return
+        try:
+            work()
+            self._unfinished = None
+        except Exception:
+            self._unfinished = None  # it would fail again
+            raise
+
+    def _taken(self, rows: Iterable[Row]) -> list[Event]:
+        """Return the events that wait with the pool and at rows, for the caller; see `Row.take_pending`."""
+        self._gather(rows)
+        pending = self._pending
+        events = pending[:]
+        del pending[:]
         return events
+
+    def _gather(self, rows: Iterable[Row]) -> None:
+        """Let the events of rows wait with the pool; no call in the loop, so that Ctrl-C finds them in one place."""
+        pending = self._pending
+        for row in rows:
+            if row.pending:
+                pending += row.pending
+                del row.pending[:]
 
     def _leaving(self, name: str) -> tuple[str, ...]:
         """Return the performers that are dismissed when one is announced: itself, or those idle for longest."""
@@ -211,20 +258,26 @@ class Performers:
 
     @moves.setter
     def moves(self, moves: Moves | None) -> None:
-        self._check_idle(self.names)
+        self._mend_all()
         before = self._moves, self._stores, self._banks
         self._moves, self._stores, self._banks = copy_of(moves) if moves is not None else None, {}, {}
-        own = self._segmenters.items()
+        own = self._segmenters
         try:
-            found = {name: self._recognition_of(name, s.skeleton) for name, s in own}
-            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
+            found = {name: self._recognition_of(name, s.skeleton) for name, s in own.items()}
+            aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own.items()}
+            fresh = {name: one and one.follow_on(own[name].recognition) for name, one in found.items()}
+            self._unfinished = functools.partial(self._recognise, fresh, aligned)
         except BaseException:
             self._moves, self._stores, self._banks = before
             raise
-        for name, recognition in found.items():
-            segmenter = self._segmenters[name]
-            fresh = recognition and recognition.follow_on(segmenter.recognition)
-            segmenter.steps.recognise(fresh, self._follow, aligned[name])
+        self._mend()
+
+    def _recognise(
+        self, fresh: Mapping[str, Recognition | None], aligned: Mapping[str, Alignment | None]
+    ) -> None:
+        """Let something else recognise and follow the moves of all."""
+        for name, recognition in fresh.items():
+            self._segmenters[name].steps.recognise(recognition, self._follow, aligned[name])
 
     @property
     def follow(self) -> Follow:
@@ -237,16 +290,33 @@ class Performers:
 
     @follow.setter
     def follow(self, follow: Iterable[str] | bool) -> None:
+        self._mend_all()
         before = self._follow, self._banks
         self._follow, self._banks = checked_follow(follow, self._moves), {}
         own = self._segmenters.items()
         try:
             aligned = {name: self._alignment_of(name, s.skeleton, s.settings) for name, s in own}
-        except (FrameError, MovesError):
+            self._unfinished = functools.partial(self._follow_moves, aligned)
+        except BaseException:
             self._follow, self._banks = before
             raise
+        self._mend()
+
+    def _follow_moves(self, aligned: Mapping[str, Alignment | None]) -> None:
+        """Let something else follow the moves of all."""
         for name, alignment in aligned.items():
             self._segmenters[name].steps.follow_moves(self._follow, alignment)
+
+    def _mend_all(self) -> None:
+        """Finish what an exception cut short, of all performers.
+
+        Raises:
+            RuntimeError: If another thread is using one of them; nothing is changed then.
+        """
+        self._check_idle(self.names)
+        self._mend()
+        for segmenter in self._segmenters.values():
+            segmenter.steps.mend()
 
     def _alignment_of(self, name: str, skeleton: Skeleton, settings: Settings) -> Alignment | None:
         """Return what follows the moves of a performer."""
@@ -291,21 +361,39 @@ class Performers:
                 f"{self._most_memory / 2**20:,.0f} MiB that they may take"
             )
 
-    def _dismiss(self, name: str, reason: str) -> list[Event]:
+    def _dismiss(self, name: str, reason: str) -> None:
         """End a performer's take and free its memory, but keep in mind where it was."""
-        segmenter, fields = self._segmenters[name], tuple(self._own_changes(name))
-        events = self.remove(name, reason)
-        self._absent[name] = _Absent(segmenter.counts, segmenter.settings if fields else None, fields)
-        if len(self._absent) > MOST_ABSENT:
-            forgotten = self._absent.pop(next(iter(self._absent)))
+        segmenter = self._end(name, reason)
+        fields = tuple(self._own_changes(name))
+        absent = _Absent(segmenter.counts, segmenter.settings if fields else None, fields)
+        self._left += [segmenter]
+        self._absent[name] = absent
+        del self._segmenters[name]
+        self._release()
+        while len(self._absent) > MOST_ABSENT:
+            oldest, forgotten = next(iter(self._absent.items()))
             self._first_take = max(self._first_take, forgotten.counts["take"])
-        return events
+            del self._absent[oldest]
+
+    def _end(self, name: str, reason: str) -> Segmenter:
+        """End a performer's take and return its segmenter, whose events wait with the pool then."""
+        segmenter = self._segmenters[name]
+        segmenter.steps.end_take(reason)
+        self._gather((segmenter.row,))
+        return segmenter
+
+    def _release(self) -> None:
+        """Give back the rows of those who left; `Row.release` may be called again."""
+        while self._left:
+            self._left[-1].release()
+            del self._left[-1]
 
     def _pools_for(
         self, skeleton: Skeleton, fps: float | None, settings: Settings, channel: str = BODY
     ) -> Pools:
         """Return where the rows of performers, or limbs, with this skeleton, rate and settings lie."""
         key = skeleton, fps, settings, channel
+        self._release()
         if key not in self._pools:
             for pools in self._pools.values():
                 pools.drop_empty()
@@ -322,13 +410,14 @@ class Performers:
         Raises:
             FrameError: If the performer was not announced or the shapes do not fit its skeleton.
         """
+        self._mend()
         name = frames.performer if frames.performer in self._segmenters else performer_name(frames.performer)
         segmenter = self._segmenters.get(name)
         if segmenter is None:
             raise FrameError(f"performer {frames.performer!r} was not announced")
-        events = segmenter.push(frames)
+        segmenter.process(frames.positions, frames.times, frames.confidence, frames.first_frame)
         self._segmenters.move_to_end(name)
-        return events
+        return self._taken((segmenter.row,))
 
     def push_many(self, performers: Sequence[str], positions: ArrayLike, times: ArrayLike) -> list[Event]:
         """Process as many frames of each of many performers at once, which is quicker than one after the other.
@@ -345,6 +434,7 @@ class Performers:
             FrameError: If a performer was not announced or is named twice, or the shapes do not fit; nothing is
                 processed then.
         """
+        self._mend()
         segmenters, frames, moments = self._checked(performers, given_positions(positions), times)
         together: dict[tuple[int, int], list[int]] = {}
         for k, segmenter in enumerate(segmenters):
@@ -356,8 +446,7 @@ class Performers:
                 together.setdefault(key, []).append(k)
         for chosen in together.values():
             self._process_together([segmenters[k] for k in chosen], chosen, frames, moments)
-        rows = [segmenter.row for segmenter in segmenters]
-        return [event for row in rows if row.pending for event in row.take_pending()]
+        return self._taken([segmenter.row for segmenter in segmenters])
 
     def _process_together(
         self,
@@ -382,11 +471,12 @@ class Performers:
             moments, begins = times[chosen], [k * count for k in range(len(chosen))]
         stations = [station for own in segmenters if (station := own.station) is not None]
         desk = Desk(stations, begins, count)
+        together = positions.reshape(-1, *frames.shape[2:]), moments.reshape(-1)
         try:
-            ended = engine.process(desk, positions.reshape(-1, *frames.shape[2:]), moments.reshape(-1))
+            ended = engine.process(desk, *together)
         except BaseException:
             for own in segmenters:
-                own.steps.tear()
+                own.steps.tear(desk)
             raise
         for place, used in ended:
             k = chosen[place]
@@ -427,15 +517,13 @@ class Performers:
             SettingsError: If a value is illegal; nothing is changed then.
             FrameError: If there is no such performer, or all would take more than `most_memory`; nothing is changed then.
         """
+        self._mend()
         if performer is not None:
-            if performer not in self._segmenters:
-                raise FrameError(
-                    f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
-                )
-            segmenter = self._segmenters[performer]
+            (segmenter,) = self._chosen(performer)
             plan, level = segmenter.steps.planned(changes)
             self._check_growth({performer: plan})
-            return segmenter.adopt(plan, level)
+            segmenter.steps.adopt(plan, level)
+            return self._taken((segmenter.row,))
         level = self._settings.replace(level=changes.pop("level", self._level)).level
         settings = self._settings.replace(**changes).at_level(level)
         Plan(ANYBODY, settings, None)  # all or nothing: those to come must be able to start with them
@@ -445,45 +533,77 @@ class Performers:
         }
         self._check_growth({name: plan for name, (plan, _) in plans.items()})
         self._check_idle(self.names)
-        self._settings = settings
-        self._pools.clear()
-        self._level = level
-        return [event for name, plan in plans.items() for event in self._segmenters[name].adopt(*plan)]
+        self._unfinished = functools.partial(self._adopt, settings, level, plans)
+        self._mend()
+        return self._taken([segmenter.row for segmenter in self._segmenters.values()])
 
-    def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
-        """End the take of one performer, or of all, and forget the running range.
+    def _adopt(
+        self,
+        settings: Settings,
+        level: LevelName | float,
+        plans: Mapping[str, tuple[Plan, LevelName | float]],
+    ) -> None:
+        """Go on with other settings of all."""
+        self._settings, self._level, self._pools = settings, level, {}
+        for name, plan in plans.items():
+            self._segmenters[name].steps.adopt(*plan)
+
+    def _chosen(self, performer: str | None) -> list[Segmenter]:
+        """Return the segmenter of a performer, or those of all for None.
 
         Raises:
             FrameError: If there is no such performer.
         """
-        if performer is not None and performer not in self._segmenters:
+        if performer is None:
+            return list(self._segmenters.values())
+        if performer not in self._segmenters:
             raise FrameError(
                 f"no performer called {performer!r}; there are {', '.join(self.names) or 'none'}"
             )
-        chosen = self.names if performer is None else (performer,)
-        self._check_idle(chosen)
-        return [event for name in chosen for event in self._segmenters[name].reset(reason)]
+        return [self._segmenters[performer]]
+
+    def reset(self, performer: str | None = None, reason: str = "") -> list[Event]:
+        """End the take of one performer, or of all, and forget the running range.
+
+        After Ctrl-C in here some performers may be left out.
+
+        Raises:
+            FrameError: If there is no such performer.
+        """
+        self._mend()
+        chosen = self._chosen(performer)
+        self._check_idle([segmenter.performer for segmenter in chosen])
+        for segmenter in chosen:
+            segmenter.steps.reset(reason)
+        return self._taken([segmenter.row for segmenter in chosen])
 
     def end_takes(self, reason: str = "") -> list[Event]:
-        """End the takes of all performers."""
+        """End the takes of all performers; after Ctrl-C in here some may be left out."""
+        self._mend()
         self._check_idle(self.names)
-        return [event for segmenter in self._segmenters.values() for event in segmenter.end_take(reason)]
+        for segmenter in self._segmenters.values():
+            segmenter.steps.end_take(reason)
+        return self._taken([segmenter.row for segmenter in self._segmenters.values()])
 
     def remove(self, performer: str, reason: str = "") -> list[Event]:
         """End a performer's take and forget the performer."""
-        segmenter = self._segmenters[performer]
-        events = segmenter.end_take(reason)
+        self._mend()
+        self._left += [self._end(performer, reason)]
         del self._segmenters[performer]
-        segmenter.release()
-        return events
+        self._release()
+        return self._taken(())
 
     def snapshot(self) -> dict[str, bytes]:
         """Return what all segmenters know, by performer, without the examples of moves: those are the pool's."""
+        self._mend()
         return {name: segmenter.snapshot(with_moves=False) for name, segmenter in self._segmenters.items()}
 
     def lasting(self) -> bytes:
         """Return what the pool knows besides: settings as they are now, and the takes of those who made room."""
-        return msgspec.msgpack.encode(_Lasting(self._settings, self._level, self._absent, self._first_take))
+        self._mend()
+        return msgspec.msgpack.encode(
+            _Lasting(self._settings, self._level, self._absent, self._first_take, self._pending)
+        )
 
     def restore(self, blobs: Mapping[str, bytes], lasting: bytes = b"") -> None:
         """Go on where the segmenters of a snapshot were, in place of those that are here.
@@ -502,17 +622,19 @@ class Performers:
             name: Segmenter.restore(blob, self._moves, self._follow, with_moves=self._moves is not None)
             for name, blob in blobs.items()
         }
+        ordered, pending = OrderedDict(segmenters), list[Event]()
         if lasting:
             try:
                 known = msgspec.msgpack.decode(lasting, type=_Lasting)
                 Plan(ANYBODY, known.settings, None)
                 known.settings.strength(known.level)
+                pending = known.pending
             except (msgspec.MsgspecError, SettingsError, ValueError) as error:
                 raise SnapshotError(f"the snapshot's settings cannot be read: {error}") from None
             self._settings, self._level, self._first_take = known.settings, known.level, known.first_take
-            self._absent = dict(known.absent)
-            self._pools.clear()
-        self._segmenters = OrderedDict(segmenters)
+            self._absent, self._pools = known.absent, {}
+        self._pending = pending
+        self._segmenters, self._left, self._unfinished = ordered, [], None
 
     @property
     def level(self) -> LevelName | float:
@@ -521,11 +643,17 @@ class Performers:
 
     @level.setter
     def level(self, level: LevelName | float) -> None:
+        self._mend()
         chosen = self._settings.replace(level=level).level
         self._settings.strength(chosen)
         for segmenter in self._segmenters.values():
             segmenter.steps.planned_level(level)  # all or nothing
         self._check_idle(self.names)
-        self._level = chosen
+        self._unfinished = functools.partial(self._set_level, chosen)
+        self._mend()
+
+    def _set_level(self, level: LevelName | float) -> None:
+        """Move the level of all."""
+        self._level = level
         for segmenter in self._segmenters.values():
             segmenter.level = level

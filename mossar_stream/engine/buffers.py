@@ -1,7 +1,6 @@
 """Buffers: what compiled calls need besides the performers: scratch, and the one buffer through which events leave."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,6 @@ class Buffers:
     Attributes:
         is_busy: Whether a thread is in.
         sources: Of the rows that are in use, by the numbers that their events carry.
-        desk: That the loop was called for, while it is not done with it.
         tools: Bytes: `TOOLS`, scratch, what analyses of repetitions need, events. Another array after `make_room`.
         scratch: A view of it.
         store: Likewise.
@@ -36,7 +34,6 @@ class Buffers:
 
     def __init__(self) -> None:
         self.is_busy = False
-        self.desk: Any = None
         self.sources: dict[int, Source] = {}
         self._numbers = itertools.count()
         self._sizes = [0, 0, 0]
@@ -59,9 +56,10 @@ class Buffers:
         tools[:TOOLS_BYTES].view(np.int64)[:] = [n for pair in zip(at, sizes, strict=False) for n in pair]
         parts = [tools[begin : begin + size] for begin, size in zip(at, sizes, strict=False)]
         parts[-1][: len(self.events)] = self.events  # those that an exception left there
-        self._sizes = sizes
-        self.tools, (self.scratch, self.store, self.events) = tools, parts
-        self._view = memoryview(self.events)  # type: ignore[arg-type]
+        view = memoryview(parts[-1])
+        # No call from here on: after Ctrl-C all are of one array.
+        self._sizes, self.tools, self._view = sizes, tools, view
+        self.scratch, self.store, self.events = parts
 
     def enlist(self, source: Source) -> int:
         """Return a number for the events of a source, which no other one gets."""

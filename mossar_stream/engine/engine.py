@@ -65,7 +65,6 @@ def _go_on(
 ) -> list[tuple[int, int]]:
     """Do what the loop stopped for, and let it go on, until all frames are processed."""
     buffers, head, ended = desk.buffers, desk.head, list[tuple[int, int]]()
-    buffers.desk = desk
     while stop not in (DONE, SAID):
         buffers.hand_out()
         at, used = int(head["performer"][0]), int(head["frame"][0])
@@ -85,7 +84,6 @@ def _go_on(
         desk.stopped[0] = DONE
         stop = run(desk.memory, buffers.tools, desk.params, positions, times)
     buffers.hand_out()
-    buffers.desk = None
     return ended
 
 
@@ -231,22 +229,23 @@ def stream_event(row: Row, change: StreamChange, reason: str = "", take: int | N
     return StreamEvent(performer=row.name, event=change, take=number, reason=reason)
 
 
-def mend(desk: Desk) -> None:
+def mend(desk: Desk, crowd: Desk | None) -> None:
     """Finish what an exception cut short between two steps; what is in order stays as it is.
 
-    The steps that are due can be read from the desk of one performer, and from that which the buffers were used for last:
-    why the loop stopped, events in the buffer, a row that was about to move.
+    The steps that are due can be read from the desks: why the loop stopped, events in the buffer, a row that was about to move.
+
+    Args:
+        desk: Of the performer alone.
+        crowd: That which the exception came for, if it is of several performers.
     """
-    guarded(desk.buffers, lambda: _mend(desk))
+    guarded(desk.buffers, lambda: _mend(desk, crowd))
 
 
-def _mend(desk: Desk) -> None:
-    buffers = desk.buffers
-    buffers.hand_out()
-    for torn in filter(None, (buffers.desk, desk)):
+def _mend(desk: Desk, crowd: Desk | None) -> None:
+    desk.buffers.hand_out()
+    for torn in filter(None, (crowd, desk)):
         tell(torn, math.inf)
         torn.begin_anew()
-    buffers.desk = None
     for row in desk.stations[0].rows:
         row.mend()
         _finish_analysis(row)

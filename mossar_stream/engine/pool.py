@@ -60,9 +60,10 @@ class Pool:
         return Row(self, index, source, number)
 
     def free(self, index: int, number: int) -> None:
-        """Take back a row, whose events had this number."""
-        self.buffers.sources.pop(number, None)
-        self._free.append(index)
+        """Take back a row, whose events had this number; once, also if Ctrl-C cut this short before."""
+        if number in self.buffers.sources:
+            del self.buffers.sources[number]
+            self._free += [index]  # no call since: both or none
 
 
 class Row:

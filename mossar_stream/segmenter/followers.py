@@ -193,9 +193,9 @@ class Followers:
         if self.limbs is not None:
             self.limbs.carry_on(counts)
 
-    def mend(self) -> None:
+    def mend(self, crowd: Desk | None) -> None:
         """Finish what an exception cut short; see `engine.mend`."""
-        engine.mend(self.desk)
+        engine.mend(self.desk, crowd)
         self._lay()
 
     def release(self) -> None:

@@ -255,13 +255,7 @@ class Segmenter:
         Raises:
             SettingsError: If a value is illegal, or FrameError if joints of the limbs lack; nothing is changed then.
         """
-        plan, level = self.steps.planned(changes)
-        return self.adopt(plan, level)
-
-    def adopt(self, plan: Plan, level: LevelName | float) -> list[Event]:
-        """Go on with what `steps.planned` returned, and return the events of the take that this ends."""
-        self.steps.mend()
-        self.steps.adopt(plan, level)
+        self.steps.adopt(*self.steps.planned(changes))
         return self.row.take_pending()
 
     def push(
@@ -359,14 +353,12 @@ class Segmenter:
         Returns:
             The pending events; nothing more if no take is open.
         """
-        self.steps.mend()
-        self.steps.end_take(engine.reason_of(self.row, reason))
+        self.steps.end_take(reason)
         return self.row.take_pending()
 
     def reset(self, reason: str = "") -> list[Event]:
         """End the take and forget the running range, as for another person."""
-        self.steps.mend()
-        self.steps.reset(engine.reason_of(self.row, "reset"), reason)
+        self.steps.reset(reason)
         return self.row.take_pending()
 
     def release(self) -> None:

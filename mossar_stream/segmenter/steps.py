@@ -16,6 +16,7 @@ from mossar_stream.engine.intake import Single, less_origin, place_of
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following
+from mossar_stream.engine.station import Desk
 from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
@@ -43,10 +44,16 @@ class Steps:
         self.level = level
         self.single = Single(len(row.plan.skeleton))
         self._unfinished: Callable[[], None] | None = None
+        self._crowd: Desk | None = None
 
-    def tear(self) -> None:
-        """Take note that an exception came while something was done: `mend` comes before anything else."""
+    def tear(self, crowd: Desk | None = None) -> None:
+        """Take note that an exception came while something was done: `mend` comes before anything else.
+
+        Args:
+            crowd: Of the performers who were processed together.
+        """
         self._row.is_torn = True
+        self._crowd = crowd or self._crowd
         self.single.shape = None
 
     def mend(self) -> None:
@@ -54,7 +61,8 @@ class Steps:
         if not self._row.is_torn:
             return
         try:
-            self._followers.mend()
+            self._followers.mend(self._crowd)
+            self._crowd = None
             if self._unfinished is not None:
                 self._carry_out(self._unfinished)
             self._row.is_torn = False
@@ -97,7 +105,7 @@ class Steps:
             ended = engine.process(followers.desk, less_origin(row, chunk[begin:end]), moments[begin:end])
             if ended:
                 begin += ended[0][1]
-                self.end_take(engine.why_ended(row, moments[begin]))
+                self._end_take(engine.why_ended(row, moments[begin]))
             else:
                 begin = end
         self.single.shape = self.single.full if row.is_placed else None
@@ -110,16 +118,16 @@ class Steps:
 
     def end_take(self, reason: str) -> None:
         """End the take."""
+        self.mend()
+        self._end_take(engine.reason_of(self._row, reason))
+
+    def _end_take(self, reason: str) -> None:
         self._carry_out(functools.partial(self._followers.end_take, reason))
 
-    def reset(self, ended: str, reason: str) -> None:
-        """End the take, and forget the running range.
-
-        Args:
-            ended: Why the take ends.
-            reason: Of the reset.
-        """
-        self._carry_out(functools.partial(self._reset, ended, reason))
+    def reset(self, reason: str) -> None:
+        """End the take, and forget the running range."""
+        self.mend()
+        self._carry_out(functools.partial(self._reset, engine.reason_of(self._row, "reset"), reason))
 
     def _reset(self, ended: str, reason: str) -> None:
         row = self._row
@@ -167,6 +175,7 @@ class Steps:
 
     def planned(self, changes: Mapping[str, object]) -> tuple[Plan, LevelName | float]:
         """Return the plan and the level that changes of settings would bring, and change nothing."""
+        self.mend()
         before = self._row.plan
         level = before.user_settings.replace(level=changes.get("level", self.level)).level
         changed = before.user_settings.replace(**{**changes, "level": before.user_settings.level}).at_level(
@@ -179,6 +188,7 @@ class Steps:
 
     def adopt(self, plan: Plan, level: LevelName | float) -> None:
         """Go on with a plan and a level; the take ends if it cannot go on with them."""
+        self.mend()
         self._carry_out(functools.partial(self._adopt, plan, level))
 
     def _adopt(self, plan: Plan, level: LevelName | float) -> None:

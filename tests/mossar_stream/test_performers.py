@@ -3,10 +3,14 @@
 import gc
 import random
 import weakref
+from collections import Counter
 
 import numpy as np
 import pytest
 
+from checks.interrupts.alone import Tally
+from checks.interrupts.pools import live_in_pool
+from checks.interrupts.striking import Striking
 from mossar_stream import (
     FrameError,
     Frames,
@@ -387,3 +391,61 @@ def test_a_pool_in_use_refuses_before_anything_is_changed(core):
             request()
         guard.is_busy = False
         assert known_of(pool) == before
+
+
+def test_ctrl_c_in_a_pool_loses_no_event_and_repeats_none():
+    tally = Tally(Counter(), Counter(), [])
+    for seed in (2, 3, 5, 54):
+        live_in_pool(seed, tally, compared=0.1)
+    assert not tally.wrong
+    assert sum(tally.struck.values()) > 20
+
+
+PLACES = (*range(1, 40, 3), *(int(40 * 1.3**k) for k in range(30)))  # of Ctrl-C
+WAYS = {
+    "end_takes": lambda pool: pool.end_takes(),
+    "reset": lambda pool: pool.reset(),
+    "announce": lambda pool: pool.announce("eve", Skeleton(("a", "b"))),
+    "remove": lambda pool: pool.remove("bob") if "bob" in pool else [],
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_ctrl_c_at_any_place_of_what_a_pool_does_for_all_comes_to_the_same_when_it_is_done_again(core, way):
+    def begun():
+        pool = Performers(SETTINGS, most=2)
+        for name in ("ann", "bob"):
+            pool.announce(name, core.skeleton(4))
+            pushed(pool, core, name, 0, slice(0, 50))
+        return pool
+
+    def told(events):
+        return sorted(core.lines([e for e in events if getattr(e, "event", "") != "reset"]))
+
+    whole = begun()
+    expected = told(WAYS[way](whole) + whole.end_takes())
+    for after in PLACES:
+        pool, strike, events = begun(), Striking(after), []
+        with strike:
+            events = WAYS[way](pool)
+        if not strike.has_struck:
+            break
+        cut = Performers(SETTINGS, most=2)
+        cut.restore(pool.snapshot(), pool.lasting())
+        for one in (pool, cut):
+            assert told(events + WAYS[way](one) + one.end_takes()) == expected
+    assert after > 10
+
+
+def test_a_pool_s_own_change_is_finished_after_ctrl_c(core):
+    for after in PLACES:
+        pool, strike = Performers(SETTINGS), Striking(after)
+        for name in ("ann", "bob"):
+            pool.announce(name, core.skeleton(4))
+        with strike:
+            pool.change(window=0.1)
+        if not strike.has_struck:
+            break
+        pool.end_takes()
+        assert len({pool.settings.window, *(pool[name].settings.window for name in pool.names)}) == 1
+    assert after > 10

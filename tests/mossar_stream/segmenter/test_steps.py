@@ -7,7 +7,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from checks.interrupts import Striking, Tally, live
+from checks.interrupts.alone import Tally, live
+from checks.interrupts.striking import Striking
 from mossar_adapters.demo import performance
 from mossar_stream import (
     FrameError,

@@ -1,85 +1,24 @@
-"""Ctrl-C at random moments: the events are those of a run with what it cut short, without it, or with a part of its frames.
+"""One segmenter, and what exceptions leave of it."""
 
-Segmenters with limbs, moves, followed moves, held poses, steps and repetitions get frames, changes and ends of takes.
-An exception comes in the midst of each. Ids, revisions and takes are as documented all the time, and for a share of the
-exceptions what is reported from then on is compared with runs from a snapshot made before.
-"""
-
-import argparse
-import dis
 import functools
 import json
 import random
-import sys
-import time
-import traceback
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
-from pathlib import Path
-from types import CodeType, FrameType, TracebackType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-import mossar_stream
+from checks.interrupts.striking import Striking
 from checks.random_takes import lives, moves_of
 from mossar_adapters.demo import performance
 from mossar_stream import BODY, Event, Segmenter, Settings, SettingsError, Skeleton, to_json
 
-CORE = str(Path(mossar_stream.__file__).parent)
 MOVES = ("punch_left", "squat", "wave_left", "rest:1.2", "kick_right", "squat", "squat", "stand:1")
 FOLLOWING = 40  # frames that are compared after each exception
 ROUNDS = 16  # exceptions in the life of a segmenter
 READERS = ("move", "follow", "pose", "step", "phase")
-LIVES_A_LINE = 100  # of what was found so far
-SHOWN = 5  # failures that are printed
-
-
-class Striking:
-    """Raises KeyboardInterrupt in code of the core where the interpreter would: as functions begin, loops go on, calls return.
-
-    Args:
-        after: How many such places are passed over before.
-    """
-
-    def __init__(self, after: int) -> None:
-        self.left, self.has_struck = after, False
-        self._before: dict[int, str] = {}
-
-    def __enter__(self) -> None:
-        sys.settrace(self._call)
-
-    def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> bool:
-        sys.settrace(None)
-        return kind is KeyboardInterrupt
-
-    def _call(self, frame: FrameType, _event: str, _argument: object) -> Callable[..., Any] | None:
-        if not frame.f_code.co_filename.startswith(CORE):
-            return None
-        frame.f_trace_opcodes, frame.f_trace_lines = True, False
-        return self._opcode
-
-    def _opcode(self, frame: FrameType, event: str, _argument: object) -> Callable[..., Any]:
-        if event == "opcode":
-            name = _names_of(frame.f_code)[frame.f_lasti]
-            if name in ("NOP", "JUMP_FORWARD"):  # on the way to a return
-                return self._opcode
-            before, self._before[id(frame)] = self._before.get(id(frame)), name
-            # A call of Python does not look before it returns, unless its arguments are unpacked.
-            returned = before == "CALL_FUNCTION_EX" or (before == "CALL" and name != "RETURN_VALUE")
-            if name in ("RESUME", "JUMP_BACKWARD") or returned:
-                self.left -= 1
-                if self.left == 0:
-                    self.has_struck = True
-                    raise KeyboardInterrupt
-        return self._opcode
-
-
-@functools.cache
-def _names_of(code: CodeType) -> dict[int, str]:
-    return {step.offset: step.opname for step in dis.get_instructions(code)} | dict.fromkeys([-1], "")
 
 
 class Stage(NamedTuple):
@@ -107,7 +46,8 @@ def _performance(seed: int) -> tuple[Skeleton, NDArray[np.float32], NDArray[np.f
     return take.skeleton, np.array(take.frames.positions, np.float32), np.array(take.frames.times)
 
 
-def _stage(rng: random.Random) -> Stage:
+def stage_of(rng: random.Random) -> Stage:
+    """Return what is pushed into a segmenter, or a pool, drawn by chance."""
     skeleton, positions, times = _performance(rng.randint(1, 6))
     begin = rng.randrange(len(times) - 1200)
     counts = rng.random() < 0.7
@@ -202,7 +142,8 @@ def _last_words(one: Segmenter) -> list[Event]:
     return Segmenter.restore(one.snapshot()).end_take()
 
 
-def _as_json(events: list[Event]) -> list[bytes]:
+def as_json(events: list[Event]) -> list[bytes]:
+    """Return a line for each event."""
     return [to_json(event) for event in events]
 
 
@@ -217,7 +158,7 @@ def _expected(blob: bytes, stage: Stage, blow: Blow) -> Iterator[list[bytes]]:
             frames = slice(begin, begin + count) if blow.name == "push" else blow.frames
             events = _done(one, stage, blow._replace(frames=frames))
         events += one.push(stage.positions[after], stage.times[after])
-        yield _as_json(events + _last_words(one))
+        yield as_json(events + _last_words(one))
 
 
 class Tally(NamedTuple):
@@ -237,11 +178,11 @@ def live(seed: int, tally: Tally, compared: float) -> None:
         compared: Share of the exceptions after which the events are compared with those of other runs.
     """
     rng = random.Random(seed)  # noqa: S311 - no secret
-    stage = _stage(rng)
+    stage = stage_of(rng)
     moves = None if stage.moves is None else moves_of(stage.moves)
     one = Segmenter(stage.skeleton, stage.settings, moves=moves, follow=stage.follow)
     blows = _blows(rng, stage)
-    history = _as_json(_done(one, stage, next(blows)._replace(name="push")))
+    history = as_json(_done(one, stage, next(blows)._replace(name="push")))
     for blow in blows:
         blob = one.snapshot() if rng.random() < compared else b""
         after = slice(blow.frames.stop, blow.frames.stop + FOLLOWING)
@@ -253,18 +194,18 @@ def live(seed: int, tally: Tally, compared: float) -> None:
         if rng.random() < 0.3:
             one = Segmenter.restore(one.snapshot())
         events += one.push(stage.positions[after], stage.times[after])
-        history += _as_json(events)
+        history += as_json(events)
         if blob:
             tally.compared[blow.name] += strike.has_struck
-            found = _as_json(events + _last_words(one))
-            odd = _differences(
+            found = as_json(events + _last_words(one))
+            odd = differences(
                 found, _expected(blob, stage, blow), only_body=strike.has_struck and blow.name == "push"
             )
             tally.wrong.extend(f"seed {seed}, {blow}, struck {strike.has_struck}: {line}" for line in odd)
-    tally.wrong.extend(f"seed {seed}: {line}" for line in lives(history + _as_json(one.end_take())))
+    tally.wrong.extend(f"seed {seed}: {line}" for line in lives(history + as_json(one.end_take())))
 
 
-def _differences(found: list[bytes], expected: Iterator[list[bytes]], *, only_body: bool) -> list[str]:
+def differences(found: list[bytes], expected: Iterator[list[bytes]], *, only_body: bool) -> list[str]:
     """Return what of the events is as in none of the runs.
 
     Args:
@@ -296,34 +237,3 @@ def _by_kind(lines: list[bytes]) -> dict[str, list[bytes]]:
         kind = event["type"] if event["type"] in READERS else event.get("channel", BODY)
         kinds.setdefault(kind, []).append(line)
     return kinds
-
-
-def main() -> int:
-    """Interrupt segmenters, and print what is wrong."""
-    parser = argparse.ArgumentParser(prog="python -m checks.interrupts", description=__doc__.split("\n")[0])
-    parser.add_argument("--times", type=int, default=20_000, help="exceptions")
-    parser.add_argument("--seed", type=int, default=1, help="of the first segmenter")
-    parser.add_argument("--compared", type=float, default=0.15, help="share that is compared with other runs")
-    options = parser.parse_args()
-    warnings.simplefilter("ignore")
-    begun, seed, tally = time.perf_counter(), options.seed, Tally(Counter(), Counter(), [])
-    while sum(tally.struck.values()) < options.times:
-        try:
-            live(seed, tally, options.compared)
-        except Exception:  # noqa: BLE001 - finding these is the point
-            tally.wrong.append(f"seed {seed}: {traceback.format_exc(limit=-4)}")
-        seed += 1
-        if seed % LIVES_A_LINE == 0:
-            print(f"{sum(tally.struck.values())} exceptions, {len(tally.wrong)} wrong", flush=True)
-    for line in tally.wrong[:SHOWN]:
-        print(line[:1500])
-    print(
-        f"{sum(tally.struck.values())} exceptions in {seed - options.seed} lives, {dict(tally.struck)}, "
-        f"{sum(tally.compared.values())} compared: "
-        f"{len(tally.wrong)} wrong ({time.perf_counter() - begun:.0f} s)"
-    )
-    return 1 if tally.wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
