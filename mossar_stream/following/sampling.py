@@ -74,7 +74,7 @@ def take_sample(known, bank, share, seconds):
     state, poses, directions, bones = known.state[0], known.poses, known.directions, bank.bones
     later = np.float32(share)
     earlier = np.float32(1.0) - later
-    cosine, sine = _facing(state, bank.head[0], poses[1], seconds)
+    cosine, sine = _facing(state, bank.head[0], poses[1], known.absences, seconds)
     for b in range(bones.size):
         begin, end = bones[b].begin, bones[b].end
         x = later * (poses[1, end, 0] - poses[1, begin, 0]) + earlier * (
@@ -95,13 +95,27 @@ def take_sample(known, bank, share, seconds):
 
 
 @inline_kernel
-def _facing(state, head, pose, seconds):
-    """Let the facing follow; return the cosine and the sine of the heading."""
+def _facing(state, head, pose, absences, seconds):
+    """Let the facing follow hips and shoulders that are seen; return the cosine and the sine of the heading."""
     if head.left < 0:
         return np.float32(1.0), np.float32(0.0)
-    x, z = facing_of(pose, (head.left, head.right, head.left_shoulder, head.right_shoulder))
+    girdles = (
+        _seen(head.left, absences),
+        _seen(head.right, absences),
+        _seen(head.left_shoulder, absences),
+        _seen(head.right_shoulder, absences),
+    )
+    x, z = facing_of(pose, girdles)
     share = 1.0 if state.samples == 0 else 1.0 - np.exp(-seconds / FACING_TIME)
+    if x * x + z * z == 0.0:  # neither both hips nor both shoulders are seen
+        share = 0.0
     state.facing[0] += share * (x - state.facing[0])
     state.facing[1] += share * (z - state.facing[1])
     cosine, sine = heading(state.facing[0], state.facing[1])
     return np.float32(cosine), np.float32(sine)
+
+
+@inline_kernel
+def _seen(point, absences):
+    """Return a point of a girdle; -1 if it is hidden or there is none."""
+    return point if point >= 0 and absences[point] <= LONGEST_HOLE else -1

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from mossar_stream import Event, Segmenter, to_json
+from mossar_stream import Event, Moves, Segmenter, to_json
 
 from .test_following import (
     FPS,
@@ -110,6 +110,38 @@ def test_the_limb_is_left_out_while_the_performance_goes_on(moves, punch):
     assert all("right_leg" not in event.limbs and "left_leg" in event.limbs for event in events)
     for event in events:
         assert msgspec.json.decode(to_json(event), type=Event) == event
+
+
+def bowed(degrees):
+    """Return (54, 15, 3): a body that bows forward and comes up again."""
+    frames = np.repeat(STANDING[None], 54, axis=0)
+    angles = np.radians(degrees) * np.sin(np.linspace(0, np.pi, 54)) ** 2
+    above = [k for k in range(15) if k not in (0, 9, 10, 11, 12, 13, 14)]
+    for frame, angle in zip(frames, angles, strict=True):
+        y, z = (frame[above] - STANDING[0])[:, 1:].T
+        frame[above, 1] = STANDING[0, 1] + np.cos(angle) * y - np.sin(angle) * z
+        frame[above, 2] = np.sin(angle) * y + np.cos(angle) * z
+    return frames
+
+
+@pytest.mark.parametrize("hidden", [LEFT_ARM, (9, 10, 11)])
+def test_the_facing_does_not_follow_a_shoulder_or_a_hip_that_is_hidden(hidden):
+    moves = Moves(PERSON)
+    moves.add("bow", bowed(55.0), FPS)
+    still = np.repeat(STANDING[None], 45, axis=0)
+    positions = np.concatenate([still, bowed(55.0), still]).astype(np.float32)
+    times = np.arange(len(positions)) / FPS
+
+    def limbs_of():
+        events = events_of(Segmenter(PERSON, moves=moves, follow=True), positions, times, 16)
+        return followed(events, "done")[0].limbs
+
+    seen = limbs_of()
+    positions[30:110, hidden] = np.nan
+    others = limbs_of()
+    assert len(others) == len(seen) - 1
+    for limb, angle in others.items():
+        assert angle == pytest.approx(seen[limb], abs=0.5)
 
 
 def test_chunks_and_snapshots_make_no_difference(moves, punch):
