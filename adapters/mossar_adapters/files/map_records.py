@@ -37,7 +37,7 @@ class Survey(msgspec.Struct):
     """What a first pass over the file finds.
 
     Args:
-        metas: The first meta of each performer; one made up for frames without.
+        metas: The first meta of each performer; one taken for granted for frames without.
         counts: Number of frames of each performer that fit its meta.
         misfits: Frames that came with another skeleton.
         first_times: Times of the first frames of the first performer.
@@ -114,8 +114,10 @@ def _survey(path: Path, records: Callable[[], Iterator[MapRecord]]) -> Survey:
 def _survey_pose(found: Survey, pose: Pose) -> None:
     name, joints = pose.performer, len(pose.positions)
     if name not in found.metas:
-        unnamed = Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1)
-        found.metas[name] = Meta(name, by_count(joints) or unnamed)
+        # As in a stream: the skeleton of another performer with as many joints, if one was described.
+        others = [meta for meta in found.metas.values() if len(meta.skeleton) == joints]
+        unnamed = Meta(name, by_count(joints) or Skeleton(tuple(f"joint{i}" for i in range(joints)), root=-1))
+        found.metas[name] = msgspec.structs.replace(others[-1], performer=name) if others else unnamed
         found.now[name] = found.metas[name].skeleton
         found.counts[name] = 0
     if joints != len(found.now[name]) or found.now[name] != found.metas[name].skeleton:

@@ -46,12 +46,14 @@ class Batch:
         self._lines: Recent[_Line] = Recent(MAX_PERFORMERS, "performers")
         self._ready: list[Meta | Frames | Departure] = []
         self._clocks = Clocks()
+        self._described: dict[int, Meta] = {}  # the latest meta that a sender gave, by its number of joints
         self._now = float("-inf")  # the latest arrival, s
 
     def put(self, item: Meta | Pose | Departure) -> None:
         """Take one thing that a decoder found.
 
-        A meta that is the same as before, and the departure of an unknown performer, change nothing.
+        A meta that is the same as before, and the departure of an unknown performer, change nothing. A performer
+        without a meta has the skeleton that was described last for another one with as many joints.
 
         Raises:
             FrameError: If a pose does not fit the performer's skeleton, its time is none, or the performer is new
@@ -76,7 +78,16 @@ class Batch:
         """Forget the clock of a sender that is gone for good."""
         self._clocks.forget(sender)
 
+    def _assumed(self, pose: Pose) -> Meta:
+        """Return what is taken for granted of a performer whose skeleton was not described."""
+        other = self._described.get(len(pose.positions))
+        if other is not None:
+            return msgspec.structs.replace(other, performer=pose.performer)
+        return Meta(pose.performer, _unnamed(len(pose.positions)), self.fps, assumed=True)
+
     def _announce(self, meta: Meta) -> None:
+        if not meta.assumed:
+            self._described[len(meta.skeleton)] = meta
         line = self._line(meta.performer)
         if line.meta != meta:
             self._finish(meta.performer, line)
@@ -97,7 +108,7 @@ class Batch:
         if pose.skeleton is not None and (meta is None or meta.skeleton is not pose.skeleton):
             self._announce(Meta(pose.performer, pose.skeleton, self.fps, pose.unit))
         elif meta is None:
-            self._announce(Meta(pose.performer, _unnamed(len(pose.positions)), self.fps, assumed=True))
+            self._announce(self._assumed(pose))
         elif len(pose.positions) != len(meta.skeleton):
             raise FrameError(
                 f"a frame with {len(pose.positions)} joints does not fit the skeleton: it has {len(meta.skeleton)}"

@@ -1,9 +1,16 @@
+import io
 import json
 
 import numpy as np
 import pytest
 
+from mossar_adapters.address import parse_url
 from mossar_adapters.files import FileError, open_recording
+from mossar_adapters.jsonlines import JsonLinesSource
+from mossar_adapters.people import PeopleSource
+from mossar_adapters.source import Departure, Meta
+from mossar_adapters.urls import open_source
+from mossar_stream import Frames
 
 FRAME = {"type": "frame", "performer": "p1", "t": 0.0, "xyz": [[0, 1, 2], [0, 2.7, 2]]}
 
@@ -32,6 +39,33 @@ def test_nan_as_python_writes_it_is_missing(tmp_path):
     (frames,) = recording.chunks()
     assert np.isnan(frames.positions[0]).all()
     assert np.isfinite(frames.positions[1]).all()
+
+
+@pytest.mark.parametrize("people", [None, 2])
+def test_a_performer_without_a_meta_is_read_from_a_file_as_from_a_pipe(tmp_path, people):
+    meta = {"type": "meta", "performer": "7", "names": ["hip", "head"], "parents": [-1, 0]}
+    frames = [
+        FRAME | {"performer": name, "t": i / 10, "xyz": [[x, 1, 2], [x, 2.7 - x / 10, 2]]}
+        for i in range(20)
+        for x, name in ((0, "7"), (2, "9" if i < 10 else "12"))
+    ]
+    path = written(tmp_path, meta, *frames)
+    assert not [note for note in open_recording(path).notes if "left out" in note]
+    pipe = JsonLinesSource(parse_url("-"), stream=io.BytesIO(path.read_bytes()))
+    found = []
+    for source in (open_source(str(path)), pipe):
+        items = (source if people is None else PeopleSource(source, people)).items()
+        poses: dict[str, list] = {}
+        for item in items:
+            if isinstance(item, Frames):
+                poses.setdefault(item.performer, []).extend(item.positions.tolist())
+            elif isinstance(item, Meta):
+                assert item.skeleton.names == ("hip", "head")
+                assert item.skeleton.parents == (-1, 0)
+            assert not isinstance(item, Departure)
+        found.append(poses)
+    assert found[0] == found[1]
+    assert set(found[0]) == ({"7", "9", "12"} if people is None else {"p1", "p2"})
 
 
 def test_frames_without_a_meta_have_unnamed_joints_and_no_root(tmp_path):

@@ -33,6 +33,23 @@ def test_who_moves_is_not_forgotten_in_a_flood_of_names():
     assert [type(item) for item in batch.take()] == [Frames], "announced once, with its own skeleton"
 
 
+def test_a_performer_without_a_meta_has_the_skeleton_that_was_described_last_for_as_many_joints():
+    batch, other = Batch(), Skeleton(("left", "right"), (-1, 0))
+    batch.put(Meta("ann", SKELETON, 60.0))
+    batch.put(pose("bob"))
+    batch.put(pose("three", joints=3))
+    batch.put(Meta("cleo", other))
+    batch.put(pose("dan"))
+    batch.put(Meta("bob", other))
+    metas = [item for item in batch.take() if isinstance(item, Meta)]
+    assert [one for one in metas if one.performer == "bob"] == [
+        Meta("bob", SKELETON, 60.0),
+        Meta("bob", other),
+    ]
+    assert [one for one in metas if one.performer == "dan"] == [Meta("dan", other)]
+    assert [(one.performer, len(one.skeleton)) for one in metas if one.assumed] == [("three", 3)]
+
+
 def test_who_was_silent_makes_room():
     batch = Batch()
     for k in range(MAX_PERFORMERS):
