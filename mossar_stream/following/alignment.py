@@ -13,15 +13,15 @@ from mossar_stream.following.bank import examples_of, extents_of, make_bank
 from mossar_stream.following.bones import shared_bones
 from mossar_stream.following.certainty import certainty
 from mossar_stream.following.layout import (
-    HEAD,
-    HEAD_BYTES,
+    BANK_HEAD,
+    BANK_HEAD_BYTES,
+    FOLLOWING_STATE,
+    FOLLOWING_STATE_BYTES,
     LAYERS,
     MOVE,
     MOVE_BYTES,
     PERIOD,
     REPORT,
-    STATE,
-    STATE_BYTES,
     example_memory,
     head_memory,
 )
@@ -42,7 +42,12 @@ from mossar_stream.settings import Settings
 from mossar_stream.skeleton import Skeleton
 
 Follow = bool | tuple[str, ...]  # names of moves; True for all
-STATUSES: dict[int, FollowStatus] = {BEGAN: "begun", GOES_ON: "progress", IS_DONE: "done", GAVE_UP: "left"}
+FOLLOW_STATUS_BY_CODE: dict[int, FollowStatus] = {
+    BEGAN: "begun",
+    GOES_ON: "progress",
+    IS_DONE: "done",
+    GAVE_UP: "left",
+}
 MOVES_LEAST = 0.2  # extent, as a chord, from which a limb moves in an example
 FAIR = 15.0  # degrees of deviation at which the score is a half
 
@@ -146,14 +151,14 @@ class Alignment:
             name: np.array([b for b, bone in enumerate(bones.bones) if bone.limb == i])
             for i, name in enumerate(bones.limbs)
         }
-        head = self.store[:HEAD_BYTES].view(HEAD)[0]
+        head = self.store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]
         self._examples = examples_of(self.store)
         self._extents = [self._extent(box) for box in extents_of(self.store)]
         self.state = np.zeros(memory_bytes(self.store), np.uint8)
-        self._state = self.state[:STATE_BYTES].view(STATE)
+        self._state = self.state[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)
         size = len(names) * MOVE_BYTES
-        self._moves = self.state[STATE_BYTES : STATE_BYTES + size].view(MOVE)
-        at, moved, count = STATE_BYTES + size, len(names), len(bones.bones)
+        self._moves = self.state[FOLLOWING_STATE_BYTES : FOLLOWING_STATE_BYTES + size].view(MOVE)
+        at, moved, count = FOLLOWING_STATE_BYTES + size, len(names), len(bones.bones)
         self._happened = self.state[at : at + 8 * moved].view(np.int64)
         at += 8 * moved
         size = 8 * moved * (len(REPORT) + len(bones.limbs))
@@ -282,7 +287,7 @@ class Alignment:
             id=f"{self._performer}/follow/{take}/{int(report[0])}",
             rev=int(report[1]),
             name=self.names[m],
-            status=STATUSES[what],
+            status=FOLLOW_STATUS_BY_CODE[what],
             take=take,
             count=int(report[2]),
             start=report[3],
@@ -336,8 +341,10 @@ class Alignment:
 
     def _is_sound(self, memory: NDArray[np.uint8]) -> bool:
         """Tell whether a performer's memory is one that following could have left."""
-        state = memory[:STATE_BYTES].view(STATE)[0]
-        moves = memory[STATE_BYTES : STATE_BYTES + len(self.names) * MOVE_BYTES].view(MOVE)
+        state = memory[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)[0]
+        moves = memory[FOLLOWING_STATE_BYTES : FOLLOWING_STATE_BYTES + len(self.names) * MOVE_BYTES].view(
+            MOVE
+        )
         counts = [*(int(state[name]) for name in ("frames", "samples", "number"))]
         counts += [
             number for name in ("number", "count", "rev", "recents") for number in moves[name].tolist()
@@ -356,7 +363,7 @@ class Alignment:
 
 def memory_bytes(store: NDArray[np.uint8]) -> int:
     """Return the bytes that following takes for one performer."""
-    fixed = head_memory(store[:HEAD_BYTES].view(HEAD)[0])
+    fixed = head_memory(store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0])
     return fixed + sum(example_memory(int(example["phases"])) for example in examples_of(store))
 
 

@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 from mossar_stream.errors import MovesError
 from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
 from mossar_stream.following.layout import (
+    BANK_HEAD,
+    BANK_HEAD_BYTES,
     BONE,
     BONE_BYTES,
-    EXAMPLE,
-    EXAMPLE_BYTES,
-    HEAD,
-    HEAD_BYTES,
+    BONE_POINT,
+    BONE_POINT_BYTES,
+    FOLLOWED,
+    FOLLOWED_BYTES,
     MOST_PHASES,
     PERIOD,
-    POINT,
-    POINT_BYTES,
     example_floats,
     example_memory,
     head_memory,
@@ -52,7 +52,7 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         up: The axis that points upwards; `auto` is y.
 
     Returns:
-        Bytes: `HEAD`, then points, bones, examples, and their directions.
+        Bytes: `BANK_HEAD`, then points, bones, examples, and their directions.
 
     Raises:
         FrameError: If the stream lacks joints that the examples need.
@@ -72,13 +72,13 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
     store = np.zeros(_bytes_of(bones, phases), np.uint8)
     axis, sign = UPWARDS[up]
     girdles = bones.girdles if facing == "any" else (NOWHERE,) * 4
-    head = store[:HEAD_BYTES].view(HEAD)
+    head = store[:BANK_HEAD_BYTES].view(BANK_HEAD)
     head[0] = (
         len(bones.streamed), len(bones.bones), len(followed), len(names), len(bones.limbs), *girdles, axis, sign,
         len(strides), ring_size(longest), padded(longest),
     )  # fmt: skip
-    at = HEAD_BYTES
-    for kind, places in ((POINT, bones.streamed), (BONE, bones.bones)):
+    at = BANK_HEAD_BYTES
+    for kind, places in ((BONE_POINT, bones.streamed), (BONE, bones.bones)):
         size = len(places) * kind.itemsize
         store[at : at + size].view(kind)[:] = [tuple(place) for place in places]
         at += size
@@ -131,7 +131,12 @@ def _weights(examples: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]]) -> int:
     count = len(bones.bones)
-    fixed = HEAD_BYTES + len(bones.streamed) * POINT_BYTES + count * BONE_BYTES + len(phases) * EXAMPLE_BYTES
+    fixed = (
+        BANK_HEAD_BYTES
+        + len(bones.streamed) * BONE_POINT_BYTES
+        + count * BONE_BYTES
+        + len(phases) * FOLLOWED_BYTES
+    )
     return fixed + 4 * sum(example_floats(len(d), count) + count for _, d in phases)
 
 
@@ -188,16 +193,16 @@ def directions_of(
 
 
 def examples_of(store: NDArray[np.uint8]) -> NDArray[np.void]:
-    """Return the records of the examples of a bank, (T,) EXAMPLE."""
+    """Return the records of the examples of a bank, (T,) FOLLOWED."""
     begin, count = _examples_at(store)
-    return store[begin : begin + count * EXAMPLE_BYTES].view(EXAMPLE)
+    return store[begin : begin + count * FOLLOWED_BYTES].view(FOLLOWED)
 
 
 def extents_of(store: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
     """Return the extent of each bone's directions in each example of a bank, (B, 3)."""
     begin, count = _examples_at(store)
-    floats = store[begin + count * EXAMPLE_BYTES :].view(np.float32)
-    bones = int(store[:HEAD_BYTES].view(HEAD)[0]["bones"])
+    floats = store[begin + count * FOLLOWED_BYTES :].view(np.float32)
+    bones = int(store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]["bones"])
     found = []
     for example in examples_of(store):
         lines, phases = int(example["padded"]), int(example["phases"])
@@ -207,6 +212,6 @@ def extents_of(store: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
 
 
 def _examples_at(store: NDArray[np.uint8]) -> tuple[int, int]:
-    head = store[:HEAD_BYTES].view(HEAD)[0]
-    begin = HEAD_BYTES + int(head["points"]) * POINT_BYTES + int(head["bones"]) * BONE_BYTES
+    head = store[:BANK_HEAD_BYTES].view(BANK_HEAD)[0]
+    begin = BANK_HEAD_BYTES + int(head["points"]) * BONE_POINT_BYTES + int(head["bones"]) * BONE_BYTES
     return begin, int(head["examples"])

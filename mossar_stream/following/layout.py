@@ -28,7 +28,7 @@ REPORT = (
     "residual",
 )
 
-HEAD = np.dtype(
+BANK_HEAD = np.dtype(
     [
         ("points", "i8"),
         ("bones", "i8"),
@@ -46,12 +46,12 @@ HEAD = np.dtype(
         ("phases", "i8"),  # of the longest example, padded
     ]
 )
-HEAD_BYTES = HEAD.itemsize
-POINT = np.dtype(
+BANK_HEAD_BYTES = BANK_HEAD.itemsize
+BONE_POINT = np.dtype(
     [("one", "i8"), ("other", "i8")]
 )  # two joints in whose middle it lies; -1 for the mean of all
 BONE = np.dtype([("begin", "i8"), ("end", "i8"), ("limb", "i8")])  # points; limb -1 for none
-EXAMPLE = np.dtype(
+FOLLOWED = np.dtype(
     [
         ("move", "i8"),
         ("phases", "i8"),
@@ -98,7 +98,7 @@ MOVE = np.dtype(
         ("recents", "i8"),
     ]
 )
-STATE = np.dtype(
+FOLLOWING_STATE = np.dtype(
     [
         ("due", "f8"),  # -inf: samples lie between two frames, so every frame is needed; see readers.py
         ("frames", "i8"),  # since the last gap
@@ -112,8 +112,8 @@ STATE = np.dtype(
         ("happened", "i8"),  # whether anything did
     ]
 )
-STATE_BYTES, MOVE_BYTES, EXAMPLE_BYTES = STATE.itemsize, MOVE.itemsize, EXAMPLE.itemsize
-POINT_BYTES, BONE_BYTES = POINT.itemsize, BONE.itemsize
+FOLLOWING_STATE_BYTES, MOVE_BYTES, FOLLOWED_BYTES = FOLLOWING_STATE.itemsize, MOVE.itemsize, FOLLOWED.itemsize
+BONE_POINT_BYTES, BONE_BYTES = BONE_POINT.itemsize, BONE.itemsize
 
 
 def padded(phases: int) -> int:
@@ -140,7 +140,11 @@ def head_memory(head: np.void) -> int:
     reports = moves * (len(REPORT) + int(head["limbs"]) + 1)
     hidden = -(-strides * ring * bones // 8) * 8
     return (
-        STATE_BYTES + moves * MOVE_BYTES + 8 * reports + 4 * (floats + whole + (floats + whole) % 2) + hidden
+        FOLLOWING_STATE_BYTES
+        + moves * MOVE_BYTES
+        + 8 * reports
+        + 4 * (floats + whole + (floats + whole) % 2)
+        + hidden
     )
 
 

@@ -6,21 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.following.layout import (
+    BANK_HEAD,
+    BANK_HEAD_BYTES,
     BONE,
     BONE_BYTES,
-    EXAMPLE,
-    EXAMPLE_BYTES,
-    HEAD,
-    HEAD_BYTES,
+    BONE_POINT,
+    BONE_POINT_BYTES,
+    FOLLOWED,
+    FOLLOWED_BYTES,
+    FOLLOWING_STATE,
+    FOLLOWING_STATE_BYTES,
     LAYERS,
     LONGER,
     MOVE,
     MOVE_BYTES,
-    POINT,
-    POINT_BYTES,
     REPORT,
-    STATE,
-    STATE_BYTES,
 )
 from mossar_stream.jit.decorators import inline_kernel
 from mossar_stream.jit.views import part
@@ -29,17 +29,17 @@ from mossar_stream.jit.views import part
 class Bank(NamedTuple):
     """What is followed, described for a stream."""
 
-    head: NDArray[np.void]  # (1,) HEAD
-    points: NDArray[np.void]  # (K,) POINT
+    head: NDArray[np.void]  # (1,) BANK_HEAD
+    points: NDArray[np.void]  # (K,) BONE_POINT
     bones: NDArray[np.void]  # (B,) BONE
-    examples: NDArray[np.void]  # (T,) EXAMPLE
+    examples: NDArray[np.void]  # (T,) FOLLOWED
     rows: NDArray[np.float32]  # directions of all examples
 
 
 class Memory(NamedTuple):
     """What is known of a performer, besides the cells of examples."""
 
-    state: NDArray[np.void]  # (1,) STATE
+    state: NDArray[np.void]  # (1,) FOLLOWING_STATE
     moves: NDArray[np.void]  # (M,) MOVE
     happened: NDArray[np.int64]  # (M,) at the frame that the kernel stopped at
     reports: NDArray[np.float64]  # (M, REPORT and limbs)
@@ -69,16 +69,16 @@ class Cells(NamedTuple):
 @inline_kernel(returns_views=True)
 def open_bank(store):
     """Return the bank that a store holds."""
-    head = part(store, 0, HEAD, (1,))
+    head = part(store, 0, BANK_HEAD, (1,))
     points, bones, examples = head[0].points, head[0].bones, head[0].examples
-    at_bones = HEAD_BYTES + points * POINT_BYTES
+    at_bones = BANK_HEAD_BYTES + points * BONE_POINT_BYTES
     at_examples = at_bones + bones * BONE_BYTES
-    at_rows = at_examples + examples * EXAMPLE_BYTES
+    at_rows = at_examples + examples * FOLLOWED_BYTES
     return Bank(
         head,
-        part(store, HEAD_BYTES, POINT, (points,)),
+        part(store, BANK_HEAD_BYTES, BONE_POINT, (points,)),
         part(store, at_bones, BONE, (bones,)),
-        part(store, at_examples, EXAMPLE, (examples,)),
+        part(store, at_examples, FOLLOWED, (examples,)),
         part(store, at_rows, np.float32, ((store.size - at_rows) // 4,)),
     )
 
@@ -88,7 +88,7 @@ def open_memory(memory, head):
     """Return what is known of a performer."""
     points, bones, moves, ring, strides = head.points, head.bones, head.moves, head.ring, head.strides
     numbers = len(REPORT) + head.limbs
-    at_happened = STATE_BYTES + moves * MOVE_BYTES
+    at_happened = FOLLOWING_STATE_BYTES + moves * MOVE_BYTES
     at_reports = at_happened + 8 * moves
     at_poses = at_reports + 8 * moves * numbers
     at_absences = at_poses + 4 * 6 * points
@@ -102,8 +102,8 @@ def open_memory(memory, head):
     at_way = at_means + 4 * 3 * bones
     at_hidden = at_way + 4 * 4 * ring
     return Memory(
-        part(memory, 0, STATE, (1,)),
-        part(memory, STATE_BYTES, MOVE, (moves,)),
+        part(memory, 0, FOLLOWING_STATE, (1,)),
+        part(memory, FOLLOWING_STATE_BYTES, MOVE, (moves,)),
         part(memory, at_happened, np.int64, (moves,)),
         part(memory, at_reports, np.float64, (moves, numbers)),
         part(memory, at_poses, np.float32, (2, points, 3)),

@@ -32,7 +32,7 @@ def compare(known, rows, mean, example):
         known: `Memory`; `distances` and `products` are written.
         rows: (B, 3, padded) directions of the example.
         mean: (B, 3) their means.
-        example: EXAMPLE.
+        example: FOLLOWED.
     """
     directions, distances, products = known.directions, known.distances, known.products
     count = example.padded

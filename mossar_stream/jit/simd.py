@@ -26,6 +26,11 @@ _float, _double, _int, _index = ir.FloatType(), ir.DoubleType(), ir.IntType(64),
 intrinsic: Any = extending.intrinsic  # whose types hide the parameters from mypy
 
 
+def padded(count: int) -> int:
+    """Return how many numbers a line of `count` takes with the zeros with which its length is a multiple of `FACTORS`."""
+    return -(-count // FACTORS) * FACTORS
+
+
 @intrinsic
 def page_sum(_context, page, line):
     """Sum a line of a page of the body in double precision."""

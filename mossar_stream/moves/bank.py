@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.decorators import entry_point
-from mossar_stream.jit.simd import line_product
+from mossar_stream.jit.simd import line_product, padded
 from mossar_stream.moves.example import Example, smoothed
 from mossar_stream.moves.facing import GIRDLES
 from mossar_stream.moves.joints import Pair, shared_joints
 from mossar_stream.moves.limbs import limbs_of
 from mossar_stream.moves.measure import DIRECTIONS, NEVER, correction, describe, strangeness, warped
-from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import (
     EXAMPLE_BYTES,
     JOINT_BYTES,

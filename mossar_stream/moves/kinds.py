@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.jit.simd import padded
 from mossar_stream.moves.bank import compare_with_all, example_poses, make_store, path_of
 from mossar_stream.moves.example import Example
 from mossar_stream.moves.joints import shared_joints
-from mossar_stream.moves.padding import padded
 from mossar_stream.moves.recogniser import STORE, STORE_BYTES
 from mossar_stream.moves.rules import USUAL, Facing
 from mossar_stream.skeleton import Skeleton

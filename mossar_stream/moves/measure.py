@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.jit.simd import line_product
 from mossar_stream.moves.facing import facing_of, heading, turned_back
-from mossar_stream.moves.padding import scale_to_one
 
 POINTS = 16
 DIRECTIONS = POINTS - 1
@@ -43,6 +42,17 @@ class Description(NamedTuple):
     size: NDArray[np.float32]  # (1,) m, diagonal of the box
     low: NDArray[np.float32]  # (D,) m, least value of each coordinate
     row: NDArray[np.float32]  # (2, DIRECTIONS + 1) two lines of the table of warping
+
+
+@inline_kernel
+def scale_to_one(line):
+    """Give a padded line the length 1 and return the length it had; a line of zeros stays."""
+    length = np.sqrt(line_product(line, line))
+    if length > 0.0:
+        factor = np.float32(1.0) / length
+        for i in range(line.size):
+            line[i] *= factor
+    return length
 
 
 @kernel

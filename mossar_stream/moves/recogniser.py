@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
+from mossar_stream.jit.simd import padded
 from mossar_stream.jit.views import part
 from mossar_stream.moves.activity import ACTIVITY, STARTS, follow_activity, start_activity
 from mossar_stream.moves.explaining import BY_AGREEMENT, BY_COST, BY_LEAD, BY_NOTHING, BY_PAUSE, BY_POSTURE
@@ -30,7 +31,6 @@ from mossar_stream.moves.measure import (
     strangeness,
     warped,
 )
-from mossar_stream.moves.padding import padded
 from mossar_stream.moves.points import is_new
 from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose
 
@@ -102,7 +102,7 @@ NEAREST = np.dtype(
         ("end", "f8"),  # s
     ],
 )
-STATE = np.dtype(
+RECOGNITION_STATE = np.dtype(
     [
         ("due", "f8"),  # s, from when on a frame becomes a pose; see readers.py
         ("track", TRACK),
@@ -115,7 +115,7 @@ STATE = np.dtype(
         ("time", "f8"),  # s, of that frame
     ],
 )
-STATE_BYTES = STATE.itemsize
+RECOGNITION_STATE_BYTES = RECOGNITION_STATE.itemsize
 EXAMPLE = np.dtype(
     [
         ("move", "i8"),  # that it is an example of
@@ -185,7 +185,7 @@ def store_bytes(joints: int, examples: int, moves: int) -> int:
 
 def memory_bytes(joints: int, moves: int) -> int:
     """Return the bytes that recognising takes for one performer, by the joints and the moves of the examples."""
-    return STATE_BYTES + 4 * (RING + RAW) * padded(3 * joints) + 8 * moves
+    return RECOGNITION_STATE_BYTES + 4 * (RING + RAW) * padded(3 * joints) + 8 * moves
 
 
 def new_memory(joints: int, moves: int) -> NDArray[np.uint8]:
@@ -207,7 +207,7 @@ def last_times(memory: NDArray[np.uint8], moves: int) -> NDArray[np.float64]:
 
 def state_of(memory: NDArray[np.uint8]) -> np.void:
     """Return a view of the state in a performer's memory."""
-    found: np.void = memory[:STATE_BYTES].view(STATE)[0]
+    found: np.void = memory[:RECOGNITION_STATE_BYTES].view(RECOGNITION_STATE)[0]
     return found
 
 
@@ -259,12 +259,14 @@ def recognise(
         1 if a move changed, see `happened` of its record; else 0.
     """
     bank = open_store(store)
-    state = part(memory, 0, STATE, (1,))[0]
+    state = part(memory, 0, RECOGNITION_STATE, (1,))[0]
     if not is_new(state.track.poses, time, state.track.time, TICK):
         return 0
     numbers = bank.scratch.box.size
-    poses = part(memory, STATE_BYTES, np.float32, (RING + RAW, numbers))
-    last_times = part(memory, STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,))
+    poses = part(memory, RECOGNITION_STATE_BYTES, np.float32, (RING + RAW, numbers))
+    last_times = part(
+        memory, RECOGNITION_STATE_BYTES + 4 * (RING + RAW) * numbers, np.float64, (bank.rules.size,)
+    )
     _follow(state, poses, last_times, bank, positions, time)
     state.due = state.track.time + TICK - EARLY if state.track.poses > 0 else -np.inf
     return 1 if state.happened != 0 else 0

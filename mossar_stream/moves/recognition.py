@@ -20,7 +20,7 @@ from mossar_stream.moves.recogniser import (
     JOINT_BYTES,
     LEAD_COUNTED,
     LEAD_WORTH,
-    STATE_BYTES,
+    RECOGNITION_STATE_BYTES,
     STORE,
     STORE_BYTES,
     WITHDRAWN,
@@ -209,7 +209,7 @@ def _is_sound(memory: NDArray[np.uint8], moves: int, limbs: int) -> bool:
     decision = state["decision"]
     nearest = state["nearest"]
     found = [state[which] for which in ("found", "before")]
-    numbers = memory[STATE_BYTES : len(memory) - 8 * moves].view(np.float32)
+    numbers = memory[RECOGNITION_STATE_BYTES : len(memory) - 8 * moves].view(np.float32)
     return (
         0 <= first <= poses < 1 << 60
         and not np.isnan(state["due"])

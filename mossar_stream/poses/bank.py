@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from mossar_stream.errors import MovesError
 from mossar_stream.following.bank import directions_of, points_of
 from mossar_stream.following.bones import NOWHERE, Bones, shared_bones
-from mossar_stream.following.layout import BONE, BONE_BYTES, POINT, POINT_BYTES
+from mossar_stream.following.layout import BONE, BONE_BYTES, BONE_POINT, BONE_POINT_BYTES
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.facing import mean_heading
 from mossar_stream.moves.points import UPWARDS
 from mossar_stream.moves.pose import Pose
 from mossar_stream.moves.rules import Facing
-from mossar_stream.poses.layout import HEAD, HEAD_BYTES, SHOWN, SHOWN_BYTES, bank_bytes
+from mossar_stream.poses.layout import POSES_HEAD, POSES_HEAD_BYTES, SHOWN, SHOWN_BYTES, bank_bytes
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
@@ -39,7 +39,7 @@ def make_bank(
         up: The axis that points upwards; `auto` is y.
 
     Returns:
-        Bytes: `HEAD`, then points, bones, shown poses, and their directions.
+        Bytes: `POSES_HEAD`, then points, bones, shown poses, and their directions.
 
     Raises:
         FrameError: If the stream lacks joints that the poses need.
@@ -56,9 +56,9 @@ def make_bank(
     count = len(bones.bones)
     store = np.zeros(bank_bytes(len(bones.streamed), count, len(poses)), np.uint8)
     head = len(bones.streamed), count, len(groups), len(poses), axis, sign, girdles
-    store[:HEAD_BYTES].view(HEAD)[0] = head
-    begin, end = HEAD_BYTES, HEAD_BYTES + len(bones.streamed) * POINT_BYTES
-    store[begin:end].view(POINT)[:] = [tuple(pair) for pair in bones.streamed]
+    store[:POSES_HEAD_BYTES].view(POSES_HEAD)[0] = head
+    begin, end = POSES_HEAD_BYTES, POSES_HEAD_BYTES + len(bones.streamed) * BONE_POINT_BYTES
+    store[begin:end].view(BONE_POINT)[:] = [tuple(pair) for pair in bones.streamed]
     begin, end = end, end + count * BONE_BYTES
     store[begin:end].view(BONE)[:] = [(bone.begin, bone.end, groups[bone.limb]) for bone in bones.bones]
     begin, end = end, end + len(poses) * SHOWN_BYTES

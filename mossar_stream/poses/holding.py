@@ -9,13 +9,19 @@ from mossar_stream.errors import SnapshotError
 from mossar_stream.events import Event, PoseEvent, PoseStatus
 from mossar_stream.moves.moves import Moves
 from mossar_stream.poses.bank import bones_of, make_bank
-from mossar_stream.poses.layout import HEAD, HEAD_BYTES, STATE, STATE_BYTES, memory_bytes
+from mossar_stream.poses.layout import (
+    HOLDING_STATE,
+    HOLDING_STATE_BYTES,
+    POSES_HEAD,
+    POSES_HEAD_BYTES,
+    memory_bytes,
+)
 from mossar_stream.poses.matching import ENTERED, HELD, LEFT, NOTHING, match_frame
 from mossar_stream.readers import address_of_reader
 from mossar_stream.settings import Up
 from mossar_stream.skeleton import Skeleton
 
-STATUSES: dict[int, PoseStatus] = {ENTERED: "entered", HELD: "held", LEFT: "left"}
+POSE_STATUS_BY_CODE: dict[int, PoseStatus] = {ENTERED: "entered", HELD: "held", LEFT: "left"}
 
 
 def holding_of(moves: Moves, skeleton: Skeleton, up: Up, performer: str) -> "Holding | None":
@@ -49,11 +55,11 @@ class Holding:
             for i, name in enumerate(bones.limbs)
             if any(bone.limb == i for bone in bones.bones)
         }
-        head = self.store[:HEAD_BYTES].view(HEAD)[0]
+        head = self.store[:POSES_HEAD_BYTES].view(POSES_HEAD)[0]
         count = int(head["bones"])
         self.state = np.zeros(memory_bytes(int(head["points"]), count, int(head["groups"])), np.uint8)
-        self._state = self.state[:STATE_BYTES].view(STATE)
-        at = STATE_BYTES + 8 * 6 * count
+        self._state = self.state[:HOLDING_STATE_BYTES].view(HOLDING_STATE)
+        at = HOLDING_STATE_BYTES + 8 * 6 * count
         self._strays = self.state[at : at + 8 * count].view(np.float64)
         self.reported: None = None
         self._begin()
@@ -82,7 +88,9 @@ class Holding:
             take: Number of the take that is open.
         """
         happened = int(self._state["happened"][0])
-        return ([self._event(STATUSES[happened], take)] if happened in STATUSES else []), None
+        return (
+            [self._event(POSE_STATUS_BY_CODE[happened], take)] if happened in POSE_STATUS_BY_CODE else []
+        ), None
 
     def end(self, take: int, pending: list[Event]) -> None:
         """Begin anew as a take ends; `pending` gets the event of a pose that is left by that."""
@@ -135,8 +143,8 @@ class Holding:
         if len(content) != len(self.state):
             raise SnapshotError(f"the snapshot's held poses have {len(content)} bytes, not {len(self.state)}")
         fresh = np.frombuffer(content, np.uint8).copy()
-        state = fresh[:STATE_BYTES].view(STATE)[0]
-        if not self._is_sound(state, fresh[STATE_BYTES:]):
+        state = fresh[:HOLDING_STATE_BYTES].view(HOLDING_STATE)[0]
+        if not self._is_sound(state, fresh[HOLDING_STATE_BYTES:]):
             raise SnapshotError("the snapshot's state of held poses contradicts itself")
         self.state[:] = fresh
 

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.following.layout import BONE, BONE_BYTES, POINT, POINT_BYTES
+from mossar_stream.following.layout import BONE, BONE_BYTES, BONE_POINT, BONE_POINT_BYTES
 from mossar_stream.jit.decorators import inline_kernel
 from mossar_stream.jit.views import part
 
-HEAD = np.dtype(
+POSES_HEAD = np.dtype(
     [
         ("points", "i8"),
         ("bones", "i8"),
@@ -21,7 +21,7 @@ HEAD = np.dtype(
     ]
 )
 SHOWN = np.dtype([("name", "i8"), ("hold", "f8")])  # number of its name; s
-STATE = np.dtype(
+HOLDING_STATE = np.dtype(
     [
         ("due", "f8"),  # s, when the next sample is due; see readers.py
         ("frames", "i8"),  # sampled since the last gap
@@ -43,14 +43,18 @@ STATE = np.dtype(
         ("happened", "i8"),  # at the last frame
     ]
 )
-HEAD_BYTES, SHOWN_BYTES, STATE_BYTES = HEAD.itemsize, SHOWN.itemsize, STATE.itemsize
+POSES_HEAD_BYTES, SHOWN_BYTES, HOLDING_STATE_BYTES = (
+    POSES_HEAD.itemsize,
+    SHOWN.itemsize,
+    HOLDING_STATE.itemsize,
+)
 
 
 class Bank(NamedTuple):
     """Shown poses, described for a stream."""
 
-    head: NDArray[np.void]  # (1,) HEAD
-    points: NDArray[np.void]  # (K,) POINT
+    head: NDArray[np.void]  # (1,) POSES_HEAD
+    points: NDArray[np.void]  # (K,) BONE_POINT
     bones: NDArray[np.void]  # (B,) BONE; `limb` is the number of a group
     shown: NDArray[np.void]  # (P,) SHOWN
     rows: NDArray[np.float64]  # (P, B, 3) directions
@@ -59,7 +63,7 @@ class Bank(NamedTuple):
 class Memory(NamedTuple):
     """What is known of a performer."""
 
-    state: NDArray[np.void]  # (1,) STATE
+    state: NDArray[np.void]  # (1,) HOLDING_STATE
     fast: NDArray[np.float64]  # (B, 3) directions, averaged over `SMOOTHED`
     slow: NDArray[np.float64]  # (B, 3) the same over `SETTLED`
     strays: NDArray[np.float64]  # (B,) squares of the chord to the pose that is held, summed over samples
@@ -71,25 +75,29 @@ class Memory(NamedTuple):
 def bank_bytes(points: int, bones: int, poses: int) -> int:
     """Return the bytes of a bank."""
     return (
-        HEAD_BYTES + points * POINT_BYTES + bones * BONE_BYTES + poses * SHOWN_BYTES + 8 * poses * bones * 3
+        POSES_HEAD_BYTES
+        + points * BONE_POINT_BYTES
+        + bones * BONE_BYTES
+        + poses * SHOWN_BYTES
+        + 8 * poses * bones * 3
     )
 
 
 def memory_bytes(points: int, bones: int, groups: int) -> int:
     """Return the bytes that a performer takes."""
-    return STATE_BYTES + 8 * (2 * 3 * bones + 2 * bones + 2 * groups) + 4 * 3 * points
+    return HOLDING_STATE_BYTES + 8 * (2 * 3 * bones + 2 * bones + 2 * groups) + 4 * 3 * points
 
 
 @inline_kernel(returns_views=True)
 def open_bank(store):
     """Return the bank that a store holds."""
-    head = part(store, 0, HEAD, (1,))
+    head = part(store, 0, POSES_HEAD, (1,))
     points, bones, poses = head[0].points, head[0].bones, head[0].poses
-    at_bones = HEAD_BYTES + points * POINT_BYTES
+    at_bones = POSES_HEAD_BYTES + points * BONE_POINT_BYTES
     at_shown = at_bones + bones * BONE_BYTES
     return Bank(
         head,
-        part(store, HEAD_BYTES, POINT, (points,)),
+        part(store, POSES_HEAD_BYTES, BONE_POINT, (points,)),
         part(store, at_bones, BONE, (bones,)),
         part(store, at_shown, SHOWN, (poses,)),
         part(store, at_shown + poses * SHOWN_BYTES, np.float64, (poses, bones, 3)),
@@ -100,12 +108,12 @@ def open_bank(store):
 def open_memory(memory, head):
     """Return what is known of a performer."""
     points, bones, groups = head.points, head.bones, head.groups
-    at_slow = STATE_BYTES + 8 * 3 * bones
+    at_slow = HOLDING_STATE_BYTES + 8 * 3 * bones
     at_strays = at_slow + 8 * 3 * bones
     at_groups = at_strays + 8 * 2 * bones
     return Memory(
-        part(memory, 0, STATE, (1,)),
-        part(memory, STATE_BYTES, np.float64, (bones, 3)),
+        part(memory, 0, HOLDING_STATE, (1,)),
+        part(memory, HOLDING_STATE_BYTES, np.float64, (bones, 3)),
         part(memory, at_slow, np.float64, (bones, 3)),
         part(memory, at_strays, np.float64, (bones,)),
         part(memory, at_strays + 8 * bones, np.float64, (bones,)),

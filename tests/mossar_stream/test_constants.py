@@ -9,10 +9,6 @@ import numpy as np
 import mossar_stream
 
 CORE = Path(mossar_stream.__file__).parent
-# Layouts of stores, and numbers that only one room uses. Each room has its own; no module imports them from two rooms.
-OF_A_ROOM = {
-    *("HEAD", "HEAD_BYTES", "STATE", "STATE_BYTES", "EXAMPLE", "EXAMPLE_BYTES", "POINT", "POINT_BYTES", "STATUSES"),
-}  # fmt: skip
 
 
 def constants_of(file):
@@ -45,7 +41,7 @@ def values(root, package):
 
 def test_a_name_has_one_value_in_the_whole_core():
     several = {name: own for name, own in values(CORE, "mossar_stream").items() if len(set(own.values())) > 1}
-    assert {name: own for name, own in several.items() if name not in OF_A_ROOM} == {}
+    assert several == {}
 
 
 def test_names_with_two_values_are_found(tmp_path, monkeypatch):
