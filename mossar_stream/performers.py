@@ -68,7 +68,8 @@ class Performers:
         settings: Defaults to `Settings()`.
         most: Largest number of performers at a time. A new one replaces the one idle for longest, which
             continues with its next take when it is announced again.
-        most_memory: Largest size of all their states, bytes; a performer that would need more is refused.
+        most_memory: Largest size of all their states, bytes; a performer that would need more is refused. States may grow by a
+            third later.
         moves: Moves that are recognised for all performers; they share the examples.
         follow: Names of the moves that are followed, or True for all; see `Segmenter`.
 

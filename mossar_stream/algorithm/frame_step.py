@@ -94,7 +94,7 @@ from mossar_stream.repetitions.sampling import take_frame
 from mossar_stream.repetitions.state import HEADER, PERIODS, begin, forget_periods, stored_views
 from mossar_stream.similarity.protocol import add_pose
 
-DONE, HAPPENED, TAKE_ENDS, RING_FULL, WINDOW_FULL, ANALYSIS_DUE = range(6)  # stop codes
+DONE, HAPPENED, TAKE_ENDS, RING_FULL, ANALYSIS_DUE = range(5)  # stop codes
 STOPS = 16  # more than there are, with those of the loop
 # In the velocity window; a clock that gives more is wrong, and frames that are too many are dropped.
 MOST_STEPS = 1 << 14
@@ -136,13 +136,11 @@ def advance(
     Returns:
         STOPS times the number of frames used, plus what the caller must do: DONE nothing, HAPPENED `update_window`,
         TAKE_ENDS end the take before the next frame, ANALYSIS_DUE analyse the repetitions before it (`analyse` of counting.py),
-        RING_FULL or WINDOW_FULL make more room for displacements or for key frames (offline) before it. One number,
-        because a second one would cost as much as the frame.
+        RING_FULL make more room for displacements before it. One number, because a second one would cost as much as the
+        frame.
     """
     state = part(row, 0, ROW, (1,))[0]
     plan, clock = state.plan, state.clock
-    if plan.offline == 1 and clock.open == 1 and state.window.undecided >= plan.capacity:
-        return WINDOW_FULL
     a = _arrays_of(state, row, params)
     points = part(positions, 0, POINT, (len(times) * plan.joints,))
     for i in range(len(times)):

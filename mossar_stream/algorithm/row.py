@@ -77,6 +77,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("bouts", "i8"),
         ("samples", "i8"),  # bytes of the repetitions' samples
         ("capacity", "i8"),  # W
+        ("room", "i8"),  # with more undecided key frames than this the row must grow before the next frame
         ("most_events", "i8"),  # that one frame, or the end of a take, can cause
         # Settings; the row's own, so that a level can move while others stay.
         ("window", "f8"),  # s
@@ -161,6 +162,7 @@ class Shape(msgspec.Struct, frozen=True):
         ring: Displacements that the velocity window can hold.
         slot: Length of one segment summary, float64 numbers.
         window: W.
+        room: Undecided key frames whose segments there are slots for, at most W; a row grows when it needs more.
         smoothing_window: Frames under the moving average; 0 if off.
         one_euro: Whether the joints are filtered.
         history: Poses kept.
@@ -175,6 +177,7 @@ class Shape(msgspec.Struct, frozen=True):
     ring: int
     slot: int
     window: int
+    room: int
     smoothing_window: int
     one_euro: bool
     history: int
@@ -191,8 +194,8 @@ class Shape(msgspec.Struct, frozen=True):
 
     @property
     def slots(self) -> int:
-        """W + 1 segments of the window, the one before it, three of the open segment, one to spare."""
-        return self.window + 6
+        """One more segment than there is room for, the one before them, three of the open segment, one to spare."""
+        return self.room + 6
 
     @property
     def memo(self) -> int:

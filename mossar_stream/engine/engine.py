@@ -14,11 +14,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS, WINDOW_FULL
+from mossar_stream.algorithm.frame_step import DONE, RING_FULL, TAKE_ENDS
 from mossar_stream.algorithm.window_step import END, LEVEL, RANK, update_window
 from mossar_stream.engine.buffers import IN_USE, Buffers
 from mossar_stream.engine.pool import Row
-from mossar_stream.engine.run import ANALYSED, PHASE, READ, SAID, run
+from mossar_stream.engine.run import ANALYSED, PHASE, READ, SAID, WINDOW_FULL, run
 from mossar_stream.engine.station import Desk
 from mossar_stream.events import BODY, Event, StreamChange, StreamEvent
 from mossar_stream.repetitions.counting import analyse
@@ -71,12 +71,14 @@ def _go_on(
         station = desk.stations[at]
         if stop in (ANALYSED, READ, PHASE):
             tell(desk, float(times[desk.begins[at] + used]) if stop == ANALYSED else math.inf)
-        elif stop in (
-            RING_FULL,
-            WINDOW_FULL,
-        ):  # the source is quicker than its nominal rate; a recording is long
+        elif stop == RING_FULL:  # the source is quicker than its nominal rate
             row = station.rows[int(head["stage"][0])]
-            row.grow(row.plan.larger(ring=2) if stop == RING_FULL else row.plan.larger(window=2))
+            row.grow(row.plan.with_longer_ring)
+            station.refresh()
+        elif stop == WINDOW_FULL:  # much is undecided, or a recording is long
+            for row in station.rows:
+                if row.is_full:
+                    row.grow(row.plan.with_more_room)
             station.refresh()
         elif stop == TAKE_ENDS:
             ended.append((at, used))

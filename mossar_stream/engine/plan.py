@@ -25,6 +25,8 @@ from mossar_stream.similarity import protocol as similarity
 from mossar_stream.skeleton import Skeleton
 
 SMOOTHINGS = ("none", "moving_average", "one_euro")
+FIRST_ROOM, MORE_ROOM = 8, 4  # undecided key frames that a row has room for at first, and that it grows by
+BOUNDLESS = np.iinfo(np.int64).max
 ASSUMED_FPS = 256.0  # Hz, for the velocity ring where the rate is unknown; the ring grows if need be
 LONGEST_HISTORY = 30.0  # s
 KNOWN_LEADERS = 256  # sets of joints whose limb is remembered
@@ -44,6 +46,7 @@ class Plan:
         channel: The body's, or of a limb.
         offline: Whether every key frame is kept until the take ends.
         window: Key frames there is room for, if not the setting.
+        room: Undecided key frames whose segments there are slots for; None for as many as a row begins with.
         history: Poses kept, if not what the settings call for.
         bouts: Bouts of movement kept, if not those of a stream.
     """
@@ -57,6 +60,7 @@ class Plan:
         *,
         channel: str = BODY,
         window: int | None = None,
+        room: int | None = None,
         history: int | None = None,
         bouts: int = BOUTS,
         offline: bool = False,
@@ -82,11 +86,13 @@ class Plan:
             if resolved.location == "free"
             else 0.0
         )
+        most = window or resolved.remerge_window
         self.shape = Shape(
             joints=joints,
             ring=ring or math.ceil(resolved.window * min(max(fps or ASSUMED_FPS, 1.0), self.most_rate)) + 8,
             slot=similarity.slot_size(resolved, self.params),
-            window=window or resolved.remerge_window,
+            window=most,
+            room=most if offline else min(max(room or 0, FIRST_ROOM), most),
             smoothing_window=resolved.smoothing_window if resolved.smoothing == "moving_average" else 0,
             one_euro=resolved.smoothing == "one_euro",
             history=history or pose_history.history_size(kept),
@@ -117,6 +123,13 @@ class Plan:
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
         return 8 * self.shape.window + 32
+
+    @property
+    def _most_undecided(self) -> int:
+        """Undecided key frames with which a row can take the next frame, which may bring one more."""
+        if self.offline:
+            return self.shape.window - 1
+        return self.shape.room if self.shape.room < self.shape.window else BOUNDLESS
 
     def source(self, performer: str, pending: list[Event]) -> Source:
         """Return whose the events of a performer's row are, and where they wait."""
@@ -168,6 +181,7 @@ class Plan:
             "bouts": shape.bouts,
             "samples": shape.region_sizes()["samples"],
             "capacity": shape.window,
+            "room": self._most_undecided,
             "most_events": self.most_events,
             "window": chosen.window,
             "smoothing": SMOOTHINGS.index(chosen.smoothing),
@@ -231,18 +245,32 @@ class Plan:
             self.prepare(row, index)
         return rows
 
-    def larger(self, *, ring: int = 1, window: int = 1) -> "Plan":
-        """Return the same plan with so many times the places in the velocity ring, or in the window."""
+    def with_settings(self, settings: Settings) -> "Plan":
+        """Return the plan for other settings of a stream, with the room that its row has."""
+        shape = self.shape
+        return Plan(self.skeleton, settings, self.fps, shape.ring, channel=self.channel, room=shape.room)
+
+    @cached_property
+    def with_longer_ring(self) -> "Plan":
+        """The same plan with twice the places in the velocity ring."""
+        return self._larger(ring=2 * self.shape.ring)
+
+    @cached_property
+    def with_more_room(self) -> "Plan":
+        """The same plan with room for more undecided key frames: up to W in a stream, for twice W in a recording."""
+        if self.offline:
+            return self._larger(window=2 * self.shape.window)
+        return self._larger(room=self.shape.room + MORE_ROOM)
+
+    def _larger(self, **changed: int) -> "Plan":
+        sizes = {name: getattr(self.shape, name) for name in ("ring", "window", "room", "history", "bouts")}
         return Plan(
             self.skeleton,
             self.user_settings,
             self.fps,
-            ring * self.shape.ring,
             channel=self.channel,
-            window=window * self.shape.window,
-            history=self.shape.history,
-            bouts=self.shape.bouts,
             offline=self.offline,
+            **(sizes | changed),
         )
 
 
@@ -268,7 +296,7 @@ def move_row(old: NDArray[np.uint8], before: Plan, new: NDArray[np.uint8], after
         source, target = region(old, before.shape, name), region(new, after.shape, name)
         if name.startswith("ring_"):
             source = np.roll(source, -tail)
-        if name != "memo":
+        if name != "memo" or len(source) == len(target):  # its places follow from its size
             target[: len(source)] = source
     velocity["head"] = velocity["filled"]
     added = np.arange(before.shape.slots, after.shape.slots)

@@ -137,6 +137,11 @@ class Row:
         """Whether a take is open, and it is known where the performer is."""
         return bool(self.clock["open"]) and bool(self.state["joints"]["placed"])
 
+    @property
+    def is_full(self) -> bool:
+        """Whether the row has no room for one more undecided key frame."""
+        return int(self.state["window"]["undecided"]) > int(self.state["plan"]["room"])
+
     def note_end(self) -> None:
         """Note that the ends of all takes are reported."""
         self.ended = int(self.clock["take"])

@@ -53,8 +53,8 @@ update_window_by_name = linked(UPDATE, void)(update_window)
 AFTER_A_FRAME = np.int64(FOLLOW)
 ONE, NOTHING = np.int64(1), np.int64(0)
 POINT_BYTES = 12
-BUFFER_FULL, ANALYSED, READ, PHASE, SAID = range(
-    STOPS - 5, STOPS
+WINDOW_FULL, BUFFER_FULL, ANALYSED, READ, PHASE, SAID = range(
+    STOPS - 6, STOPS
 )  # what the caller must do besides what `advance` asks for
 
 
@@ -77,8 +77,8 @@ def run(
 
     Returns:
         DONE, or SAID if that left events; else what must be done before the loop goes on, of the performer and the stage at
-        which `HEAD` stands: TAKE_ENDS, RING_FULL, WINDOW_FULL, BUFFER_FULL; ANALYSED, READ, PHASE: ask what is counted, a
-        reader, or the phase for its events.
+        which `HEAD` stands: TAKE_ENDS, RING_FULL, BUFFER_FULL; WINDOW_FULL: before a frame, rows need room for more key frames;
+        ANALYSED, READ, PHASE: ask what is counted, a reader, or the phase for its events.
     """
     head = part(desk, 0, HEAD, (1,))[0]
     seats = part(desk, HEAD_BYTES, SEAT, (head.performers,))
@@ -113,6 +113,8 @@ def _process(head: Any, seat: Any, buffers: Any, params: Any, frames: Any) -> An
         if stage <= station.limbs:
             channel = channels[stage]
             if stage == 0:
+                if _is_any_full(channels):
+                    return WINDOW_FULL
                 most = count - head.frame if is_alone else ONE
                 ready = positions[here : here + most], times[here : here + most]
                 code = _step(channel, buffers, params[:1], ready[0], ready[1])
@@ -149,6 +151,16 @@ def _process(head: Any, seat: Any, buffers: Any, params: Any, frames: Any) -> An
             if station.phase == 1:
                 return PHASE
     return DONE
+
+
+@inline_kernel
+def _is_any_full(channels: Any) -> Any:
+    """Tell whether body or limbs have no room for one more undecided key frame."""
+    for i in range(len(channels)):
+        row = at_address(channels[i].row, ROW, (1,))[0]
+        if row.window.undecided > row.plan.room:
+            return True
+    return False
 
 
 @kernel

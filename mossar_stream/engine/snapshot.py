@@ -26,7 +26,7 @@ from mossar_stream.settings import LevelName, Settings
 from mossar_stream.skeleton import Skeleton
 
 MAGIC = b"MOSSAR\x00"
-SNAPSHOT_VERSION = 26  # the next one whenever rows are laid out, or their numbers are meant, otherwise
+SNAPSHOT_VERSION = 27  # the next one whenever rows are laid out, or their numbers are meant, otherwise
 HEADER_BYTES = len(MAGIC) + 1 + 32
 
 
@@ -82,6 +82,7 @@ class _Content(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     skeleton: Skeleton
     fps: float | None
     ring: Annotated[int, msgspec.Meta(ge=1)]
+    room: Annotated[int, msgspec.Meta(ge=1)]
     performer: str
     level: LevelName | float
     pending: list[Event]
@@ -112,6 +113,7 @@ def pack_snapshot(
         plan.skeleton,
         plan.fps,
         plan.shape.ring,
+        plan.shape.room,
         performer,
         level,
         pending,
@@ -147,7 +149,14 @@ def unpack_snapshot(
         raise SnapshotError("the snapshot is damaged or truncated: its checksum does not fit")
     try:
         content = msgspec.msgpack.decode(body, type=_Content)
-        plan = Plan(content.skeleton, content.settings, content.fps, content.ring, channel=channel)
+        plan = Plan(
+            content.skeleton,
+            content.settings,
+            content.fps,
+            content.ring,
+            channel=channel,
+            room=content.room,
+        )
         if content.fps is not None:
             constant_times(0, content.fps)
         level = plan.strength(content.settings.replace(level=content.level).level)

@@ -120,7 +120,7 @@ class Limbs:
         for row in self.rows:
             before = row.plan
             if own != before.user_settings:
-                plan = Plan(before.skeleton, own, before.fps, before.shape.ring, channel=before.channel)
+                plan = before.with_settings(own)
                 if plan.continues(before):
                     row.replan(plan)
                 else:

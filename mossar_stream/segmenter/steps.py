@@ -184,7 +184,7 @@ class Steps:
         groups_of(before.skeleton, changed.limbs)  # or FrameError
         if changed.steps:
             feet_of(before.skeleton, changed.feet)  # or FrameError
-        return Plan(before.skeleton, changed, before.fps, before.shape.ring, channel=before.channel), level
+        return before.with_settings(changed), level
 
     def adopt(self, plan: Plan, level: LevelName | float) -> None:
         """Go on with a plan and a level; the take ends if it cannot go on with them."""

@@ -258,10 +258,10 @@ def test_the_oldest_is_ranked_again_only_where_its_strength_is_near_the_level(co
 def test_the_row_does_not_grow_with_the_stream(core):
     positions, times = core.moving_people(2, frames=1200, losses=False)
     segmenter = Segmenter(core.skeleton(4), Settings(range_floor=0.01, window=0.05))
-    segmenter.push(positions[:50], times[:50])
-    size = len(segmenter.snapshot())
-    for turn in range(1, 30):
-        segmenter.push(positions, times + turn * times[-1] + turn)
+    for turn in range(40):
+        segmenter.push(positions, times + turn * (times[-1] + 1.0))
+        if turn == 10:
+            size = len(segmenter.snapshot())
     assert len(segmenter.snapshot()) < size + 200
 
 

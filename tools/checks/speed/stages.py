@@ -29,7 +29,9 @@ class _Drive:
     """The stream's loop by hand, with a stopwatch at each part."""
 
     def __init__(self, motion: Motion) -> None:
-        self._row = new_row(Plan(motion.skeleton, Settings(), motion.fps), Buffers(), "p1")
+        settings = Settings()
+        room = settings.resolved().remerge_window  # rows grow in the loop only
+        self._row = new_row(Plan(motion.skeleton, settings, motion.fps, room=room), Buffers(), "p1")
         self.remerging = 0.0  # s, remerge
         self.recording = 0.0  # s, making event records
         self.looking = 0.0  # s, at what is repeated
