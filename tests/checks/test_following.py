@@ -38,6 +38,24 @@ def test_the_table_counts_right_repetitions_and_ranks_wrong_ones(tmp_path, monke
     assert "committed at 0.9: 1." in said or "committed at 0.9: 0." in said
 
 
+@pytest.mark.parametrize("whose", ["--foreign", "--others"])
+def test_the_examples_may_be_those_of_other_people(tmp_path, monkeypatch, capsys, whose):
+    for person in range(3):
+        arrays = {}
+        for name, joints in (("m01", [8, 9]), ("m02", [19, 20, 21])):
+            for k in range(5):
+                arrays[f"{name}_right_{k}"] = raised(joints, 0.7, 10 * person + k)
+                arrays[f"{name}_wrong_{k}"] = raised([*joints, 12, 13], 0.4, 50 + 10 * person + k)
+        np.savez(tmp_path / f"s0{person}.npz", **arrays)
+    shown = []
+    once = following.followed
+    monkeypatch.setattr(following, "followed", lambda own, all_: shown.append(len(own)) or once(own, all_))
+    monkeypatch.setattr(sys, "argv", ["checks.following", str(tmp_path), whose])
+    following.main()
+    assert set(shown) == {4 if whose == "--others" else 1}
+    assert "takes 6: exact 1.00, within one 1.00" in capsys.readouterr().out
+
+
 def test_of_moves_on_command_the_one_that_is_made_leads(tmp_path, monkeypatch, capsys):
     still = np.repeat(raised([8], 0.0, 0)[:1], 60, axis=0)
     arms, legs = (raised(joints, 0.7, 7) for joints in ([8, 9], [19, 20, 21]))

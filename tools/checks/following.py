@@ -1,10 +1,11 @@
 """Following, checked on right and wrong repetitions: counts, ends, verdict, false ones, and whether `certainty` comes true.
 
-    python -m checks.following FOLDER [--foreign]
+    python -m checks.following FOLDER [--foreign|--others]
     python -m checks.following --sessions EXAMPLES
 
 FOLDER has one `.npz` for each person, with arrays `mNN_right_EE` and `mNN_wrong_EE`: repetition EE of exercise NN, (n, 22, 3)
-metres, 30 Hz, joints as below. The example is the person's first right repetition; with `--foreign` that of the next person.
+metres, 30 Hz, joints as below. The example is the person's first right repetition; with `--foreign` that of the next person;
+with `--others` the first two of each other person are examples.
 EXAMPLES is a folder as for `mossar evaluate`: all moves of a player are followed at once, and a command is right if its
 move leads, with the highest certainty, as its progress reaches 0.6. A move that never comes so far is wrong.
 """
@@ -44,10 +45,11 @@ def person_of(file: Path) -> Person:
     return found
 
 
-def followed(example: NDArray[np.float32], repetitions: Repetitions) -> list[FollowEvent]:
-    """Return what is reported of repetitions, one after the other, when an example is followed."""
+def followed(examples: Repetitions, repetitions: Repetitions) -> list[FollowEvent]:
+    """Return what is reported of repetitions, one after the other, when a move with these examples is followed."""
     moves = Moves(SKELETON)
-    moves.add("it", example, fps=FPS)
+    for example in examples:
+        moves.add("it", example, fps=FPS)
     segmenter = Segmenter(SKELETON, fps=FPS, moves=moves, follow=("it",))
     events = [*segmenter.push(np.concatenate(repetitions)), *segmenter.end_take()]
     return [event for event in events if isinstance(event, FollowEvent)]
@@ -140,7 +142,9 @@ def main() -> None:
         prog="python -m checks.following", description=__doc__.partition("\n")[0]
     )
     parser.add_argument("folder", type=Path, nargs="?")
-    parser.add_argument("--foreign", action="store_true", help="follow the example of the next person")
+    whose = parser.add_mutually_exclusive_group()
+    whose.add_argument("--foreign", action="store_true", help="follow the example of the next person")
+    whose.add_argument("--others", action="store_true", help="follow two examples of each other person")
     parser.add_argument("--sessions", type=Path, metavar="EXAMPLES", help="moves on command instead")
     given = parser.parse_args()
     if given.sessions is not None:
@@ -153,11 +157,15 @@ def main() -> None:
     false = others = performances = 0
     for person, following in zip(people, people[1:] + people[:1], strict=True):
         for exercise, kinds in person.items():
-            example, right, wrong = kinds["right"][0], kinds["right"][1:], kinds["wrong"]
+            examples, right, wrong = kinds["right"][:1], kinds["right"][1:], kinds["wrong"]
             if given.foreign:
-                example, right = following[exercise]["right"][0], kinds["right"]
+                examples, right = following[exercise]["right"][:1], kinds["right"]
+            elif given.others:
+                others_of = [other for other in people if other is not person]
+                examples = [one for other in others_of for one in other[exercise]["right"][:2]]
+                right = kinds["right"]
             odd = [own["right"][2] for name, own in person.items() if name != exercise]
-            own, bad, foreign = (followed(example, repetitions) for repetitions in (right, wrong, odd))
+            own, bad, foreign = (followed(examples, repetitions) for repetitions in (right, wrong, odd))
             for events in (own, bad, foreign):
                 said += came_true(events)
                 sure += commitments(events)
