@@ -49,7 +49,7 @@ def run(job: Job) -> None:
         configuration.set_string(name, value)
     env = StreamExecutionEnvironment.get_execution_environment(configuration)
     build(env, job)
-    begun_from = latest_checkpoint(job.checkpoints.folder) if job.checkpoints.resume else None
+    former = runs_cut_short(job.checkpoints.folder) if job.checkpoints.resume else []
     try:
         result = env.execute(job.name)
     except Py4JJavaError as error:
@@ -59,7 +59,6 @@ def run(job: Job) -> None:
         result.get_net_runtime()
     except Py4JJavaError:  # it was handed over to a cluster (flink run --detached), and goes on there
         return
-    former = () if begun_from is None else (begun_from.parent.name,)
     leave_nothing(job.checkpoints.folder, str(result.get_job_id()), *former)
 
 
@@ -123,17 +122,33 @@ def latest_checkpoint(folder: str) -> Path | None:
     Args:
         folder: URI. What lies in a bucket is named by "execution.state-recovery.path" instead.
     """
+    times = _whole_checkpoints(folder)
+    return max(times, key=times.__getitem__) if times else None
+
+
+def runs_cut_short(folder: str) -> list[str]:
+    """Return the engine's ids of the runs from which a run may go on: the last one, and those before that were killed, too.
+
+    A run that was killed twice leaves checkpoints of each. When its last part has ended, nothing is left to do for any.
+
+    Args:
+        folder: URI, as for `latest_checkpoint`.
+    """
+    return sorted({checkpoint.parent.name for checkpoint in _whole_checkpoints(folder)})
+
+
+def _whole_checkpoints(folder: str) -> dict[Path, int]:
+    """Return the whole checkpoints of runs that have not come to their end, and when they were written, ns."""
     parts = urlsplit(folder)
-    if parts.scheme != "file":
-        return None
-    # The engine writes this file last.
-    whole = Path(unquote(parts.path)).glob("*/chk-*/_metadata")
     times: dict[Path, int] = {}
-    for path in whole:
+    if parts.scheme != "file":
+        return times
+    # The engine writes this file last.
+    for path in Path(unquote(parts.path)).glob("*/chk-*/_metadata"):
         with contextlib.suppress(FileNotFoundError):  # the engine has just removed it
             if not (path.parents[1] / ENDED).exists():
                 times[path.parent] = path.stat().st_mtime_ns
-    return max(times, key=times.__getitem__) if times else None
+    return times
 
 
 def leave_nothing(folder: str, *runs: str) -> None:

@@ -6,7 +6,7 @@ import shutil
 import msgspec
 import pytest
 
-from mossar_adapters.flink.engine import check_java, latest_checkpoint, leave_nothing, options
+from mossar_adapters.flink.engine import check_java, latest_checkpoint, leave_nothing, options, runs_cut_short
 from mossar_adapters.flink.job import Job, Source
 from mossar_stream import MossarError
 
@@ -46,6 +46,18 @@ def test_no_run_goes_on_from_one_that_has_ended_whatever_is_left_of_it(tmp_path,
     leave_nothing(tmp_path.as_uri(), "next", "killed")
     assert latest_checkpoint(tmp_path.as_uri()) is None
     assert "execution.state-recovery.path" not in options(job)
+
+
+def test_no_run_goes_on_from_an_older_part_of_a_job_that_was_killed_twice(tmp_path):
+    checkpoint(tmp_path, "over/chk-1", age=200)
+    leave_nothing(tmp_path.as_uri(), "over")
+    checkpoint(tmp_path, "first/chk-3", age=99)
+    checkpoint(tmp_path, "second/chk-7", age=50)
+    cut_short = runs_cut_short(tmp_path.as_uri())
+    assert cut_short == ["first", "second"]
+    leave_nothing(tmp_path.as_uri(), "third", *cut_short)
+    assert latest_checkpoint(tmp_path.as_uri()) is None
+    assert runs_cut_short("s3://bucket/checkpoints") == []
 
 
 def test_a_run_without_checkpoints_ends_too(tmp_path):
