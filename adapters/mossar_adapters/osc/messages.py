@@ -153,8 +153,14 @@ def _layout(header: bytes, tags_at: int) -> _Layout:
     parts = None
     if not set(tags) - set("ifhdsb"):
         runs = re.findall("s|b|[ifhd]+", tags)
-        parts = tuple(run if run in "sb" else struct.Struct(">" + run.replace("h", "q")) for run in runs)
+        parts = tuple(run if run in "sb" else _struct(run) for run in runs)
     return _Layout(address, sum(_SIZES[tag] for tag in tags), parts)
+
+
+def _struct(run: str) -> struct.Struct:
+    """Return what reads a run of numbers; `>150f` takes 30 bytes, `>ffff...` would take as many for each number."""
+    counted = re.sub(r"(.)\1*", lambda found: f"{len(found[0])}{found[1]}", run)
+    return struct.Struct(">" + counted.replace("h", "q"))
 
 
 def _arguments(packet: bytes, at: int, parts: Sequence[struct.Struct | str]) -> Sequence[Any]:
