@@ -1,9 +1,10 @@
 r"""Activity: whether the performer moves or rests, reported while it happens.
 
 The signal is the rms speed of the joints over the last tenth of a second, which every level measures for its features.
-Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `CONFIRMED`. A rest
-needs a speed below the lower line for the setting `rest_seconds`, so a turning point is not a rest. Both lines rise
-with what the sensor's noise adds to the speed.
+Two lines make the hysteresis: the performer moves once the speed has been above the upper line for `ONSET_CONFIRMED`;
+after exact stillness, which shows that there is no noise, the first frame above it is enough. A rest needs a speed below
+the lower line for the setting `rest_seconds`, so a turning point is not a rest. Both lines rise with what the sensor's
+noise adds to the speed.
 
     speed    ___/‾‾‾\_/‾‾‾‾\_______________
                 ^start           ^start of the rest
@@ -73,7 +74,7 @@ def start_activity(state, time):
 
 
 @inline_kernel
-def follow_activity(activity, body, speed, noises, time, rest_seconds):
+def follow_activity(activity, body, speed, noises, moment, rest_seconds):
     """Process the speed of a frame.
 
     Args:
@@ -81,26 +82,26 @@ def follow_activity(activity, body, speed, noises, time, rest_seconds):
         body: See joint_pages.py; the log speeds are those of the frame.
         speed: m/s, rms over the joints.
         noises: m/s, what the sensor's noise adds to it: at its quietest of late, and as it is now.
-        time: s.
+        moment: s, and whether nothing at all had moved before: a speed above the line then counts at once.
         rest_seconds: s.
     """
     state = activity.state
     noise, noise_now = noises
+    time, after_stillness = moment
     if state.moving == 1:
         if speed > max(LOWER_LINE, LOWER_NOISE * noise):
             state.above = time
         elif time - state.above >= rest_seconds - MARGIN:
             _rest(activity)
-    elif not speed > max(UPPER_LINE, UPPER_NOISE * noise, UPPER_NOISE_NOW * noise_now):
+    elif speed > max(UPPER_LINE, UPPER_NOISE * noise, UPPER_NOISE_NOW * noise_now):
+        state.above = min(state.above, time)
+        is_settled = state.number > 0 or time - state.since >= ACTIVITY_SETTLING - MARGIN
+        if after_stillness or (is_settled and time - state.above >= ONSET_CONFIRMED - MARGIN):
+            state.joint = _fastest(body)
+            _change(state, IS_MOVING)
+            state.above = time
+    else:
         state.above = np.inf
-    elif state.above == np.inf:
-        state.above = time
-    elif time - state.above >= ONSET_CONFIRMED - MARGIN and (
-        state.number > 0 or time - state.since >= ACTIVITY_SETTLING - MARGIN
-    ):
-        state.joint = _fastest(body)
-        _change(state, IS_MOVING)
-        state.above = time
 
 
 @kernel
@@ -122,7 +123,7 @@ def noises_of_speed(noise, joints, is_filtered):
         joints: How many can move relative to the centre.
         is_filtered: Whether the speed is that of poses in the low-pass filter, see candidate_features.noise_of_speed.
     """
-    if noise.step <= 0.0:
+    if noise.step <= 0.0 or (noise.known == 0 and noise.silent == 1):
         return 0.0, 0.0
     now = max(noise.estimate, noise.aside)
     quietest = min(now, noise.quietest) if noise.quietest > 0.0 else now
@@ -176,32 +177,37 @@ def _keep_bout(activity):
 
 
 @kernel
-def active_span(activity, begin, end):
-    """Return when the performer first and last moved between two times, s; NaN if nothing moved.
+def active_span(activity, begin, end, path, late):
+    """Return when the performer first and last moved in a segment, s; NaN if nothing moved.
 
-    A bout that reaches over an end of the span by no more than `BRIEF_BOUT` belongs to the neighbour.
+    Args:
+        activity: Activity.
+        begin: s, of the segment.
+        end: s.
+        path: m, of all joints in the segment.
+        late: s, by which bouts begin later than the key frames that are reported of them.
     """
     state, bouts = activity.state, activity.bouts
     first = last = np.nan
-    for i in range(state.bouts):
-        if (
-            bouts[i].end >= begin
-            and bouts[i].begin <= end
-            and _counts(bouts[i].begin, bouts[i].end, begin, end)
-        ):
-            first = max(bouts[i].begin, begin) if np.isnan(first) else first
-            last = min(bouts[i].end, end)
-    if state.moving == 1 and state.since <= end and _counts(state.since, state.above, begin, end):
-        first = max(state.since, begin) if np.isnan(first) else first
-        last = min(state.above, end)
+    if not path > 0.0:
+        return first, last
+    for i in range(state.bouts + state.moving):
+        is_over = i < state.bouts
+        bout_begin = bouts[i].begin if is_over else state.since
+        bout_end = bouts[i].end if is_over else state.above
+        if _counts(bout_begin, bout_end, begin, end, late):
+            first = min(max(bout_begin, begin), end) if np.isnan(first) else first
+            last = max(min(bout_end, end), first)
     return first, last
 
 
 @inline_kernel
-def _counts(bout_begin, bout_end, begin, end):
-    """Tell whether a bout lies within a span, or reaches far enough into it."""
+def _counts(bout_begin, bout_end, begin, end, late):
+    """Tell whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
+    if bout_end - bout_begin <= 2.0 * BRIEF_BOUT + late + MARGIN:
+        return begin <= bout_begin - late < end
     inside = min(bout_end, end) - max(bout_begin, begin)
-    return inside > BRIEF_BOUT or (inside >= 0.0 and bout_begin >= begin and bout_end <= end)
+    return inside > BRIEF_BOUT or (bout_begin <= begin and bout_end >= end)
 
 
 @kernel

@@ -52,7 +52,7 @@ from mossar_stream.algorithm.joints import (
     step_joints,
 )
 from mossar_stream.algorithm.localising import localise, speed_to_come
-from mossar_stream.algorithm.noise import calm_noise, hear_aside, noise_floor, start_noise
+from mossar_stream.algorithm.noise import calm_noise, ends_stillness, hear_aside, noise_floor, start_noise
 from mossar_stream.algorithm.normalisation import normalise
 from mossar_stream.algorithm.one_euro import filter_joints
 from mossar_stream.algorithm.open_segment import OpenSegment, note_last_frame, split, start_open_segment
@@ -413,7 +413,8 @@ def _follow_activity(state, a, squares):
     plan = state.plan
     noises = noises_of_speed(state.noise, plan.moving_joints, plan.is_filtered == 1)
     speed = np.sqrt(squares / state.joints.moving)
-    follow_activity(a.activity, a.joints.body, speed, noises, state.clock.time, plan.rest_seconds)
+    moment = state.clock.time, ends_stillness(state.noise)
+    follow_activity(a.activity, a.joints.body, speed, noises, moment, plan.rest_seconds)
 
 
 @inline_kernel

@@ -47,6 +47,7 @@ from mossar_stream.memory.joint_pages import (
 MEMORY = 0.15  # s, time constant of the averages
 TURNED_BACK = -0.1  # correlation of successive displacements below which they are noise
 BEGINNING = 0.05  # s, at the start of a stream, in which every movement may be noise
+STILLNESS = 0.1  # s, without any displacement, after which the sensor is exactly still; shorter ones are repeated frames
 DOUBT = 0.5  # what is added to the estimate for each frame's share in it
 SLOWEST_SMOOTHING = 0.1  # s, time constant of the smoothing
 DOUBLING = 5.0  # s, in which the quietest path that is remembered doubles
@@ -67,11 +68,13 @@ RECENT_SUMS = np.dtype(  # leaky sums over the last frames of a take
         ("path", "f8"),  # m
         ("turn", "f8"),  # s, correlation of successive displacements
         ("squares", "f8"),  # m², of the last displacements
+        ("still", "f8"),  # s, for which exactly nothing moved before the last displacement
     ],
 )
 NOISE = np.dtype(  # what is known of the sensor, which outlasts a take
     [
         ("known", "i8"),  # whether it was ever calm
+        ("silent", "i8"),  # whether the sensor was ever exactly still: until it is calm, it has no noise
         ("heard", "f8"),  # s, of movement
         ("estimate", "f8"),  # m/s, path of the noise of all joints
         (
@@ -96,11 +99,12 @@ def start_noise(recent):
     recent.path = 0.0
     recent.turn = 0.0
     recent.squares = 0.0
+    recent.still = 0.0
 
 
 def forget_noise(noise: Any) -> None:
     """Forget the sensor's noise, but not its rate, outside compiled code."""
-    for name in ("known", "heard", "estimate", "aside", "quietest", "loud", "floor"):
+    for name in ("known", "silent", "heard", "estimate", "aside", "quietest", "loud", "floor"):
         noise[name] = 0
 
 
@@ -146,7 +150,15 @@ def hear_noise(noise, body, padded_joints, displacement, dt):
             _listen(noise, turned, displacement)
         else:
             recent.squares = 0.0  # nothing can be compared with this displacement
+        recent.still = recent.time - dt
+        noise.silent |= 1 if recent.still >= STILLNESS - TIME_ROUNDING else 0
         recent.time = 0.0
+
+
+@inline_kernel
+def ends_stillness(noise):
+    """Tell whether the last frame is the first with a displacement after exact stillness."""
+    return noise.recent.time == 0.0 and noise.recent.still >= STILLNESS - TIME_ROUNDING
 
 
 @inline_kernel
@@ -195,7 +207,7 @@ def _turned(recent, body, padded_joints):
 @inline_kernel
 def _is_even(noise, step):
     """Tell whether the frame follows the last one without a loss, and learn how long that takes."""
-    if step <= 0.0:
+    if step <= 0.0 or (noise.step == 0.0 and step > NEVER_EVEN + TIME_ROUNDING):
         return False
     if noise.step == 0.0 or step < noise.step - TIME_ROUNDING:
         noise.step = max(step, SHORTER_STEP * noise.step)

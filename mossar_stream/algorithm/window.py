@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm.activity import Activity, active_span
+from mossar_stream.algorithm.candidate_features import EARLIER
 from mossar_stream.algorithm.open_segment import NO_SLOT
 from mossar_stream.algorithm.pose_history import PoseHistory
 from mossar_stream.algorithm.remerging import (
@@ -354,7 +355,11 @@ def put_segment(w, start, end, status):
 @inline_kernel
 def note_span(w, event):
     """Fill in when the performer moved in a segment whose ends are known, and so its state."""
-    event.active_start, event.active_end = active_span(w.activity, event.time, event.until_time)
+    path = 0.0
+    for j in range(w.plan.joints):
+        path += w.scratch.summaries[OWN, PATH + j]
+    late = EARLIER if w.plan.has_features == 1 else 0.0
+    event.active_start, event.active_end = active_span(w.activity, event.time, event.until_time, path, late)
     event.nature = 0 if np.isnan(event.active_start) else 1
 
 

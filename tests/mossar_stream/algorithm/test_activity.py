@@ -243,3 +243,56 @@ def test_more_bouts_than_a_stream_remembers_leave_the_first_and_the_last_moment(
     bouts = activity(events)
     (whole,) = [e for e in events if isinstance(e, SegmentEvent) and e.status == "final"]
     assert (whole.active_start, whole.active_end) == (bouts[0].start, bouts[-1].start)
+
+
+def jumping(noise, fps, way, is_even, at):
+    """Return poses that stand until the time `at`, s, and in which the arm is somewhere else from then on."""
+    times = np.arange(int(6.0 * fps)) / fps
+    random = np.random.default_rng(0)
+    poses = np.zeros((len(times), len(NAMES), 3))
+    poses[:, :, 1] = np.linspace(0.0, 1.0, len(NAMES))
+    for joint, reach in ((7, 0.25), (8, 0.5), (9, 0.7)):
+        poses[times >= at - 1e-9, joint, 0] += way * reach
+    if is_even:  # each frame is as far to the other side of the truth as the last one
+        poses += np.where(np.arange(len(times)) % 2, -noise, noise)[:, None, None] * random.normal(
+            size=poses.shape[1:]
+        )
+    else:
+        poses += random.normal(0.0, noise, poses.shape)
+    return poses.astype(np.float32), times
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=IDS)
+@pytest.mark.parametrize(
+    ("noise", "is_even", "rates"),
+    [(0.0, True, (5.0, 10.0, 30.0, 60.0)), (0.001, True, (30.0, 60.0)), (0.001, False, (30.0,))],
+    ids=["exactly still", "even noise", "white noise"],
+)
+def test_a_jump_in_one_frame_is_a_movement_of_the_segment_in_which_it_lies(settings, noise, is_even, rates):
+    for fps in rates:
+        for way, at in ((0.15, 3.0), (0.4, 3.0), (0.4, 0.6)):
+            events = streamed(*jumping(noise, fps, way, is_even, at), settings)
+            found = activity(events)
+            assert [e.state for e in found] == ["moving", "resting"]
+            assert at - 1e-6 <= found[0].start <= at + 0.067
+            assert found[0].decided_time - found[0].start <= 0.1
+            parts = [e for e in events if isinstance(e, SegmentEvent) and e.status == "final"]
+            (part,) = [e for e in parts if e.state == "moving"]
+            assert part.start_time - 1e-6 <= at <= part.end_time + 1e-6
+            assert part.start_time <= part.active_start <= part.active_end <= part.end_time
+            assert part.active_joints
+            assert all(e.active_start is None for e in parts if e.state == "resting")
+
+
+def test_a_sensor_that_wakes_up_is_no_movement_for_long():
+    times = np.arange(300) / FPS
+    poses = raising(times, [], 0.003)
+    poses[:90] = poses[0]  # it repeats its first pose, then its noise begins
+    found = activity(streamed(poses, times))
+    assert [e.state for e in found] in ([], ["moving", "resting"])
+
+
+def test_a_stream_that_repeats_poses_for_a_moment_goes_on_as_before():
+    poses, times, _ = four_holds(0.003)
+    poses[140:150] = poses[140]  # within a rest
+    assert [e.state for e in activity(streamed(poses, times))] == ["moving", "resting"] * 8
