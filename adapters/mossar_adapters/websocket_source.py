@@ -14,9 +14,7 @@ from mossar_adapters.address import Address
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
-from mossar_adapters.maps.decoder import MapDecoder
-from mossar_adapters.maps.frame_maps import FrameMap
-from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.maps.intake import MapIntake
 from mossar_adapters.source import Departure, Meta
 from mossar_adapters.websocket_server import OPTIONS as SERVER_OPTIONS
 from mossar_adapters.websocket_server import WebSocketServer
@@ -71,11 +69,9 @@ class WebSocketSource:
 
     def __init__(self, address: Address, options: ReadOptions | None = None) -> None:
         address.check(OPTIONS)
-        options = options or ReadOptions()
         self.name = address.url
         self.counters = WebSocketCounters()
-        self._maps = MapDecoder(self.counters, options, address.options.get("performer"))
-        self._batch = Batch(options.fps)
+        self._intake = MapIntake(self.counters, options, address.options.get("performer"))
         self._inbox: queue.Queue[Message] = queue.Queue(QUEUE)
         self._performers: dict[int, set[str]] = {}  # of each client
         self._connected = 0
@@ -98,7 +94,7 @@ class WebSocketSource:
                     self._receive(self._inbox.get_nowait())
                 except queue.Empty:
                     break
-            yield from self._batch.take()
+            yield from self._intake.batch.take()
 
     def explain(self) -> str:
         """Return one line that says where it listens and what came."""
@@ -146,18 +142,16 @@ class WebSocketSource:
     def _receive(self, message: Message) -> None:
         if message.text is None:
             for performer in self._performers.pop(message.client, ()):
-                self._batch.put(Departure(performer, GONE))
-            self._batch.forget(str(message.client))
+                self._intake.batch.put(Departure(performer, GONE))
+            self._intake.batch.forget(str(message.client))
             return
         self.counters.received += 1
         try:
             found = from_json(message.text)
-            if found is None:
-                self.counters.ignored += 1
-                return
-            self.counters.see("frame" if isinstance(found, FrameMap) else "meta")
-            said = self._maps.receive(found, message.arrival, str(message.client))
-            self._batch.put(said)
-            self._performers.setdefault(message.client, set()).add(said.performer)
+            if found is not None:
+                self.counters.see(found.type)
+            said = self._intake.put(found, message.arrival, str(message.client))
+            if said is not None:
+                self._performers.setdefault(message.client, set()).add(said.performer)
         except FrameError as error:
             self.counters.reject(str(error))

@@ -3,9 +3,8 @@
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json
-from mossar_adapters.maps.decoder import MapDecoder
-from mossar_adapters.maps.frame_maps import FrameMap
-from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.maps.intake import MapIntake
+from mossar_adapters.receiving.pose import Pose
 from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
 
@@ -28,12 +27,10 @@ class LineDecoder:
     """
 
     def __init__(self, options: ReadOptions | None = None) -> None:
-        options = options or ReadOptions()
         self.counters = Counters()
         self.usable = 0  # frames
         self.problem = ""  # what was wrong with the first malformed line
-        self._maps = MapDecoder(self.counters, options)
-        self._batch = Batch(options.fps)
+        self._intake = MapIntake(self.counters, options)
         self._rest = b""  # of a line whose end has not come
 
     def receive(self, data: bytes, arrival: float) -> list[Meta | Frames | Departure]:
@@ -49,7 +46,7 @@ class LineDecoder:
         if len(self._rest) > MAX_LINE:
             self._refuse(f"longer than {MAX_LINE} bytes")
             self._rest = b""
-        return self._batch.take()
+        return self._intake.batch.take()
 
     def end(self, arrival: float) -> list[Meta | Frames | Departure]:
         """Return what the last line says if nothing ended it: there is no more to come."""
@@ -60,15 +57,10 @@ class LineDecoder:
             return
         self.counters.received += 1
         try:
-            found = from_json(line)
-            if found is None:
-                self.counters.ignored += 1
-                return
-            said = self._maps.receive(found, arrival)
-            if isinstance(said, Meta) and self._batch.fps is None:
-                self._batch.fps = said.fps
-            self._batch.put(said)
-            self.usable += isinstance(found, FrameMap)
+            said = self._intake.put(from_json(line), arrival)
+            if isinstance(said, Meta) and self._intake.batch.fps is None:
+                self._intake.batch.fps = said.fps
+            self.usable += isinstance(said, Pose)
         except FrameError as error:
             self._refuse(str(error))
 

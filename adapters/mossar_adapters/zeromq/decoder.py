@@ -10,9 +10,7 @@ from typing import NamedTuple
 from mossar_adapters.files.options import ReadOptions
 from mossar_adapters.live import Counters
 from mossar_adapters.maps.codec import from_json, from_msgpack
-from mossar_adapters.maps.decoder import MapDecoder
-from mossar_adapters.maps.frame_maps import FrameMap
-from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.maps.intake import MapIntake
 from mossar_adapters.source import Departure, Meta
 from mossar_stream import FrameError, Frames
 
@@ -40,11 +38,13 @@ class ZmqDecoder:
     """
 
     def __init__(self, options: ReadOptions | None = None, performer: str | None = None) -> None:
-        options = options or ReadOptions()
         self.counters = Counters()
-        self.frames = 0  # frame maps that came, usable or not
-        self._maps = MapDecoder(self.counters, options, performer)
-        self._batch = Batch(options.fps)
+        self._intake = MapIntake(self.counters, options, performer)
+
+    @property
+    def frames(self) -> int:
+        """Frame maps that came, usable or not."""
+        return self._intake.frames
 
     def receive(self, *messages: ZmqMessage) -> list[Meta | Frames | Departure]:
         """Return what these messages say; what is malformed is counted and passed over."""
@@ -54,7 +54,7 @@ class ZmqDecoder:
                 self._decode(message)
             except FrameError as error:
                 self.counters.reject(str(error))
-        return self._batch.take()
+        return self._intake.batch.take()
 
     def _decode(self, message: ZmqMessage) -> None:
         parts = message.parts
@@ -66,8 +66,4 @@ class ZmqDecoder:
             self.counters.see(parts[0][:80].decode("utf-8", "replace"))
         data = parts[-1]
         found = from_json(data) if len(parts) == 1 or data.lstrip()[:1] == b"{" else from_msgpack(data)
-        if found is None:
-            self.counters.ignored += 1
-            return
-        self.frames += isinstance(found, FrameMap)
-        self._batch.put(self._maps.receive(found, message.arrival))
+        self._intake.put(found, message.arrival)

@@ -1,0 +1,47 @@
+"""Intake: frame and meta maps of live senders, counted and collected until the reader takes them."""
+
+from mossar_adapters.files.options import ReadOptions
+from mossar_adapters.live import Counters
+from mossar_adapters.maps.decoder import MapDecoder
+from mossar_adapters.maps.frame_maps import FrameMap, MetaMap
+from mossar_adapters.receiving.batch import Batch
+from mossar_adapters.receiving.pose import Pose
+from mossar_adapters.source import Meta
+
+
+class MapIntake:
+    """Takes maps in, whatever wire they came over.
+
+    Args:
+        counters: Where maps of other types and gaps are counted.
+        options: The user's fps and unit.
+        performer: What the user calls the performer, or None.
+    """
+
+    def __init__(
+        self, counters: Counters, options: ReadOptions | None = None, performer: str | None = None
+    ) -> None:
+        options = options or ReadOptions()
+        self.counters = counters
+        self.batch = Batch(options.fps)
+        self.frames = 0  # frame maps that came, usable or not
+        self._maps = MapDecoder(counters, options, performer)
+
+    def put(self, found: FrameMap | MetaMap | None, arrival: float, sender: str = "") -> Meta | Pose | None:
+        """Take one map in, and return what it says; None if it is of another type, such as an event.
+
+        Args:
+            found: What was decoded; None for another type.
+            arrival: When it came, s.
+            sender: Distinguishes senders, where that is known.
+
+        Raises:
+            FrameError: If it cannot be used.
+        """
+        if found is None:
+            self.counters.ignored += 1
+            return None
+        self.frames += isinstance(found, FrameMap)
+        said = self._maps.receive(found, arrival, sender)
+        self.batch.put(said)
+        return said
