@@ -5,6 +5,7 @@ Ctrl-C, leaves them there, and the next call brings them. What is changed for al
 """
 
 import functools
+import weakref
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -17,7 +18,7 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.buffers import IN_USE, Buffers
 from mossar_stream.engine.intake import FLOAT32, given_positions, less_origin
 from mossar_stream.engine.plan import Plan
-from mossar_stream.engine.pool import Pools, Row
+from mossar_stream.engine.pool import Pools, Row, new_row
 from mossar_stream.engine.station import Desk
 from mossar_stream.errors import FrameError, SettingsError, SnapshotError
 from mossar_stream.events import BODY, Event
@@ -226,10 +227,15 @@ class Performers:
         following = self._follow, self._alignment_of(name, skeleton, self._settings)
         row = self._pools_for(skeleton, fps, self._settings).allocate(name)
 
+        # The segmenter must not lead back here: the memory of a pool would be kept until the collector comes by.
+        here = weakref.ref(self)
+
         def new_limb(plan: Plan, pending: list[Event]) -> Row:
-            return self._pools_for(plan.skeleton, plan.fps, plan.user_settings, plan.channel).allocate(
-                name, pending
-            )
+            pool = here()
+            if pool is None:
+                return new_row(plan, row.buffers, name, pending)
+            pools = pool._pools_for(plan.skeleton, plan.fps, plan.user_settings, plan.channel)  # noqa: SLF001 - its own class
+            return pools.allocate(name, pending)
 
         try:
             segmenter = Segmenter.of_row(row, recognition, following, new_limb)

@@ -449,3 +449,20 @@ def test_a_pool_s_own_change_is_finished_after_ctrl_c(core):
         pool.end_takes()
         assert len({pool.settings.window, *(pool[name].settings.window for name in pool.names)}) == 1
     assert after > 10
+
+
+def test_a_pool_that_is_dropped_takes_no_memory_until_the_collector_comes_by(core):
+    gc.collect()
+    gc.disable()
+    try:
+        pool = Performers(SETTINGS)
+        pool.announce("ann", core.skeleton(4))
+        pushed(pool, core, "ann", 0, slice(0, 50))
+        gone = weakref.ref(pool)
+        left = pool["ann"]
+        del pool
+        assert gone() is None
+        left.change(limbs="arm=" + ",".join(core.skeleton(4).names[1:3]))
+        assert left.limbs == ("arm",)
+    finally:
+        gc.enable()
