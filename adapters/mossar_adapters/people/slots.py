@@ -182,7 +182,7 @@ class Slots:
             FrameError: If the id is no text, the time no finite number, or the pose not (J, 3) numbers of the joints
                 that were announced. Nothing is changed then.
         """
-        given, moment = checked_pose(pose), checked_moment(ident, time)
+        given, moment = nearby(checked_pose(pose)), checked_moment(ident, time)
         skeleton = self._skeletons.get(ident)
         if skeleton is not None and len(skeleton) != len(given):
             raise FrameError(

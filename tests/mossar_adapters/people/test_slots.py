@@ -64,6 +64,18 @@ def test_wrong_input_is_refused_and_changes_nothing(bodies, given):
     assert slots.table() == untouched.table()
 
 
+@pytest.mark.parametrize("far", [1e30, -3e38, float("inf")])
+def test_what_is_too_far_off_is_missing(bodies, far):
+    damaged, gone = Slots(2), Slots(2)
+    for i in range(30):
+        for k in range(2):
+            pose, holes = bodies[k, i].copy(), bodies[k, i].copy()
+            pose[i % 5], holes[i % 5] = far, np.nan
+            named = [one.follow(str(k), given, i / 60) for one, given in ((damaged, pose), (gone, holes))]
+            assert named == [f"p{k + 1}"] * 2
+    assert damaged.table() == gone.table()
+
+
 def test_a_skeleton_is_announced_for_an_id():
     for ident, skeleton in ((7, SKELETON), ("7", "kinect")):
         with pytest.raises(FrameError, match="announced with a Skeleton"):
