@@ -84,7 +84,9 @@ def make_bank(moves: Moves, names: Sequence[str], streamed: Skeleton, up: Up) ->
         at += size
     records = examples_of(store)
     floats = store[at + records.nbytes :].view(np.float32)
-    place, memory = 0, head_memory(head[0])
+    memory, place = head_memory(head[0]), 3 * len(bones.streamed)
+    if followed:
+        floats[:place] = _first_pose(followed[0], shown, bones, up).ravel()
     for t, (example, (stride, directions)) in enumerate(zip(followed, phases, strict=True)):
         count, lines = len(directions), padded(len(directions))
         mean = directions.mean(axis=0)
@@ -137,7 +139,9 @@ def _bytes_of(bones: Bones, phases: Sequence[tuple[int, NDArray[np.float64]]]) -
         + count * BONE_BYTES
         + len(phases) * FOLLOWED_BYTES
     )
-    return fixed + 4 * sum(example_floats(len(d), count) + count for _, d in phases)
+    return fixed + 4 * (
+        3 * len(bones.streamed) + sum(example_floats(len(d), count) + count for _, d in phases)
+    )
 
 
 def _phases_of(
@@ -160,6 +164,13 @@ def _phases_of(
     if facing == "any" and bones.girdles[0] >= 0:
         cosine, sine = mean_heading(points.astype(np.float32), np.array(bones.girdles))
     return stride, directions_of(points[below] * (1 - share) + points[below + 1] * share, bones, cosine, sine)
+
+
+def _first_pose(example: Example, shown: Skeleton, bones: Bones, up: Up) -> NDArray[np.float64]:
+    """Return the points of an example's first frame relative to the centre, (K, 3) m."""
+    positions, _ = example.followed(len(shown), shown.root)
+    points = points_of(positions[:1].astype(np.float64), bones.shown, up)[0]
+    return np.asarray(points - points[0])
 
 
 def points_of(positions: NDArray[np.float64], pairs: Sequence[Pair], up: Up) -> NDArray[np.float64]:

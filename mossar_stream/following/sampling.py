@@ -5,6 +5,7 @@ Samples lie on a grid of `PERIOD`, between two frames by interpolation, so that 
 
 import numpy as np
 
+from mossar_stream.following.views import first_pose
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, turned_back
 from mossar_stream.moves.points import is_hidden, place_points
@@ -24,6 +25,32 @@ def place_pose(pose, bank, positions):
     for d in range(3):  # directions of bones do not depend on where the body is
         pose[0, d] = np.float32(0.0)
     return whole
+
+
+@inline_kernel
+def assume_missing(pose, absences, bank, positions):
+    """Set the points that are missing as a movement begins to where they are at the begin of the first example.
+
+    They count as hidden until they are seen.
+
+    Args:
+        pose: (K, 3) m relative to the centre.
+        absences: (K,) s.
+        bank: `Bank`.
+        positions: (J, 3) of the frame.
+
+    Returns:
+        Whether the centre is there: without it nothing can be followed.
+    """
+    if is_hidden(bank.points, 0, positions):
+        return False
+    assumed = first_pose(bank)
+    for k in range(1, absences.size):
+        if is_hidden(bank.points, k, positions):
+            for d in range(3):
+                pose[k, d] = assumed[k, d]
+            absences[k] = np.float32(np.inf)
+    return True
 
 
 @inline_kernel

@@ -13,6 +13,7 @@ from mossar_stream.following.layout import LAYERS, PERIOD, RECENT_SAMPLES, REPOR
 from mossar_stream.following.sampling import (
     EARLY,
     LEAST_SPACING,
+    assume_missing,
     keep_sample,
     note_absences,
     place_pose,
@@ -110,7 +111,7 @@ def _take(memory, known, bank, positions, time):
     _copy_pose(poses, 0, 1)
     whole = place_pose(poses[1], bank, positions)
     if fresh:
-        if not whole:
+        if not whole and not assume_missing(poses[1], known.absences, bank, positions):
             return
         _copy_pose(poses, 0, 1)
         state.next = state.time = time

@@ -33,7 +33,7 @@ class Bank(NamedTuple):
     points: NDArray[np.void]  # (K,) BONE_POINT
     bones: NDArray[np.void]  # (B,) BONE
     examples: NDArray[np.void]  # (T,) FOLLOWED
-    rows: NDArray[np.float32]  # directions of all examples
+    rows: NDArray[np.float32]  # the first pose, the directions of all examples, weights of bones
 
 
 class Memory(NamedTuple):
@@ -138,6 +138,12 @@ def open_cells(memory, example):
 def rows_of_example(bank, example):
     """Return the directions of an example, (B, 3, padded phases)."""
     return part(bank.rows, 4 * example.rows, np.float32, (bank.head[0].bones, 3, example.padded))
+
+
+@inline_kernel(returns_views=True)
+def first_pose(bank):
+    """Return the points at the begin of the first example, relative to the centre, (K, 3) m."""
+    return part(bank.rows, 0, np.float32, (bank.points.size, 3))
 
 
 @inline_kernel(returns_views=True)

@@ -83,6 +83,9 @@ def make_store(
 def write_example(store, t, move, poses, path):
     """Describe the whole of an example, number t; see `measure.describe`."""
     bank = open_store(store)
+    if t == 0:
+        for d in range(bank.begin.size):
+            bank.begin[d] = poses[0, d]
     describe(poses, path, 0, path.size - 1, bank)
     bank.examples[t].move = move
     bank.examples[t].size = bank.scratch.size[0]

@@ -144,6 +144,9 @@ class Bank(NamedTuple):
     rules: NDArray[np.void]  # (M,) RULE
     bar: np.float32  # no stretch that costs more can be recognised as any move
     rows: NDArray[np.float32]  # (T·ROWS, D)
+    begin: NDArray[
+        np.float32
+    ]  # (D,) m, first pose of the first example: where a joint is that was never seen
     explains: int  # whether movements are explained
     scratch: Description
 
@@ -178,7 +181,7 @@ SCRATCH_ROWS = (
 
 def store_bytes(joints: int, examples: int, moves: int) -> int:
     """Return the bytes that examples of so many moves take, described for so many joints."""
-    rows = examples * ROWS + SCRATCH_ROWS
+    rows = examples * ROWS + 1 + SCRATCH_ROWS
     floats = rows * padded(3 * joints) + 2 * (DIRECTIONS + 1) + 1
     return STORE_BYTES + joints * JOINT_BYTES + examples * EXAMPLE_BYTES + moves * RULE_BYTES + 4 * floats
 
@@ -219,8 +222,9 @@ def open_store(store):
     at_examples = STORE_BYTES + joints * JOINT_BYTES
     at_rules = at_examples + examples * EXAMPLE_BYTES
     at_rows = at_rules + head.moves * RULE_BYTES
-    at_scratch = at_rows + 4 * examples * ROWS * numbers
     line = 4 * numbers
+    at_begin = at_rows + examples * ROWS * line
+    at_scratch = at_begin + line
     after = at_scratch + SCRATCH_ROWS * line
     return Bank(
         part(store, STORE_BYTES, JOINT, (joints,)),
@@ -229,6 +233,7 @@ def open_store(store):
         part(store, at_rules, RULE, (head.moves,)),
         np.float32(head.bar),
         part(store, at_rows, np.float32, (examples * ROWS, numbers)),
+        part(store, at_begin, np.float32, (numbers,)),
         head.explains,
         Description(
             part(store, at_scratch, np.float32, (POINTS, numbers)),
@@ -277,7 +282,7 @@ def _follow(state, poses, last_times, bank, positions, time):
     """Take one frame in."""
     state.happened = 0
     state.time = time
-    goes_on = add_pose(state.track, poses, positions, bank.joints, time)
+    goes_on = add_pose(state.track, poses, positions, bank, time)
     if state.track.poses == 0:
         return
     if not goes_on:

@@ -7,7 +7,7 @@ are left out, so that cost and memory do not grow with the sensor's rate.
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.moves.points import Y_UP, follows, place_points
+from mossar_stream.moves.points import Y_UP, follows, is_hidden, place_points
 
 TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
 SMOOTHED = 0.15  # s, poses younger than this are averaged
@@ -34,27 +34,32 @@ JOINT = np.dtype(
 
 
 @kernel
-def add_pose(track, poses, positions, joints, time):
+def add_pose(track, poses, positions, bank, time):
     """Keep a frame as a pose.
+
+    A joint that is missing stays where it was. One that was never seen is where it is at the begin of the first example, so
+    that a performer whose legs no camera sees is recognised by what it sees.
 
     Args:
         track: Record of the history.
         poses: (RING + RAW, D) float32 metres: the smoothed poses, then the last ones as they came.
-        positions: (J, 3) float32 metres; NaN where a joint is missing: it stays where it was.
-        joints: (K,) records of `JOINT`, the centre first.
+        positions: (J, 3) float32 metres; NaN where a joint is missing.
+        bank: `recogniser.Bank`; its joints, (K,) records of `JOINT`, have the centre first.
         time: s.
 
     Returns:
         Whether the movement goes on; if not, there was a gap, or nothing before.
     """
-    number = track.poses
+    number, joints = track.poses, bank.joints
     raw = poses[RING:]
     pose, last = raw[number % RAW], raw[(number + RAW - 1) % RAW]
+    if number == 0:
+        last = bank.begin
     for d in range(pose.size):
         pose[d] = last[d]
     whole = place_points(pose[: 3 * joints.size].reshape((joints.size, 3)), joints, positions, Y_UP)
     goes_on = follows(number, time, track.time)
-    if not whole and number == 0:
+    if number == 0 and not whole and is_hidden(joints, 0, positions):
         return False
     if not goes_on:
         track.first = number

@@ -144,6 +144,29 @@ def test_the_facing_does_not_follow_a_shoulder_or_a_hip_that_is_hidden(hidden):
         assert angle == pytest.approx(seen[limb], abs=0.5)
 
 
+def test_what_was_never_seen_does_not_keep_the_rest_from_being_followed(moves, punch):
+    seen = done_while(moves, punch)
+    at_a_desk = punch.copy()
+    at_a_desk[:, [10, 11, 13, 14]] = np.nan  # knees and ankles
+    event = done_while(moves, at_a_desk)
+    assert set(event.limbs) == {"left_arm", "right_arm", "trunk"} & set(seen.limbs)
+    assert event.limbs == {limb: seen.limbs[limb] for limb in event.limbs}
+    assert event.deviation < 2
+
+
+def test_a_limb_that_is_not_seen_after_a_gap_is_not_judged_from_before(moves, punch):
+    gap = 30  # frames
+    before = arm_held_sideways(punch)[: BEGIN - 20]
+    after = punch[BEGIN - 20 :].copy()
+    after[:, RIGHT_ARM] = np.nan
+    times = np.concatenate([np.arange(len(before)), gap + len(before) + np.arange(len(after))]) / FPS
+    segmenter = Segmenter(PERSON, moves=moves, follow=("punch_left",))
+    done = followed(events_of(segmenter, np.concatenate([before, after]), times, 16), "done")
+    assert [event.count for event in done] == [1]
+    assert "right_arm" not in done[0].limbs
+    assert done[0].deviation < 2
+
+
 def test_chunks_and_snapshots_make_no_difference(moves, punch):
     positions = punch.copy()
     positions[BEGIN - 10 : BEGIN + 20, RIGHT_ARM] = np.nan

@@ -142,6 +142,23 @@ def test_joints_that_are_missing_for_a_moment_do_no_harm(moves, take):
     assert [event.name for event in found] == [name for name, _, _ in truth]
 
 
+@pytest.mark.parametrize("size", [1, 64])
+def test_arms_are_recognised_though_the_legs_were_never_seen(moves, take, size):
+    positions, times, truth = take
+    at_a_desk = positions.copy()
+    at_a_desk[:, [10, 11, 13, 14]] = np.nan  # knees and ankles
+    found = moves_among(events_of(Segmenter(PERSON, moves=moves, fps=FPS), at_a_desk, times, size))
+    assert [event.name for event in found] == [name for name, _, _ in truth if name != "kick_right"]
+    assert {event.limb for event in found} == {"left_arm", "right_arm"}
+
+
+def test_nothing_is_recognised_while_the_centre_was_never_seen(moves, take):
+    positions, times, _ = take
+    without = positions.copy()
+    without[:, 0] = np.nan
+    assert not moves_among(events_of(Segmenter(PERSON, moves=moves, fps=FPS), without, times, 64))
+
+
 def test_a_gap_ends_what_goes_on(moves, take):
     positions, times, truth = take
     _, first, last = truth[0]

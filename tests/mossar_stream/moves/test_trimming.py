@@ -82,6 +82,6 @@ def test_made_repetitions_without_rest_are_counted_whatever_lies_around_the_exam
         for before, after in (rest, (right[0][-15:], right[2][:15])):
             shown = np.concatenate([before, example, after])
             assert shown.shape[1] == len(SKELETON)
-            done = [one for one in followed(shown, [right[0], *right[2:]]) if one.status == "done"]
+            done = [one for one in followed([shown], [right[0], *right[2:]]) if one.status == "done"]
             assert len(done) == 9, (exercise, len(shown))
             assert [one.count for one in done] == list(range(1, 10))
