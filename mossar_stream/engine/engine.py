@@ -140,7 +140,7 @@ def reason_of(row: Row, reason: str) -> str:
 def why_ended(row: Row, time: float) -> str:
     """Return the reason for which a take ends before a frame at this time, s."""
     step = time - row.clock["time"]
-    if 0.0 <= step <= row.plan.user_settings.max_pause:
+    if 0.0 <= step <= row.state["plan"]["max_pause"]:
         return NOBODY
     return "gap" if step > 0.0 else "clock stepped back"
 

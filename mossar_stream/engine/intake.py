@@ -126,7 +126,7 @@ def _check_number(row: Row, first_frame: int, times: NDArray[np.float64]) -> Non
     goes_on = (
         bool(clock["open"])
         and len(times) > 0
-        and abs(times[0] - clock["time"]) <= row.plan.user_settings.max_pause
+        and abs(times[0] - clock["time"]) <= row.state["plan"]["max_pause"]
     )
     if first_frame < (int(clock["next_frame"]) if goes_on else 0):
         raise FrameError(f"first_frame is {first_frame}, but the take is at frame {int(clock['next_frame'])}")

@@ -200,7 +200,7 @@ class Plan:
             # A source of few frames per second has no gaps for that.
             "max_gap": max(chosen.max_gap, FRAMES_OF_GAP / self.fps if self.fps else 0.0) + TIME_ROUNDING,
             "max_speed": chosen.max_speed,
-            "max_pause": math.inf if self.offline else chosen.max_pause,
+            "max_pause": math.inf if self.offline else chosen.max_pause + TIME_ROUNDING,
             "hold": chosen.remerge_seconds - TIME_ROUNDING,
             "alpha": 0,
             "beta": self.strength(chosen.level),

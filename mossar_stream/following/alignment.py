@@ -20,7 +20,6 @@ from mossar_stream.following.layout import (
     LAYERS,
     MOVE,
     MOVE_BYTES,
-    PERIOD,
     REPORT,
     example_memory,
     head_memory,
@@ -35,6 +34,7 @@ from mossar_stream.following.tracking import (
     finish_take,
     follow_frame,
 )
+from mossar_stream.following.validation import is_sound
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.moves.moves import Moves, copy_of
 from mossar_stream.readers import address_of_reader
@@ -334,31 +334,10 @@ class Alignment:
                 f"the snapshot's followed moves have {len(content)} bytes, not {len(self.state)}"
             )
         fresh = np.frombuffer(content, np.uint8).copy()
-        if not self._is_sound(fresh):
+        if not is_sound(fresh, self.store):
             raise SnapshotError("the snapshot's state of followed moves contradicts itself")
         self.state[:] = fresh
         self._state["every"] = self._settings.follow_every
-
-    def _is_sound(self, memory: NDArray[np.uint8]) -> bool:
-        """Tell whether a performer's memory is one that following could have left."""
-        state = memory[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)[0]
-        moves = memory[FOLLOWING_STATE_BYTES : FOLLOWING_STATE_BYTES + len(self.names) * MOVE_BYTES].view(
-            MOVE
-        )
-        counts = [*(int(state[name]) for name in ("frames", "samples", "number"))]
-        counts += [
-            number for name in ("number", "count", "rev", "recents") for number in moves[name].tolist()
-        ]
-        examples = np.array([moves["example"], moves["best_example"]])
-        within = (examples >= 0).all() and (examples < len(self._examples)).all()
-        within &= state["due"] == -np.inf
-        times = np.array([state["time"], state["next"], state["sampled"]])
-        return (
-            all(0 <= number < 1 << 60 for number in counts)
-            and bool(((moves["active"] == 0) | (moves["active"] == 1)).all())
-            and bool(within)
-            and bool(np.isfinite(times).all() and state["next"] - state["time"] <= 2 * PERIOD)
-        )
 
 
 def memory_bytes(store: NDArray[np.uint8]) -> int:

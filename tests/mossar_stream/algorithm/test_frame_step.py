@@ -61,6 +61,12 @@ def test_a_pause_longer_than_max_pause_ends_the_take_and_one_as_long_does_not(co
     assert pushed(core, [0, 1.5, 2.0], max_pause=2.0)[1] == [("started", 0, "")]
 
 
+@pytest.mark.parametrize("clock", [0.3, 7.1, 36000.1, 1.7e9])
+def test_where_the_clock_began_does_not_decide_how_long_a_pause_is(core, clock):
+    times = clock + np.array([0.0, 0.1, 1.4, 2.7])  # the pauses are as long as the longest, but for rounding
+    assert pushed(core, times, max_pause=1.3)[1] == [("started", 0, "")]
+
+
 def test_a_clock_set_back_ends_the_take(core):
     segmenter, changes = pushed(core, [10, 10.1, 3, 3.1])
     assert changes == [("started", 0, ""), ("ended", 0, "clock stepped back"), ("started", 1, "")]

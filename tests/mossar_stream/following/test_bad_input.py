@@ -6,6 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mossar_stream import FollowEvent, FrameError, Moves, MovesError, Segmenter, Skeleton, SnapshotError
+from mossar_stream.following.bank import examples_of
+from mossar_stream.following.layout import (
+    FOLLOWING_STATE,
+    FOLLOWING_STATE_BYTES,
+    LAYERS,
+    MOVE,
+    MOVE_BYTES,
+)
 
 from ..segmenter.test_steps import Striking  # noqa: TID252 - as the tests beside it
 from .test_following import (
@@ -216,3 +224,87 @@ def test_ctrl_c_anywhere_loses_no_performance_and_no_revision(moves, take):
                 revisions[event.id] = event.rev
             assert [e.name for e in followed(events, "done")] == [name for name, _, _ in truth]
         assert after > 10
+
+
+DAMAGE = {
+    "phase": [-1, 10**6],
+    "layer": [-1, 2],
+    "best_layer": [-1, 2],
+    "example": [-1, 10**6],
+    "best_example": [-1, 10**6],
+    "first": [-(2**62)],
+    "last": [2**62],
+    "best_first": [-(2**62)],
+    "best_last": [2**62],
+    "active": [2],
+    "recents": [-1],
+    "start": [np.nan],
+    "progress": [np.nan, 1e4],
+}
+
+
+@pytest.fixture(scope="module")
+def halfway(moves, take):
+    """A segmenter in the middle of a performance."""
+    positions, times, truth = take
+    own = Segmenter(PERSON, moves=moves, follow=True)
+    own.push(positions[: truth[1][2]], times[: truth[1][2]])
+    return own
+
+
+def changed(alignment, change):
+    """Return what is known of a performer after a change of its memory."""
+    memory = alignment.state.copy()
+    change(memory)
+    return memory.tobytes()
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_a_way_that_leads_out_of_the_cells_is_refused(halfway, name):
+    alignment = halfway._followers.alignment
+    for value in DAMAGE[name]:
+
+        def change(memory, value=value):
+            begin = FOLLOWING_STATE_BYTES
+            memory[begin : begin + len(alignment.names) * MOVE_BYTES].view(MOVE)[name][0] = value
+
+        with pytest.raises(SnapshotError, match="contradicts itself"):
+            alignment.go_on_from(changed(alignment, change))
+    alignment.go_on_from(alignment.to_bytes())
+
+
+@pytest.mark.parametrize(("value", "column"), [(4, 5), (1, 1), (1, 0), (255, 2)])
+def test_a_step_beyond_the_first_phase_is_refused(halfway, value, column):
+    """The trace of a way would leave the memory: that was a segmentation fault."""
+    alignment = halfway._followers.alignment
+    example = examples_of(alignment.store)[0]
+    at = int(example["memory"]) + 16 * LAYERS * int(example["phases"]) + column
+
+    def change(memory):
+        memory[at] = value
+
+    with pytest.raises(SnapshotError, match="contradicts itself"):
+        alignment.go_on_from(changed(alignment, change))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_directions_that_are_none_are_refused(halfway, value):
+    alignment = halfway._followers.alignment
+
+    def change(memory):
+        at = alignment._boxes.__array_interface__["data"][0] - alignment.state.ctypes.data
+        memory[at : at + 4].view(np.float32)[0] = value
+
+    with pytest.raises(SnapshotError, match="contradicts itself"):
+        alignment.go_on_from(changed(alignment, change))
+
+
+@pytest.mark.parametrize("next_sample", [-1e30, np.nan, 1e30])
+def test_a_sample_that_is_never_due_or_always_is_refused(halfway, next_sample):
+    alignment = halfway._followers.alignment
+
+    def change(memory):
+        memory[:FOLLOWING_STATE_BYTES].view(FOLLOWING_STATE)["next"] = next_sample
+
+    with pytest.raises(SnapshotError, match="contradicts itself"):
+        alignment.go_on_from(changed(alignment, change))

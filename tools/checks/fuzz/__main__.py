@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from checks.fuzz.guard import memory, set_limits
-from checks.fuzz.target import ROUND, Tally, Target, run_round
+from checks.fuzz.target import Tally, Target, run_round
 
 _PIECES = 200  # turns in which the targets get their inputs, so that a run cut short has fed all of them
 
@@ -23,7 +23,7 @@ def main() -> int:
     before = memory()
     if given.round is not None:
         for target in targets:
-            run_round(target, given.seed, given.round, ROUND, tallies[target.name])
+            run_round(target, given.seed, given.round, target.round, tallies[target.name])
     else:
         _run(targets, tallies, given.inputs, given.seed, given.seconds)
     _print(tallies, memory() - before)
@@ -76,11 +76,12 @@ def _run(
             due = share * piece / _PIECES if piece < _PIECES else share
             # A first round for everybody, then whole rounds until the last turn.
             while tally.inputs < share and (
-                not tally.inputs or tally.inputs + ROUND <= due or piece == _PIECES
+                not tally.inputs or tally.inputs + target.round <= due or piece == _PIECES
             ):
                 if time.monotonic() >= end:
                     return
-                run_round(target, seed, rounds[target.name], min(ROUND, share - tally.inputs), tally)
+                count = min(target.round, share - tally.inputs)
+                run_round(target, seed, rounds[target.name], count, tally)
                 rounds[target.name] += 1
 
 

@@ -12,7 +12,7 @@ from checks.fuzz.guard import Hang, time_limit
 from checks.fuzz.mutation import Mutator
 from mossar_stream import MossarError
 
-ROUND = 500  # inputs that share a state
+ROUND = 500  # inputs that share a state, where each takes little time
 KEPT = 5  # crashes of one kind that are kept
 
 Feed = Callable[[bytes], object]
@@ -29,6 +29,7 @@ class Target(msgspec.Struct, frozen=True):
         samples: Real input to be damaged.
         words: What may be put in.
         draw: Makes inputs in another way, given chance; None for damaged samples.
+        round: How many inputs share a state.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Target(msgspec.Struct, frozen=True):
     samples: Sequence[bytes] = ()
     words: Sequence[bytes] = ()
     draw: Draw | None = None
+    round: int = ROUND
 
 
 class Crash(msgspec.Struct, frozen=True):
