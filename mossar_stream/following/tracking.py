@@ -122,7 +122,8 @@ def _take(memory, known, bank, positions, time):
         state.sampled = state.next
         _follow_all(memory, known, bank)
         state.samples += 1
-        state.next += PERIOD
+        # Far from zero a period is less than the spacing of floats: then the next float is the next sample's time.
+        state.next = max(state.next + PERIOD, np.nextafter(state.next, np.inf))
         fresh = False
     state.time = time
     state.frames += 1

@@ -40,7 +40,8 @@ class Survey(msgspec.Struct):
         metas: The first meta of each performer; one taken for granted for frames without.
         counts: Number of frames of each performer that fit its meta.
         misfits: Frames that came with another skeleton.
-        first_times: Times of the first frames of the first performer.
+        first: Performer of the first frame.
+        first_times: Times of the first frames of that one.
         cut: Whether the last record was cut off.
         now: Skeleton of each performer at this place of the file.
     """
@@ -49,6 +50,7 @@ class Survey(msgspec.Struct):
     counts: dict[str, int]
     now: dict[str, Skeleton] = msgspec.field(default_factory=dict)
     misfits: int = 0
+    first: str = ""
     first_times: list[float | None] = msgspec.field(default_factory=list)
     cut: bool = False
 
@@ -63,11 +65,12 @@ class Gathered(msgspec.Struct):
 def read_maps(path: Path, records: Callable[[], Iterator[MapRecord]], options: ReadOptions) -> Recording:
     """Return the recording of a sequence of maps.
 
-    All performers share a skeleton: that of the performer asked for, else of the first one. Frames of
+    All performers share a skeleton: that of the performer asked for, else of the first one that has frames. Frames of
     performers with another skeleton are left out, with a note.
     """
     found = _survey(path, records)
-    wanted = options.performer if options.performer in found.metas else next(iter(found.metas))
+    seen = [name for name in found.metas if found.counts[name]]
+    wanted = options.performer if options.performer in found.metas else seen[0]
     chosen = found.metas[wanted]
     performers = tuple(
         name for name, meta in found.metas.items() if meta.skeleton == chosen.skeleton and found.counts[name]
@@ -126,7 +129,8 @@ def _survey_pose(found: Survey, pose: Pose) -> None:
     if (pose.time is None) != (pose.time is None if not found.first_times else found.first_times[0] is None):
         raise FrameError("some frames have a time t and others do not")
     found.counts[name] += 1
-    if len(found.first_times) < CHUNK and name == next(iter(found.metas)):
+    found.first = found.first or name
+    if len(found.first_times) < CHUNK and name == found.first:
         found.first_times.append(pose.time)
 
 

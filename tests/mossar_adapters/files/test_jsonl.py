@@ -68,6 +68,16 @@ def test_a_performer_without_a_meta_is_read_from_a_file_as_from_a_pipe(tmp_path,
     assert set(found[0]) == ({"7", "9", "12"} if people is None else {"p1", "p2"})
 
 
+def test_a_described_performer_may_have_no_frames(tmp_path):
+    meta = {"type": "meta", "performer": "p1", "names": ["hips", "neck", "head"], "parents": [-1, 0, 1]}
+    other = meta | {"performer": "p2", "names": ["a", "b"], "parents": [-1, 0]}
+    frames = [FRAME | {"performer": "p2", "t": t / 10} for t in range(4)]
+    recording = open_recording(written(tmp_path, meta, other, *frames))
+    assert recording.performers == ("p2",)
+    assert (recording.skeleton.names, recording.fps) == (("a", "b"), pytest.approx(10))
+    assert sum(len(chunk) for chunk in recording.chunks()) == 4
+
+
 def test_frames_without_a_meta_have_unnamed_joints_and_no_root(tmp_path):
     recording = open_recording(written(tmp_path, FRAME, FRAME | {"t": 0.5}))
     assert recording.skeleton.names == ("joint0", "joint1")

@@ -117,6 +117,15 @@ def test_missing_joints_and_frames_do_no_harm(moves, take):
     assert [event.name for event in done] == [name for name, _, _ in truth]
 
 
+@pytest.mark.parametrize("begin", [1e9, 1e15, 1.7e18, -1e300])
+def test_times_that_are_too_large_for_fractions_hang_nothing(moves, take, begin):
+    positions, times, _ = take
+    segmenter = Segmenter(PERSON, moves=moves, follow=True)
+    for at in range(0, 300, 10):
+        segmenter.push(positions[at : at + 10], begin + times[at : at + 10])
+    segmenter.end_take()
+
+
 def test_who_stands_or_trembles_makes_no_move(moves):
     rng = np.random.default_rng(6)
     still = np.repeat(STANDING[None], 900, axis=0) + rng.normal(0, 0.004, (900, 15, 3))
