@@ -142,6 +142,7 @@ def test_a_live_page_from_the_first_key_frames_to_the_end(process, opened, tmp_p
     press(window, "posture")
     until(window, lambda: number(window, "#mossar-kept") > few)
     press(window, "motion")
+    until(window, lambda: window.locator("button:visible:has-text('● motion')").count())
 
     press(window, "Record")
     until(window, lambda: window.locator("#mossar-frames").count() and number(window, "#mossar-frames") > 20)
