@@ -1,5 +1,7 @@
 """Commands of the documentation are found, and judged as they deserve."""
 
+import socket
+
 from checks.readme_commands.commands import (
     Command,
     all_commands,
@@ -9,7 +11,7 @@ from checks.readme_commands.commands import (
     wrong_mentions,
 )
 from checks.readme_commands.files import furnish
-from checks.readme_commands.stage import Stage
+from checks.readme_commands.stage import Stage, ports_of
 from mossar_adapters.files import read
 
 
@@ -51,6 +53,29 @@ def test_commands_are_judged(tmp_path):
     assert stage.run(Command("x", "python -c 'exit(3)' | cat")).startswith("WRONG: status 3")
     assert stage.run(Command("x", "python -c '' | cat")).startswith("WRONG: nothing comes out")
     assert stage.run(Command("x", "mossar demo | head -1")) == ""
+
+
+def test_ports_of_a_configuration_file_are_known(tmp_path):
+    (tmp_path / "stage.toml").write_text('sources = ["osc://127.0.0.1:39539"]')
+    assert ports_of("mossar run --config stage.toml --to ws://127.0.0.1:8765", tmp_path) == ["39539", "8765"]
+    assert ports_of("mossar run --config none.toml", tmp_path) == []
+
+
+def test_a_command_whose_port_is_in_use_is_run_again(tmp_path):
+    reports = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as busy:
+        busy.bind(("127.0.0.1", 0))
+        command = Command("x", f"mossar run osc://127.0.0.1:{busy.getsockname()[1]}")
+
+        class FreedAfterwards(Stage):
+            def _judged(self, *given):
+                reports.append(super()._judged(*given))
+                busy.close()
+                return reports[-1]
+
+        assert FreedAfterwards(tmp_path / "a", 15.0, 120.0).run(command) == "goes on until Ctrl-C"
+    assert len(reports) == 2
+    assert "is in use" in reports[0]
 
 
 def test_what_should_end_by_itself_and_what_ignores_ctrl_c_is_wrong(tmp_path):

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -18,6 +19,7 @@ from mossar_tools.errors import DONE, INTERRUPTED
 
 PATIENCE = 4.0  # s until a command that goes on is interrupted
 LIMIT = 300.0  # s in which one that ends by itself must have ended, on a machine that is busy
+TRIES = 3  # of a command whose port is in use
 GOODBYE = 60.0  # s that it may take to end after Ctrl-C; a busy machine may be compiling
 
 PROGRAMS = ("mossar ", "python ", "python3 ", "pip ", "flink ", "eval ")  # nothing else is handed to a shell
@@ -97,12 +99,17 @@ class Stage:
         with self._lock:
             folder = self._folder_for(command)
             ports = [
-                self._ports.setdefault(port, threading.Lock())
-                for port in sorted(set(re.findall(r":(\d{4,5})\b", command.line)))
+                self._ports.setdefault(port, threading.Lock()) for port in ports_of(command.line, folder)
             ]
         for port in ports:
             port.acquire()
         try:
+            # Programs beside this one take any free port for a moment, also one that a command names.
+            for _ in range(TRIES - 1):
+                report = self._judged(command, folder)
+                if "is in use" not in report:
+                    return report
+                time.sleep(self._patience)
             return self._judged(command, folder)
         finally:
             for port in ports:
@@ -158,6 +165,13 @@ class Stage:
                     return f"WRONG: it had not ended after {self._limit:g} s"
                 return _interrupted(running.returncode, _said(err))
         return _ended(command, running.returncode, out, _said(err))
+
+
+def ports_of(line: str, folder: Path) -> list[str]:
+    """Return the ports that a command names, itself or in a configuration file, in one order for all commands."""
+    files = [folder / name for name in re.findall(r"--config (\S+)", line)]
+    texts = [line, *(file.read_text() for file in files if file.is_file())]
+    return sorted({port for text in texts for port in re.findall(r":(\d{4,5})\b", text)})
 
 
 def _interrupted(status: int, said: Sequence[str]) -> str:
