@@ -197,7 +197,12 @@ def _arrays_of(state, row, params):
     body = part(row, at.body, np.float32, ((at.seen - at.body) // 4,))
     return Arrays(
         Joints(
-            plan, state.joints, state.counters, part(row, at.seen, np.float64, (plan.padded_joints,)), body
+            plan,
+            state.joints,
+            state.counters,
+            part(row, at.seen, np.float64, (plan.padded_joints,)),
+            part(row, at.tracked, np.int32, (plan.padded_joints,)),
+            body,
         ),
         OpenSegment(
             plan,

@@ -8,6 +8,10 @@ Live joints come and go. A joint that is missing, or faster than `max_speed`, is
 seconds; after that it is left out, and carried along by the centre, until it is back, without a displacement across
 the gap. One that was not seen in this take yet does not count at all (`LIVE` is 0, and its pose, too); nor does
 anybody while the root was not seen. `arrival.py` tells what happens when it is.
+
+Every frame within reach bears out where a joint was; every outlier contradicts it. A place that is contradicted more
+often than borne out was wrong, such as that of a stray marker in the first frame of a take: the joint is then treated
+as left out, and is back where the outlier is.
 """
 
 from typing import NamedTuple
@@ -37,12 +41,15 @@ from mossar_stream.memory.joint_pages import (
     place,
 )
 
+MOST_TRACKED = 255  # frames; more than `max_gap` has, and few enough to be contradicted within seconds
+
 JOINTS = np.dtype(
     [
         ("complete", "i8"),  # whether all joints were there in the last frame
         ("arrived", "i8"),  # whether one is there for the first time in this take
         ("returned", "i8"),  # whether one is there again after it was left out; WORK says which
         ("present", "i8"),  # how many were there in the last frame
+        ("unbroken", "i8"),  # complete frames that `tracked` does not have yet
         ("moving", "i8"),  # joints seen in this take that can move relative to the centre, at least 1
         # m, from the mean of the joints seen in this take to the centroid: who arrives must not move it.
         ("offset_x", "f8"),
@@ -65,6 +72,7 @@ class Joints(NamedTuple):
     state: np.void  # JOINTS
     counters: np.void  # COUNTERS
     seen: NDArray[np.float64]  # (padded_joints,) s, when each joint was last there
+    tracked: NDArray[np.int32]  # (padded_joints,) frames that bear out its place, less those that contradict it
     body: NDArray[np.float32]  # see joint_pages.py
 
 
@@ -81,6 +89,7 @@ def start_joints(joints, frame, time):
     state.complete = 1
     state.arrived = 0
     state.returned = 0
+    state.unbroken = 0
     state.unseen_time = -np.inf
     state.offset_x = state.offset_y = state.offset_z = 0.0
     found = 0
@@ -88,6 +97,7 @@ def start_joints(joints, frame, time):
         k = place(j)
         body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
         body[k + GOOD_X] = body[k + GOOD_Y] = body[k + GOOD_Z] = 0.0
+        joints.tracked[j] = 0
         if _is_position(frame[j]):
             joints.seen[j] = time
             _keep(body, k, frame[j])
@@ -153,9 +163,12 @@ def step_joints(joints, frame, before, time):
     if joints.state.complete == 1:
         dt = time - before
         if dt <= plan.max_gap and _step_complete(plan, joints.body, frame, plan.max_speed * dt):
+            joints.state.unbroken += 1
             return line_sum(joints.body, STEP)
         for j in range(plan.joints):
             joints.seen[j] = before
+            joints.tracked[j] = min(joints.tracked[j] + joints.state.unbroken, MOST_TRACKED)
+        joints.state.unbroken = 0
     return _step_partial(joints, frame, time)
 
 
@@ -288,7 +301,11 @@ def _step_partial(joints, frame, time):
         reach = plan.max_speed * lasted
         if there and lasted <= plan.max_gap and x * x + y * y + z * z > reach * reach:
             counters.outliers += 1
-            there = False
+            joints.tracked[j] -= 1
+            if joints.tracked[j] < 0:
+                lasted = np.inf
+            else:
+                there = False
         elif not there and _is_far(frame[j]):
             counters.outliers += 1
         found += 1 if there else 0
@@ -341,6 +358,7 @@ def _partial_sum(joints, frame, time, center_step, lost):
             if plan.center < 0:
                 _keep_centroid(joints, _way(body, k), center_step)
         if mark > 0.0 or back:
+            joints.tracked[j] = 0 if back else min(joints.tracked[j] + 1, MOST_TRACKED)
             joints.seen[j] = time
             _keep(body, k, frame[j])
             if body[k + LIVE] == 0.0:

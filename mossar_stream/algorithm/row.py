@@ -38,6 +38,7 @@ CACHE_LINE = 64  # bytes
 REGIONS: tuple[tuple[str, str], ...] = (
     ("body", "f4"),  # positions and displacements of the joints, see joint_pages.py
     ("seen", "f8"),  # (padded_joints,) s, when each joint was last there; -inf if never
+    ("tracked", "i4"),  # (padded_joints,) frames that bear out where each joint is, see joints.py
     ("filtered", "f8"),  # (6, padded_joints) m and m/s, One-Euro filter
     ("pose", "f4"),  # (4, padded_joints) last frame's features as one array, see joint_pages.flatten
     ("ring_time", "f8"),  # (ring,) s, ends of the displacements in the velocity window
@@ -209,6 +210,7 @@ class Shape(msgspec.Struct, frozen=True):
         return {
             "body": body_size(self.joints),
             "seen": joints,
+            "tracked": joints,
             "filtered": 6 * joints * self.one_euro,
             "pose": 4 * joints,
             "ring_time": self.ring,

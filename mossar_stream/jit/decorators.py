@@ -17,11 +17,13 @@ import numba.extending
 from mossar_stream.errors import MossarError
 from mossar_stream.jit.cache import cached
 from mossar_stream.jit.options import entry_options, inner_options
+from mossar_stream.jit.symbols import name_records_by_contents
 
 F = TypeVar("F", bound=Callable[..., object])
 
 if cast("Any", numba.config).DISABLE_JIT:
     raise MossarError("NUMBA_DISABLE_JIT is set, but the kernels cannot run uncompiled; unset it")
+name_records_by_contents()
 
 
 @overload

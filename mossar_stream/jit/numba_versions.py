@@ -1,8 +1,8 @@
 """The versions of numba that kernels were tested with.
 
 Kernels compile in less time, and run faster, because `jit` uses private parts of numba: inner kernels without machine
-code (`inner`), kernels called by name (`linked_calls`), a cache that survives damage (`sturdy_cache`). A new version of
-numba may change any of them.
+code (`inner`), kernels called by name (`linked_calls`), a cache that survives damage (`sturdy_cache`), names of record types
+that mean the same in every process (`symbols`). A new version of numba may change any of them.
 """
 
 import re

@@ -124,6 +124,26 @@ def test_somebody_who_really_is_elsewhere_is_believed_after_max_gap():
     assert 0 < stats["outliers"] <= 0.25 * FPS
 
 
+def test_a_place_that_the_next_frames_contradict_was_wrong():
+    positions = walkers()
+    positions[::7, 2, 1] += 50.0  # in the first frame, too, and never for max_gap at once
+    curve, stats = velocities(positions)
+    assert stats["outliers"] == 6
+    curve[7::7] -= 0.01  # the joint is held for a frame,
+    curve[8::7] -= np.hypot(0.02, 0.02) - 0.01  # and makes up for it, against the hip that has gone on
+    np.testing.assert_allclose(curve[1:], 0.03, rtol=1e-4)
+
+
+def test_of_a_place_that_was_borne_out_for_long_a_few_outliers_take_nothing():
+    positions = walkers(400)
+    positions[300:310, 2, 1] += 50.0
+    positions[312:320, 2, 1] += 50.0
+    curve, stats = velocities(positions)
+    assert stats["outliers"] == 18
+    assert stats["gaps"] == 0
+    np.testing.assert_allclose(curve[321:], 0.03, rtol=1e-4)
+
+
 def test_no_coordinate_is_a_million_metres():
     positions = walkers()
     positions[5:9, 1, 0] = 1e6
