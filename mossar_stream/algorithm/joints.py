@@ -72,7 +72,7 @@ class Joints(NamedTuple):
     state: np.void  # JOINTS
     counters: np.void  # COUNTERS
     seen: NDArray[np.float64]  # (padded_joints,) s, when each joint was last there
-    tracked: NDArray[np.int32]  # (padded_joints,) frames that bear out its place, less those that contradict it
+    tracked: NDArray[np.int32]  # (padded_joints,) frames for where it was, less those against
     body: NDArray[np.float32]  # see joint_pages.py
 
 

@@ -15,7 +15,7 @@ from numba.core.types import Record
 
 def name_records_by_contents() -> None:
     """Let numba name record types by their fields, in all kernels that are compiled from now on."""
-    Record.mangling_args = property(_name_and_contents)
+    Record.mangling_args = property(_name_and_contents)  # type: ignore[assignment, method-assign]
 
 
 def _name_and_contents(record: Any) -> tuple[str, tuple[str, ...]]:

@@ -52,7 +52,8 @@ def split_frames(
     plan, clock, curve, at = state.plan, state.clock, state.curve, state.at
     body = row[at.body : at.seen].view(np.float32)
     seen = row[at.seen : at.seen + 8 * plan.padded_joints].view(np.float64)
-    joints = Joints(plan, state.joints, state.counters, seen, body)
+    tracked = row[at.tracked : at.tracked + 4 * plan.padded_joints].view(np.int32)
+    joints = Joints(plan, state.joints, state.counters, seen, tracked, body)
     ring_time = row[at.ring_time : at.ring_time + 8 * plan.ring].view(np.float64)
     ring_step = row[at.ring_step : at.ring_step + 8 * plan.ring].view(np.int64)
     points = positions.reshape(-1).view(POINT)
