@@ -9,9 +9,10 @@ seconds; after that it is left out, and carried along by the centre, until it is
 the gap. One that was not seen in this take yet does not count at all (`LIVE` is 0, and its pose, too); nor does
 anybody while the root was not seen. `arrival.py` tells what happens when it is.
 
-Every frame within reach bears out where a joint was; every outlier contradicts it. A place that is contradicted more
-often than borne out was wrong, such as that of a stray marker in the first frame of a take: the joint is then treated
-as left out, and is back where the outlier is.
+In the first frame of a take, a joint that is far from all others is missing: with the centroid as centre it would move
+everybody. From then on, every frame within reach bears out where a joint was; every outlier contradicts it. A place
+that is contradicted more often than borne out was wrong: the joint is then treated as left out, and is back where the
+outlier is.
 """
 
 from typing import NamedTuple
@@ -41,6 +42,11 @@ from mossar_stream.memory.joint_pages import (
     place,
 )
 
+# In the first frame of a take a joint is stray, and missing, if it is so many times as far from the middle of the joints as
+# their median is (hands and feet: 4 times at most), and farther than this, m.
+STRAY, STRAY_FLOOR = 20.0, 1.0
+FEWEST_OF_BODY = 5  # joints; of fewer nobody knows which one is stray
+HALVINGS = 40  # that find a median
 MOST_TRACKED = 255  # frames; more than `max_gap` has, and few enough to be contradicted within seconds
 
 JOINTS = np.dtype(
@@ -93,25 +99,85 @@ def start_joints(joints, frame, time):
     state.unseen_time = -np.inf
     state.offset_x = state.offset_y = state.offset_z = 0.0
     found = 0
+    farthest = _measure_distances(joints, frame)
     for j in range(joints.plan.joints):
         k = place(j)
         body[k + STEP] = body[k + MOVED_X] = body[k + MOVED_Y] = body[k + MOVED_Z] = 0.0
         body[k + GOOD_X] = body[k + GOOD_Y] = body[k + GOOD_Z] = 0.0
         joints.tracked[j] = 0
-        if _is_position(frame[j]):
+        if body[k + WORK] <= farthest:
             joints.seen[j] = time
             _keep(body, k, frame[j])
             found += 1
         else:
             joints.seen[j] = -np.inf
             state.complete = 0
-            joints.counters.outliers += 1 if _is_far(frame[j]) else 0
+            joints.counters.outliers += 1 if _is_far(frame[j]) or body[k + WORK] > farthest else 0
         _hold(body, k)
     joints.state.present = found
     joints.counters.unseen += 1 if found == 0 else 0
     for j in range(joints.plan.joints):
         body[place(j) + LIVE] = 1.0 if counts(joints, j) else 0.0
     count_moving(joints)
+
+
+@kernel
+def _measure_distances(joints, frame):
+    """Set WORK to each joint's squared distance from the middle of all, m², NaN if missing; return the largest that counts.
+
+    The middle is the median of each coordinate, which a stray marker does not move.
+    """
+    body, count = joints.body, joints.plan.joints
+    middle = (_middle(joints, frame, 0), _middle(joints, frame, 1), _middle(joints, frame, 2))
+    for j in range(count):
+        squares = 0.0
+        for axis in range(3):
+            off = _coordinate(frame[j], axis) - middle[axis]
+            squares += off * off
+        body[place(j) + WORK] = squares
+    usual = _median(body, count)
+    found = 0
+    for j in range(count):
+        found += 1 if body[place(j) + WORK] >= 0.0 else 0
+    if found < FEWEST_OF_BODY or usual == 0.0:
+        return np.inf
+    return max(STRAY * STRAY * usual, STRAY_FLOOR * STRAY_FLOOR)
+
+
+@kernel
+def _middle(joints, frame, axis):
+    """Return the median of a coordinate, m; uses WORK."""
+    for j in range(joints.plan.joints):
+        joints.body[place(j) + WORK] = _coordinate(frame[j], axis)
+    return _median(joints.body, joints.plan.joints)
+
+
+@inline_kernel
+def _coordinate(joint, axis):
+    """Return a coordinate, m; NaN if the joint is missing."""
+    if not _is_position(joint):
+        return np.float32(np.nan)
+    return joint.x if axis == 0 else (joint.y if axis == 1 else joint.z)
+
+
+@kernel
+def _median(body, count):
+    """Return the median of WORK, by halving the span that it lies in; NaN does not count."""
+    low, high, known = np.inf, -np.inf, 0
+    for j in range(count):
+        value = body[place(j) + WORK]
+        if not np.isnan(value):
+            low, high, known = min(low, value), max(high, value), known + 1
+    for _ in range(HALVINGS):
+        at = 0.5 * (low + high)
+        below = 0
+        for j in range(count):
+            below += 1 if body[place(j) + WORK] <= at else 0
+        if 2 * below >= known:
+            high = at
+        else:
+            low = at
+    return high
 
 
 @kernel

@@ -134,6 +134,33 @@ def test_a_place_that_the_next_frames_contradict_was_wrong():
     np.testing.assert_allclose(curve[1:], 0.03, rtol=1e-4)
 
 
+@pytest.mark.parametrize("root", [-1, 0])
+def test_a_stray_marker_in_the_first_frame_moves_nobody(root):
+    names = tuple(f"m{j}" for j in range(8))
+    skeleton = Skeleton(names, root=root)
+    rng = np.random.default_rng(3)
+    pose = rng.normal(0, 0.3, (8, 3))
+    positions = pose + 0.3 * np.sin(np.arange(100) / 10)[:, None, None] * rng.normal(0, 1, (8, 3))
+    expected, _ = velocities(positions, skeleton=skeleton)
+    for stray in (0, 5):
+        odd = positions.copy()
+        odd[0, stray] = 50.0
+        segmenter = Segmenter(skeleton, ROOM, fps=FPS)
+        segmenter.push(odd.astype(np.float32))
+        assert segmenter.stats["outliers"] == 1
+        assert np.abs(segmenter.state.pose).max() < 2.0
+        curve, _ = velocities(odd, skeleton=skeleton)
+        np.testing.assert_allclose(curve[3:], expected[3:], atol=1e-4)
+
+
+def test_a_body_far_from_the_root_of_its_skeleton_counts():
+    pose = np.random.default_rng(3).normal(0, 0.3, (8, 3))
+    positions = np.tile(pose, (40, 1, 1))
+    positions[:, 1:] += [5.0, 0.0, 0.0]  # a root that stays at the origin of the room
+    skeleton = Skeleton(tuple("abcdefgh"), (-1, *[0] * 7))
+    assert velocities(positions, skeleton=skeleton)[1]["outliers"] == 0
+
+
 def test_of_a_place_that_was_borne_out_for_long_a_few_outliers_take_nothing():
     positions = walkers(400)
     positions[300:310, 2, 1] += 50.0
