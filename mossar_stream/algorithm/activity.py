@@ -205,9 +205,10 @@ def active_span(activity, begin, end, path, late):
 def _counts(bout_begin, bout_end, begin, end, late):
     """Tell whether a bout is one of a segment: a brief one where it begins, others where more than `BRIEF_BOUT` lies."""
     if bout_end - bout_begin <= 2.0 * BRIEF_BOUT + late + MARGIN:
-        return begin <= bout_begin - late < end
+        return begin - MARGIN <= bout_begin - late < end - MARGIN
     inside = min(bout_end, end) - max(bout_begin, begin)
-    return inside > BRIEF_BOUT or (bout_begin <= begin and bout_end >= end)
+    covers = bout_begin <= begin + MARGIN and bout_end >= end - MARGIN
+    return inside > BRIEF_BOUT + MARGIN or covers
 
 
 @kernel

@@ -234,14 +234,14 @@ def _listen(noise, turned, displacement):
     recent.path = keep * (recent.path + displacement)
     recent.turn = keep * (recent.turn + turned * time)
     noise.heard += time
-    if recent.span > BEGINNING:
+    if recent.span > BEGINNING + TIME_ROUNDING:
         path = recent.path / recent.span
         least = noise.quietest * np.exp2(time / DOUBLING)
         noise.quietest = min(least, path) if least > 0.0 else path
     is_noise = recent.turn < TURNED_BACK * recent.span
     if is_noise:
         noise.known = 1
-    if is_noise or (noise.known == 0 and noise.heard < BEGINNING):
+    if is_noise or (noise.known == 0 and noise.heard < BEGINNING - TIME_ROUNDING):
         # The average of few frames may be too low.
         noise.estimate = recent.path / recent.span * (1.0 + DOUBT * time / recent.span)
     elif noise.known == 0:

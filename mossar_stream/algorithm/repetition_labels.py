@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import ANALYSIS_INTERVAL, StoredSamples
@@ -107,18 +108,18 @@ def label_candidate(labels):
         return UNLABELLED
     note = labels.notes[number % NOTED_CANDIDATES]
     period = _period_at(labels.periods[0], note.reported)
-    if not 0.0 < period <= LONGEST_PERIOD:
+    if not 0.0 < period <= LONGEST_PERIOD + MARGIN:
         return UNLABELLED
     best, least = number, np.inf
     for other in range(max(0, state.candidates - NOTED_CANDIDATES), state.candidates):
         candidate = labels.notes[other % NOTED_CANDIDATES]
-        if abs(candidate.reported - note.reported) > 0.5 * period:
+        if abs(candidate.reported - note.reported) > 0.5 * period + MARGIN:
             continue
         off = _off_bound(labels.periods[0], candidate.reported) / period
         cost = candidate.cost + OFF_BOUND * off
         if cost < least:
             best, least = other, cost
-    if best != number or note.reported - state.last_time < NEAREST_END * period:
+    if best != number or note.reported - state.last_time < NEAREST_END * period - MARGIN:
         return WITHIN
     state.last_time = note.reported
     return ENDS
@@ -133,11 +134,10 @@ def _period_at(periods, time):
     for place in range(periods.cycles - 1, -1, -1):
         cycle = periods.cycle[place]
         period = _duration(cycle)
-        goes_on = (
-            place == periods.cycles - 1 and at < cycle.ends + LONGEST_SILENCE * period + ANALYSIS_INTERVAL
-        )
-        if at >= cycle.begins:
-            return period if (at <= cycle.ends or goes_on) and _is_even(periods, place) else 0.0
+        silence = LONGEST_SILENCE * period + ANALYSIS_INTERVAL if place == periods.cycles - 1 else 0.0
+        if at >= cycle.begins - MARGIN:
+            goes_on = at <= cycle.ends + silence + MARGIN
+            return period if goes_on and _is_even(periods, place) else 0.0
     return 0.0
 
 
@@ -153,7 +153,7 @@ def _is_even(periods, place):
     for i in range(first, last + 1):
         period = _duration(periods.cycle[i])
         shortest, longest = min(shortest, period), max(longest, period)
-    return longest <= LONGEST_RATIO * shortest
+    return longest <= LONGEST_RATIO * shortest + MARGIN
 
 
 @inline_kernel

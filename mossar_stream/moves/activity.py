@@ -8,6 +8,7 @@ its range, a minimum where it has fallen and risen by a significant share.
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
+from mossar_stream.moves.points import EARLY
 from mossar_stream.moves.track import RING
 
 STARTS = 4  # of which the last ones are remembered
@@ -77,7 +78,7 @@ def mean_speed(speeds, times, first, pose):
     """Return the mean speed over the last `AVERAGED` seconds, m/s."""
     total = 0.0
     count = 0
-    while pose - count > first and times[pose % RING] - times[(pose - count) % RING] < AVERAGED:
+    while pose - count > first and times[pose % RING] - times[(pose - count) % RING] < AVERAGED - EARLY:
         total += speeds[(pose - count) % RING]
         count += 1
     return total / max(count, 1)

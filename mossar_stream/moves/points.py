@@ -12,6 +12,7 @@ from mossar_stream.settings import Up
 
 LATE = 1.0  # s, frames that are so late are repeated or out of order
 MAX_STEP = 0.25  # s, a longer time without frames breaks the movement
+EARLY = 1e-6  # s, for the rounding of times: where the clock's origin lies must not matter
 Y_UP = (1, 1.0)  # axis and sign
 UPWARDS: dict[Up, tuple[int, float]] = {
     "auto": Y_UP, "x": (0, 1.0), "y": Y_UP, "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0),
@@ -35,7 +36,7 @@ def is_new(frames, time, latest, spacing):
 @inline_kernel
 def follows(frames, time, latest):
     """Tell whether a frame follows the last one without a gap; arguments as for `is_new`."""
-    return frames > 0 and 0.0 < time - latest <= MAX_STEP
+    return frames > 0 and 0.0 < time - latest <= MAX_STEP + EARLY
 
 
 @inline_kernel

@@ -31,7 +31,7 @@ from mossar_stream.moves.measure import (
     strangeness,
     warped,
 )
-from mossar_stream.moves.points import is_new
+from mossar_stream.moves.points import EARLY, is_new
 from mossar_stream.moves.track import JOINT, RAW, RING, TICK, TRACK, add_pose
 
 COMPARED_EVERY = 0.1  # s
@@ -46,7 +46,6 @@ FALLEN = 0.7  # of the peak of speed; comparisons begin below it
 LOUD = 0.15  # m/s, mean over the joints: slower is rest
 QUIET = 0.67  # s after the last loud pose for which comparisons go on
 SHORTEST, LONGEST = 8, 3.0  # poses, s, of a stretch
-EARLY = 1e-6  # s, for the rounding of times
 REVISED = 0.5  # natural logarithm of how much cheaper another move must be to replace the one recognised
 SETTLED = 1.5  # s after which a recognised move is final at the latest
 
@@ -265,7 +264,7 @@ def recognise(
     """
     bank = open_store(store)
     state = part(memory, 0, RECOGNITION_STATE, (1,))[0]
-    if not is_new(state.track.poses, time, state.track.time, TICK):
+    if not is_new(state.track.poses, time, state.track.time, TICK - EARLY):
         return 0
     numbers = bank.scratch.box.size
     poses = part(memory, RECOGNITION_STATE_BYTES, np.float32, (RING + RAW, numbers))
@@ -298,7 +297,7 @@ def _follow(state, poses, last_times, bank, positions, time):
         _compare_stretches(state, poses, last_times, bank, pose)
     elif bank.explains != 0:
         _end_movement(state, time)
-    rests = state.activity.moving == 0 or time - state.found.time > SETTLED
+    rests = state.activity.moving == 0 or time - state.found.time > SETTLED + EARLY
     if rests and state.found.move >= 0 and (state.happened & ~EXPLAINED) == 0:
         _settle(state, FINAL)
 
@@ -312,7 +311,7 @@ def _is_comparison_due(decision, activity, was_moving, time):
     if time < decision.next_comparison:
         return False
     decision.next_comparison = time + COMPARED_EVERY - 0.001  # times of frames are not exact
-    return time - decision.loud <= QUIET and speed <= FALLEN * decision.peak
+    return time - decision.loud <= QUIET + EARLY and speed <= FALLEN * decision.peak
 
 
 @kernel
@@ -371,7 +370,7 @@ def _compare_stretches(state, poses, last_times, bank, last):
     if best_first < 0 or not _is_agreed(state.decision, bank, best):
         return
     move = state.decision.leader
-    if 0.0 <= state.time - last_times[move] < bank.rules[move].again:
+    if 0.0 <= state.time - last_times[move] < bank.rules[move].again - EARLY:
         _pass_over(state, last)
         return
     last_times[move] = state.time
@@ -385,7 +384,7 @@ def _may_begin(state, first, last):
     track = state.track
     if last - first < SHORTEST or last - first >= RING - 1:
         return False
-    if track.times[last % RING] - track.times[first % RING] > LONGEST:
+    if track.times[last % RING] - track.times[first % RING] > LONGEST + EARLY:
         return False
     return first >= state.decision.from_pose or (state.found.move >= 0 and first >= state.found.first)
 
@@ -560,7 +559,7 @@ def _end_movement(state, time):
     nearest = state.nearest
     if nearest.open == 0:
         return
-    if time - state.decision.loud > QUIET or time - nearest.end > LONGEST:
+    if time - state.decision.loud > QUIET + EARLY or time - nearest.end > LONGEST + EARLY:
         _explain(state)
 
 

@@ -7,7 +7,7 @@ are left out, so that cost and memory do not grow with the sensor's rate.
 import numpy as np
 
 from mossar_stream.jit.decorators import inline_kernel, kernel
-from mossar_stream.moves.points import Y_UP, follows, is_hidden, place_points
+from mossar_stream.moves.points import EARLY, Y_UP, follows, is_hidden, place_points
 
 TICK = 0.024  # s, least time between two poses that are kept: at most 41 Hz
 SMOOTHED = 0.15  # s, poses younger than this are averaged
@@ -83,7 +83,7 @@ def _average(track, poses, raw, number):
         pose[d] = raw[number % RAW, d]
     count = 1
     while count < RAW and number - count >= track.first:
-        if not track.times[number % RING] - track.times[(number - count) % RING] < SMOOTHED:
+        if not track.times[number % RING] - track.times[(number - count) % RING] < SMOOTHED - EARLY:
             break
         older = raw[(number - count) % RAW]
         for d in range(pose.size):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mossar_stream.following.sampling import LEAST_SPACING, place_pose
 from mossar_stream.jit.decorators import entry_point, inline_kernel, kernel
 from mossar_stream.moves.facing import facing_of, heading, smooth_facing, turned_back
-from mossar_stream.moves.points import follows, is_new
+from mossar_stream.moves.points import EARLY, follows, is_new
 from mossar_stream.poses.layout import open_bank, open_memory
 
 EVERY = 0.06  # s between two samples
@@ -59,7 +59,7 @@ def match_frame(
     if not _measure(known, bank, positions, seconds):
         return 1 if state.happened else 0
     state.time = time
-    state.due = time + EVERY
+    state.due = time + EVERY - EARLY
     state.frames += 1
     if state.happened == NOTHING:
         _decide(known, bank, time)
@@ -119,7 +119,7 @@ def _decide(known, bank, time):
         _leave(known)
     elif mean < FAR and worst < FAR_OF_LIMB:
         _stay(known, bank, best, time)
-    elif time - state.seen > PATIENCE:
+    elif time - state.seen > PATIENCE + EARLY:
         _leave(known)
 
 
@@ -213,7 +213,7 @@ def _enter(known, bank, pose, time):
 def _stay(known, bank, pose, time):
     state = known.state[0]
     _count(known, bank, pose, time)
-    if not state.is_held and time - state.start >= bank.shown[pose].hold:
+    if not state.is_held and time - state.start >= bank.shown[pose].hold - EARLY:
         state.is_held = 1
         state.rev += 1
         state.happened = HELD

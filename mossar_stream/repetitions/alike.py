@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from mossar_stream.jit.decorators import kernel
+from mossar_stream.repetitions.sampling import STAMP_ROUNDING
 from mossar_stream.repetitions.state import COMPONENTS, POSTURES, ring_place
 
 SHORTEST_CYCLE = 4  # samples, of a cycle
@@ -292,7 +293,7 @@ def goes_on(header, n, smooth, cycle, step, last):
         one, other = (here, here + 1) if step == 1 else (here - 1, here)
         if (
             header.at[ring_place(header, n, other)] - header.left[ring_place(header, n, one)]
-            > LONGEST_STOP * lasted
+            > LONGEST_STOP * lasted + STAMP_ROUNDING
         ):
             break
         best, least = there, np.inf

@@ -25,7 +25,7 @@ from mossar_stream.repetitions.alike import (
 )
 from mossar_stream.repetitions.anchoring import LONGEST_PAUSE, straightening, turn_chains, weigh
 from mossar_stream.repetitions.components import find_components, smooth_scores
-from mossar_stream.repetitions.sampling import append_sample
+from mossar_stream.repetitions.sampling import STAMP_ROUNDING, append_sample
 from mossar_stream.repetitions.state import (
     COMPONENTS,
     CYCLES,
@@ -375,7 +375,7 @@ def _write(header, samples, component, cycle, oldest, before):
     row.count, row.lead = 1, 0.0
     if place > 0:
         last = header.cycle[place - 1]
-        if row.leaves - last.arrives <= LONGEST_PAUSE * (row.arrives - row.leaves):
+        if row.leaves - last.arrives <= LONGEST_PAUSE * (row.arrives - row.leaves) + STAMP_ROUNDING:
             row.count, row.lead = last.count + 1, last.lead
     if row.count == 1:
         limit = 0 if place == 0 else max(header.cycle[place - 1].end - oldest, 0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mossar_stream.errors import SnapshotError
 from mossar_stream.events import BODY, Event, PhaseEvent, RepetitionEvent, RepetitionStatus
+from mossar_stream.repetitions.sampling import STAMP_ROUNDING
 from mossar_stream.repetitions.state import ANALYSIS_INTERVAL, CYCLES
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
 from mossar_stream.skeleton import Skeleton
@@ -112,7 +113,8 @@ class RepetitionReporter:
             return None
         end, period = self._cycles[["ends", "period"]].tolist()[last]
         since = time - origin - end
-        return (since / period) % 1.0 if since <= LONGEST_SILENCE * period + ANALYSIS_INTERVAL else None
+        most = LONGEST_SILENCE * period + ANALYSIS_INTERVAL + STAMP_ROUNDING
+        return (since / period) % 1.0 if since <= most else None
 
     def report_phase(self, take: int, time: float) -> tuple[list[Event], Reported]:
         """Return the phase of a frame, s, unless it was reported, or nothing repeats and that was reported."""

@@ -194,7 +194,10 @@ def _size(header, pose):
 def append_sample(header, samples, pose):
     """Put a pose into the ring, at the time of the middle frame."""
     place = header.open % SAMPLES
-    if header.open > 0 and header.middle - header.left[(header.open - 1) % SAMPLES] > LONGEST_REST:
+    if (
+        header.open > 0
+        and header.middle - header.left[(header.open - 1) % SAMPLES] > LONGEST_REST + STAMP_ROUNDING
+    ):
         header.first = header.open - 1
     for k in range(pose.size):
         samples.last[k] = np.float32(0.0) if np.isnan(pose[k]) else pose[k]

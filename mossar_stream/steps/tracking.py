@@ -102,7 +102,7 @@ def follow_feet(
             return 0
         _forget(own, time)  # time was set back: another take
     own.time = time
-    if time - own.sample < FOOT_TICK:
+    if time - own.sample < FOOT_TICK - EARLY:
         return 0
     _find_up(own, positions, min(time - own.sample, 0.1))
     own.sample = time
@@ -168,7 +168,7 @@ def _sample(foot, positions, time):
         return False
     for d in range(3):
         foot.centre[d] /= seen
-    if number > foot.first and time - foot.times[(number - 1) % FOOT_RING] > MAX_STEP:
+    if number > foot.first and time - foot.times[(number - 1) % FOOT_RING] > MAX_STEP + EARLY:
         foot.first = number
         foot.state = FOOT_UNKNOWN
         foot.rest = np.nan
@@ -177,11 +177,11 @@ def _sample(foot, positions, time):
     before = number - 1
     while (
         before > foot.first
-        and time - foot.times[before % FOOT_RING] < BASE
+        and time - foot.times[before % FOOT_RING] < BASE - EARLY
         and number - before < FOOT_RING - 1
     ):
         before -= 1
-    if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE:
+    if before < foot.first or time - foot.times[before % FOOT_RING] < 0.5 * BASE - EARLY:
         foot.middles[here] = time
         foot.speeds[here] = np.nan
         return False

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from checks.reference.algorithms import localise
 from checks.reference.motion_velocity import SIG_THRESHOLD, velocity
 from mossar_stream.algorithm import candidate_features, mean_pose, pose_history, repetition_labels, scales
+from mossar_stream.algorithm.pose_history import MARGIN
 from mossar_stream.repetitions.alike import LONGEST_RATIO
 from mossar_stream.repetitions.state import ANALYSIS_INTERVAL
 from mossar_stream.repetitions.timing import LONGEST_SILENCE
@@ -152,7 +153,7 @@ class Motion:
         reported, first, before, speed = [], 0, self.times[0] + candidate_features.SPEED_SETTLING, 0.0
         for c in self.candidates:
             since = np.arange(first, c.confirmed + 1)
-            peak = self.speed[since[self.times[since] > before + pose_history.MARGIN]].max(initial=0.0)
+            peak = self.speed[since[self.times[since] > before + MARGIN]].max(initial=0.0)
             rose = peak >= max(
                 candidate_features.REPORTED_ABOVE_NOISE * c.noise, candidate_features.RISEN * c.speed
             )
@@ -161,7 +162,7 @@ class Motion:
                 if c.speed <= candidate_features.RISEN * speed
                 else candidate_features.INTERVAL
             )
-            apart = self.times[c.frame] - before >= interval - pose_history.MARGIN
+            apart = self.times[c.frame] - before >= interval - MARGIN
             if apart and rose and c.speed <= candidate_features.QUICK * c.usual:
                 reported.append(c.reported)
                 first, before, speed = c.confirmed + 1, self.times[c.frame], c.speed
@@ -215,7 +216,7 @@ class Motion:
         """Return the label of a candidate, and when the last repetition ended."""
         time = self._reported(number)
         period = _period_at(counted, time)
-        if not 0.0 < period <= repetition_labels.LONGEST_PERIOD:
+        if not 0.0 < period <= repetition_labels.LONGEST_PERIOD + MARGIN:
             return int(repetition_labels.UNLABELLED), last
 
         def cost(other: int) -> float:
@@ -228,28 +229,30 @@ class Motion:
                 unlike + repetition_labels.OFF_BOUND * _off_bound(counted, self._reported(other)) / period
             )
 
-        near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period]
-        if min(near, key=cost) != number or time - last < repetition_labels.NEAREST_END * period:
+        near = [i for i in range(noted) if abs(self._reported(i) - time) <= 0.5 * period + MARGIN]
+        too_soon = time - last < repetition_labels.NEAREST_END * period - MARGIN
+        if min(near, key=cost) != number or too_soon:
             return int(repetition_labels.WITHIN), last
         return int(repetition_labels.ENDS), time
 
 
 def _period_at(counted: Array, time: float) -> float:
     """Return the period of the even bout that a time lies in, or goes on to, s; 0 if it lies in none."""
-    before = counted[counted[:, 0] <= time]
+    before = counted[counted[:, 0] <= time + MARGIN]
     if not len(before):
         return 0.0
     _, end, period, _ = before[-1]
     is_last = len(before) == len(counted)
-    goes_on = is_last and time < end + LONGEST_SILENCE * period + ANALYSIS_INTERVAL
-    return float(period) if (time <= end or goes_on) and _is_even(counted, len(before) - 1) else 0.0
+    silence = LONGEST_SILENCE * period + ANALYSIS_INTERVAL if is_last else 0.0
+    goes_on = time <= end + silence + MARGIN
+    return float(period) if goes_on and _is_even(counted, len(before) - 1) else 0.0
 
 
 def _is_even(counted: Array, place: int) -> bool:
     """Tell whether all periods of a repetition's bout are alike."""
     bouts = np.cumsum(counted[:, 3] == 1)
     periods = counted[bouts == bouts[place], 2]
-    return bool(periods.max() <= LONGEST_RATIO * periods.min())
+    return bool(periods.max() <= LONGEST_RATIO * periods.min() + MARGIN)
 
 
 def _off_bound(counted: Array, time: float) -> float:
@@ -331,7 +334,7 @@ def taken_frames(times: Array) -> NDArray[np.int64]:
     """Return which frames are processed, about 30 Hz; the others are skipped."""
     taken = [0]
     for t in range(1, len(times)):
-        if times[t] - times[taken[-1]] >= pose_history.SPACING - pose_history.MARGIN:
+        if times[t] - times[taken[-1]] >= pose_history.SPACING - MARGIN:
             taken.append(t)
     return np.array(taken)
 
@@ -341,7 +344,7 @@ def joint_speeds(poses: Array, times: Array) -> Array:
     speeds, quanta = np.zeros(poses.shape[:2]), float(pose_history.PER_QUANTUM)
     kept = np.rint(poses * quanta) / quanta
     for t in range(1, len(poses)):
-        old = np.flatnonzero(times[:t] <= times[t] - pose_history.SPEED_WINDOW + pose_history.MARGIN)
+        old = np.flatnonzero(times[:t] <= times[t] - pose_history.SPEED_WINDOW + MARGIN)
         past = old[-1] if len(old) else 0
         speeds[t] = np.linalg.norm(poses[t] - kept[past], axis=1) / (times[t] - times[past])
     return speeds

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mossar_stream.algorithm import candidate_features, noise, pose_history
+from mossar_stream.algorithm.clock import TIME_ROUNDING
 
 WINDOW, SIG_THRESHOLD, RANGE_FLOOR, MARGIN = 0.1, 0.05, 0.01, 1.5  # s; share; m; setting noise_margin
 Array = NDArray[np.float64]
@@ -74,11 +75,11 @@ class _Ear:
         self.span, self.path = keep * (self.span + dt), keep * (self.path + path)
         self.turn = keep * (self.turn + turned * dt)
         self.heard += dt
-        if self.span > noise.BEGINNING:
+        if self.span > noise.BEGINNING + TIME_ROUNDING:
             self.quietest = min(self.quietest * 2.0 ** (dt / noise.DOUBLING), self.path / self.span)
         turning = self.turn < noise.TURNED_BACK * self.span
         self.known = self.known or turning
-        if turning or (not self.known and self.heard < noise.BEGINNING):
+        if turning or (not self.known and self.heard < noise.BEGINNING - TIME_ROUNDING):
             self.estimate = self.path / self.span * (1.0 + noise.DOUBT * dt / self.span)
         elif not self.known:
             self.estimate = 0.0
