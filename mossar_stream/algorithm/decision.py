@@ -12,7 +12,13 @@ from mossar_stream.algorithm.location import (
 )
 from mossar_stream.algorithm.pose_history import place_back
 from mossar_stream.algorithm.remerging import forget
-from mossar_stream.algorithm.repetition_labels import LABELLED_AFTER, UNLABELLED, due_label, label_candidate
+from mossar_stream.algorithm.repetition_labels import (
+    LABELLED_AFTER,
+    LABELLED_LATE,
+    UNLABELLED,
+    due_label,
+    label_candidate,
+)
 from mossar_stream.algorithm.window import note_span, point_of, put_segment
 from mossar_stream.jit.decorators import inline_kernel, kernel
 from mossar_stream.memory.event_buffer import (
@@ -40,8 +46,8 @@ def set_due_time(w):
 
 @inline_kernel
 def label_delay(plan):
-    """Return how old a candidate is when it is judged, s: decided it is not earlier."""
-    return min(plan.hold, LABELLED_AFTER)
+    """Return how old a candidate is when it is judged, s: decided it is not earlier; see repetition_labels.py."""
+    return LABELLED_LATE if plan.labels_late == 1 else min(plan.hold, LABELLED_AFTER)
 
 
 @kernel

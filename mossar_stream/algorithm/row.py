@@ -22,7 +22,7 @@ from mossar_stream.algorithm.normalisation import RANGE
 from mossar_stream.algorithm.open_segment import OPEN_SEGMENT
 from mossar_stream.algorithm.pose_history import HISTORY, MARK
 from mossar_stream.algorithm.remerging import MEMO
-from mossar_stream.algorithm.repetition_labels import LABELS, NOTE, NOTED_CANDIDATES
+from mossar_stream.algorithm.repetition_labels import LABELS, NOTE
 from mossar_stream.algorithm.scales import SCALES
 from mossar_stream.algorithm.splitter import CURVE
 from mossar_stream.algorithm.tempo import TEMPO
@@ -53,7 +53,7 @@ REGIONS: tuple[tuple[str, str], ...] = (
     ("marks", "MARK"),  # (history_size,) of the poses kept to take speeds from and to move key frames
     ("poses", "i2"),  # (history_size, 3, padded_joints) 1/8192 m, those poses
     ("bouts", "BOUT"),  # (bouts,) of movement, the latest that have ended
-    ("notes", "NOTE"),  # (NOTED_CANDIDATES,) of the last candidates
+    ("notes", "NOTE"),  # (notes,) of the last candidates
     ("counted", "HEADER"),  # (1,) of repetitions, if they are counted here
     ("periods", "PERIODS"),  # (1,) of it, by which candidates are judged
     ("samples", "u1"),  # of them, see repetitions/state.py
@@ -76,6 +76,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("memo_size", "i8"),
         ("history_size", "i8"),
         ("bouts", "i8"),
+        ("notes", "i8"),
         ("samples", "i8"),  # bytes of the repetitions' samples
         ("capacity", "i8"),  # W
         ("room", "i8"),  # with more undecided key frames than this the row must grow before the next frame
@@ -117,6 +118,7 @@ PLAN = np.dtype(  # what does not change while frames come in; `Plan.prepare` se
         ("ends_alone", "i8"),  # whether its takes end where nobody is seen; a limb's end with the body's
         ("details", "u8"),  # a bit for each of the first 64 joints that is not reported as active
         ("adopts", "i8"),  # whether what is counted of the body is copied here
+        ("labels_late", "i8"),  # whether labels wait for what is counted
         ("offline", "i8"),  # keep every key frame until the take ends, and decide then
     ],
 )
@@ -170,6 +172,7 @@ class Shape(msgspec.Struct, frozen=True):
         bouts: Bouts of movement kept.
         counted: Whether messages about segments are counted; not offline, where each has one.
         features: Whether key frames come with features.
+        notes: Candidates that are remembered to be labelled.
         repetitions: Whether they are counted here.
         adopts: Whether what is counted of the body is copied here.
     """
@@ -185,6 +188,7 @@ class Shape(msgspec.Struct, frozen=True):
     bouts: int
     counted: bool
     features: bool
+    notes: int
     repetitions: bool
     adopts: bool
 
@@ -225,7 +229,7 @@ class Shape(msgspec.Struct, frozen=True):
             "marks": self.history,
             "poses": self.history * 3 * joints,
             "bouts": self.bouts,
-            "notes": NOTED_CANDIDATES * self.features,
+            "notes": self.notes,
             "counted": int(self.repetitions),
             "periods": int(self.repetitions),
             "samples": samples_bytes(self.joints) * self.repetitions,

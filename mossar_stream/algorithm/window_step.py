@@ -23,7 +23,6 @@ from mossar_stream.algorithm.pose_history import MARK, REST_SPEED, PoseHistory
 from mossar_stream.algorithm.remerging import MEMO, UNKNOWN_BOUNDARY
 from mossar_stream.algorithm.repetition_labels import (
     NOTE,
-    NOTED_CANDIDATES,
     RepetitionLabels,
     forget_newest,
     note_candidate,
@@ -156,7 +155,7 @@ def _window_of(state, row, params, scratch, event_buffer):
         ),
         RepetitionLabels(
             state.labels,
-            part(row, at.notes, NOTE, (plan.has_features * NOTED_CANDIDATES,)),
+            part(row, at.notes, NOTE, (plan.notes,)),
             part(row, repetitions, PERIODS, (plan.has_features,)),
         ),
         Activity(state.activity, part(row, at.bouts, BOUT, (plan.bouts,))),

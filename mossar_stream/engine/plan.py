@@ -11,6 +11,7 @@ from mossar_stream.algorithm.activity import BOUTS
 from mossar_stream.algorithm.clock import TIME_ROUNDING
 from mossar_stream.algorithm.location import LOCATIONS
 from mossar_stream.algorithm.normalisation import POLICIES
+from mossar_stream.algorithm.repetition_labels import LABELLED_LATE, NOTED_CANDIDATES, NOTED_LATE
 from mossar_stream.algorithm.row import PLAN, REGIONS, Shape, new_memory, records, region
 from mossar_stream.algorithm.window import SPARE_SUMMARIES
 from mossar_stream.errors import SettingsError
@@ -99,6 +100,7 @@ class Plan:
             bouts=bouts,
             counted=not offline,
             features=has_features,
+            notes=(NOTED_LATE if self._labels_late else NOTED_CANDIDATES) * has_features,
             repetitions=resolved.repetitions or (has_features and channel == BODY),
             adopts=has_features and channel != BODY,
         )
@@ -123,6 +125,13 @@ class Plan:
     def most_events(self) -> int:
         """Most events that one frame, or the end of a take, can cause."""
         return 8 * self.shape.window + 32
+
+    @property
+    def _labels_late(self) -> bool:
+        """Whether labels wait for what is counted: in recordings, and in streams that decide as late."""
+        chosen = self.settings
+        waits = chosen.remerge_seconds > LABELLED_LATE and chosen.remerge_window >= NOTED_LATE
+        return self.offline or waits
 
     @property
     def _most_undecided(self) -> int:
@@ -179,6 +188,7 @@ class Plan:
             "memo_size": shape.memo,
             "history_size": shape.history,
             "bouts": shape.bouts,
+            "notes": shape.notes,
             "samples": shape.region_sizes()["samples"],
             "capacity": shape.window,
             "room": self._most_undecided,
@@ -214,6 +224,7 @@ class Plan:
             "details": details(self.skeleton),
             "ends_alone": self.channel == BODY and not self.offline,
             "adopts": shape.adopts,
+            "labels_late": self._labels_late,
             "offline": self.offline,
         }
 
