@@ -59,7 +59,7 @@ class Upkeep:
         self._full: set[int] = set()  # sources whose full queue was logged
         self._counted: dict[
             str, tuple[int, float]
-        ] = {}  # frames and time of each performer at the last stats
+        ] = {}  # frames of each performer, and s of its stream, at the last stats
 
     def begin(self, run: Run) -> None:
         """Start the clocks."""
@@ -124,10 +124,10 @@ class Upkeep:
         counted = counters_of(run.feeds[source].source)
         quantiles = run.latency[performer].quantiles_ms() if performer in run.latency else None
         stats = run.pool[performer].stats
-        first, last = run.times.get(performer, (0.0, 0.0))
-        frames, since = self._counted.get(performer, (1, first))
-        fps = (stats["frames"] - frames) / (last - since) if last - since > _SHORTEST else 0.0
-        self._counted[performer] = (stats["frames"], last)
+        length = run.stream_time.lengths.get(performer, 0.0)
+        frames, before = self._counted.get(performer, (1, 0.0))
+        fps = (stats["frames"] - frames) / (length - before) if length - before > _SHORTEST else 0.0
+        self._counted[performer] = (stats["frames"], length)
         return StatsEvent(
             performer=performer,
             fps=round(fps, 2),
