@@ -82,6 +82,19 @@ def test_old_frames_are_discarded_and_the_performer_is_known_all_the_same(waitin
     assert "100 frames (2.0 s)" in said[0]
 
 
+def test_frames_that_waited_for_minutes_are_discarded_all(monkeypatch, caplog):
+    monkeypatch.setattr("mossar_adapters.osc.datagrams._OLDEST", 0.1)
+    monkeypatch.setattr("mossar_adapters.osc.datagrams.DRAIN", 10)
+    source = OscSource(parse_url("osc://127.0.0.1:0?profile=mossar"))
+    send_over_osc(source, 0, 100)
+    time.sleep(0.4)
+    source.skip_waiting()
+    _, times = read(source, lambda: send_over_osc(source, 100, 10))
+    source.close()
+    assert times == pytest.approx(np.arange(100, 110) / 50)
+    assert "100 frames (2.0 s)" in caplog.text
+
+
 def test_nothing_is_discarded_unasked(waiting, caplog):
     source, send_more = waiting
     _, times = read(source, send_more)

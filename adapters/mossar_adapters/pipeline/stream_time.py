@@ -25,7 +25,9 @@ class StreamTime:
 
     def __init__(self, seconds: float | None = None) -> None:
         self.spans: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
-        self.lengths: dict[str, float] = {}  # time that passed for each performer, whatever its clock did, s
+        self.lengths: dict[
+            str, float
+        ] = {}  # time that passed for each performer, whatever its clock did, s; at most `seconds`
         self._latest: dict[
             str, float
         ] = {}  # latest time of each performer since its clock was last set back, s
@@ -54,9 +56,11 @@ class StreamTime:
             if time > latest or latest - time > max_pause:
                 latest = time
             lengths.append(passed)
-        self.lengths[name], self._latest[name] = passed, latest
+        self._latest[name] = latest
         if self._seconds is None or passed < self._seconds:
+            self.lengths[name] = passed
             return frames
+        self.lengths[name] = self._seconds
         return part(frames, 0, bisect.bisect_left(lengths, self._seconds))
 
     def absent(self, name: str) -> None:

@@ -147,6 +147,14 @@ def test_a_run_of_some_seconds_ends_though_a_clock_is_set_back(stage):
     assert outcome.frames == pytest.approx(4 * 30, abs=2)
 
 
+def test_frames_after_the_end_of_a_run_do_not_count_in_its_rate(stage):
+    sink = stage.Collected()
+    items = [stage.meta(), stage.wave(0, 300)]
+    Pipeline([stage.Script(items)], [sink], seconds=2.0, upkeep=Upkeep(stats=9.0)).run()
+    (stats,) = sink.of(StatsEvent)
+    assert (stats.frames, stats.fps) == (60, pytest.approx(30.0, rel=0.02))
+
+
 def test_a_frame_out_of_order_lets_no_time_pass(stage):
     sink = stage.Collected()
     frames = stage.wave(0, 90)
