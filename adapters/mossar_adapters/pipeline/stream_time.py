@@ -27,11 +27,12 @@ class StreamTime:
         self.spans: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
         self.lengths: dict[
             str, float
-        ] = {}  # time that passed for each performer, whatever its clock did, s; at most `seconds`
+        ] = {}  # time that passed for each performer, whatever its clock did, s; less than `seconds`
         self._latest: dict[
             str, float
         ] = {}  # latest time of each performer since its clock was last set back, s
         self._seconds = seconds
+        self._over: set[str] = set()  # performers who have reached the end
         self._absent: set[str] = set()  # performers who have left, or whose frames have stopped
 
     def within(self, frames: Frames, max_pause: float = math.inf) -> Frames:
@@ -57,11 +58,15 @@ class StreamTime:
                 latest = time
             lengths.append(passed)
         self._latest[name] = latest
-        if self._seconds is None or passed < self._seconds:
-            self.lengths[name] = passed
-            return frames
-        self.lengths[name] = self._seconds
-        return part(frames, 0, bisect.bisect_left(lengths, self._seconds))
+        if name in self._over:
+            return part(frames, 0, 0)
+        kept = len(lengths)
+        if self._seconds is not None and passed >= self._seconds:
+            self._over.add(name)
+            kept = bisect.bisect_left(lengths, self._seconds)
+        if kept:
+            self.lengths[name] = lengths[kept - 1]
+        return frames if kept == len(lengths) else part(frames, 0, kept)
 
     def absent(self, name: str) -> None:
         """Take note that a performer has left, or that its frames have stopped: its end is not awaited."""
@@ -71,8 +76,7 @@ class StreamTime:
         """Return whether every present performer has reached the end, and there is one."""
         if self._seconds is None:
             return False
-        reached = {name for name, length in self.lengths.items() if length >= self._seconds}
-        return bool(reached) and reached | self._absent >= self.spans.keys()
+        return bool(self._over) and self._over | self._absent >= self.spans.keys()
 
     def forget(self, kept: set[str]) -> None:
         """Forget all others."""
@@ -80,3 +84,4 @@ class StreamTime:
             for name in table.keys() - kept:
                 del table[name]
         self._absent &= kept
+        self._over &= kept

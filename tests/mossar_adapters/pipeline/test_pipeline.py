@@ -155,6 +155,13 @@ def test_frames_after_the_end_of_a_run_do_not_count_in_its_rate(stage):
     assert (stats.frames, stats.fps) == (60, pytest.approx(30.0, rel=0.02))
 
 
+def test_stats_right_after_others_have_a_rate(stage):
+    sink, upkeep = stage.Collected(), Upkeep(stats=9.0)
+    pipeline = Pipeline([stage.Script([stage.meta(), stage.wave(0, 300)])], [sink], upkeep=upkeep)
+    pipeline.run()
+    assert [upkeep.stats_of(pipeline, "p1").fps for _ in range(3)] == [pytest.approx(30.0)] * 3
+
+
 def test_a_frame_out_of_order_lets_no_time_pass(stage):
     sink = stage.Collected()
     frames = stage.wave(0, 90)
