@@ -5,10 +5,12 @@ from typing import cast
 
 import numpy as np
 
+from mossar_stream.engine.middle import set_middle
 from mossar_stream.engine.plan import Plan
 from mossar_stream.engine.warm_up import warm_up, warm_up_analysis, warm_up_decisions, warm_up_frames
 from mossar_stream.jit.cache import open_cache
 from mossar_stream.jit.precompile import other_processes
+from mossar_stream.moves.kinds import costs_of, described
 from mossar_stream.moves.moves import Moves
 from mossar_stream.segmenter import Segmenter
 from mossar_stream.settings import Settings, SimilarityName
@@ -16,7 +18,7 @@ from mossar_stream.skeleton import Skeleton
 from mossar_stream.steps.stepping import Stepping
 
 DECISIONS_PART, FRAMES_PART, ANALYSIS_PART, MOVES_PART = "decisions", "frames", "repetitions", "moves"
-STEPS_PART = "steps"
+STEPS_PART, RECORDINGS_PART = "steps", "recordings"
 Progress = Callable[[str, int, int], None]
 _READY: set[tuple[str, SimilarityName]] = set()  # parts whose kernels are there
 _ANYBODY = Skeleton(("a", "b"), (-1, 0))
@@ -27,7 +29,11 @@ def _say_nothing(_part: str, _done: int, _parts: int) -> None:
 
 
 def precompile(
-    settings: Settings | None = None, *, moves: bool = False, progress: Progress = _say_nothing
+    settings: Settings | None = None,
+    *,
+    moves: bool = False,
+    recordings: bool = False,
+    progress: Progress = _say_nothing,
 ) -> None:
     """Compile the kernels that segmenters with these settings need, on two cores where there are two.
 
@@ -39,6 +45,8 @@ def precompile(
         settings: Defaults to `Settings()`; only the similarity measure, and whether there are repetitions and steps,
             matter here.
         moves: Whether moves are to be recognised.
+        recordings: Whether to compile, too, what only whole recordings need: the search for kinds of movements, and limbs
+            that hang on the centroid.
         progress: Called before each part with its name, how many parts are done, and how many there are.
 
     Raises:
@@ -52,7 +60,7 @@ def precompile(
     wanted = {DECISIONS_PART: True, FRAMES_PART: True, ANALYSIS_PART: _any_plan(similarity).shape.repetitions}
     wanted |= {MOVES_PART: moves}
     wanted[ANALYSIS_PART] |= resolved.repetitions
-    wanted[STEPS_PART] = resolved.steps
+    wanted |= {STEPS_PART: resolved.steps, RECORDINGS_PART: recordings}
     parts = [part for part, needed in wanted.items() if needed and (part, similarity) not in _READY]
     if not parts:
         return
@@ -91,6 +99,10 @@ def _compile(part: str, similarity: SimilarityName) -> None:
         warm_up_analysis()
     elif part == STEPS_PART:
         Stepping(_ANYBODY, Settings(feet="left=a right=b"), "p1")
+    elif part == RECORDINGS_PART:
+        moves = _any_moves()
+        costs_of(_ANYBODY, described(_ANYBODY, moves.examples, "any"), moves.examples[0])
+        set_middle(plan.new_rows(1)[0], np.zeros(3, np.float32))
     else:
         Segmenter(_ANYBODY, Settings(similarity=similarity), moves=_any_moves(), follow=True)
 

@@ -1,7 +1,8 @@
 """What live sources share: counters, what they discard at the start, and a listener."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import msgspec
@@ -11,6 +12,7 @@ from mossar_stream import Frames, MossarError
 
 SEEN_LIMIT = 8  # addresses kept as examples
 SEEN_LENGTH = 80  # characters of each
+_MOST_KEPT = 4096  # metas and departures
 
 _log = logging.getLogger("mossar.source")
 
@@ -53,24 +55,24 @@ class Counters(msgspec.Struct):
 class Skipped:
     """What a source discards because it came before the program was ready.
 
-    Args:
-        until: When the program was ready, s on the source's clock.
+    Attributes:
+        kept: What else came, the latest of it.
     """
 
-    def __init__(self, until: float) -> None:
-        self.until = until
+    def __init__(self) -> None:
+        self.kept: deque[Meta | Departure] = deque(maxlen=_MOST_KEPT)
         self._frames = 0
         self._span: tuple[float, float] | None = None  # times of the first and the last one, s
 
-    def without_frames(self, found: Sequence[Meta | Frames | Departure]) -> Iterator[Meta | Departure]:
-        """Yield what is no frame, and count the frames."""
+    def add(self, found: Sequence[Meta | Frames | Departure]) -> None:
+        """Keep what is no frame, and count the frames."""
         for item in found:
             if isinstance(item, Frames):
                 self._frames += len(item)
                 first, last = float(item.times[0]), float(item.times[-1])
                 self._span = (first if self._span is None else self._span[0], last)
             else:
-                yield item
+                self.kept.append(item)
 
     def log(self, name: str, drops: int = 0) -> None:
         """Log how much it was.

@@ -162,7 +162,9 @@ def _phases_of(
     points = points_of(positions.astype(np.float64), bones.shown, up)
     cosine, sine = (1.0, 0.0)
     if facing == "any" and bones.girdles[0] >= 0:
-        cosine, sine = mean_heading(points.astype(np.float32), np.array(bones.girdles))
+        cosine, sine = mean_heading(
+            np.ascontiguousarray(points, np.float32), np.array(bones.girdles, np.int64)
+        )
     return stride, directions_of(points[below] * (1 - share) + points[below + 1] * share, bones, cosine, sine)
 
 

@@ -67,6 +67,6 @@ def make_bank(
     rows = store[end:].view(np.float64).reshape(len(poses), count, 3)
     for row, pose in zip(rows, poses, strict=True):
         points = points_of(pose.metres(len(shown))[None], bones.shown, up)
-        cosine, sine = mean_heading(points.astype(np.float32), girdles)
+        cosine, sine = mean_heading(np.ascontiguousarray(points, np.float32), girdles)
         row[:] = directions_of(points, bones, cosine, sine)[0]
     return store

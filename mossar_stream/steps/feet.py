@@ -80,9 +80,10 @@ def _by_joints(skeleton: Skeleton, side: str) -> tuple[int, ...]:
 
 
 def _place(skeleton: Skeleton, name: str) -> int:
-    if name not in skeleton.names:
-        raise FrameError(f"feet: there is no joint called {name}; there are {', '.join(skeleton.names[:40])}")
-    return skeleton.names.index(name)
+    try:
+        return skeleton.index(name)
+    except FrameError as error:
+        raise FrameError(f"feet: {error}") from None
 
 
 def _plain(name: str) -> str:

@@ -281,6 +281,41 @@ def test_a_name_that_there_is_not_is_answered_with_the_nearest(mossar, command, 
     assert all(words in err for words in said)
 
 
+@pytest.mark.parametrize("way", ["option", "--set", "--config"])
+def test_a_live_sender_whose_limbs_are_misspelt_is_refused_at_once(mossar, tmp_path, way):
+    config = tmp_path / "c.toml"
+    config.write_text('limbs = "hands=LeftHnd"\n')
+    words = {
+        "option": ("--limbs", "hands=LeftHnd"),
+        "--set": ("--set", "limbs=hands=LeftHnd"),
+        "--config": ("--config", config),
+    }
+    status, out, err = mossar("run", "demo:", *words[way])
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "limb hands: no joint called 'LeftHnd'; there are " in err
+    assert "did you mean LeftHand?" in err
+
+
+def test_feet_that_are_misspelt_are_answered_with_the_nearest(mossar):
+    feet = ("--steps", "--feet", "left=LftFoot", "right=RightFoot")
+    for command in (("run", "demo:"), ("segment", "demo:?seconds=1")):
+        status, _, err = mossar(*command, *feet)
+        assert (status, err.count("\n")) == (2, 1)
+        assert "feet: no joint called 'LftFoot'; there are " in err
+        assert "did you mean LeftFoot?" in err
+
+
+def test_a_joint_that_is_misspelt_is_wrong_usage_of_every_command(mossar, tmp_path):
+    wrong = ("--joints", "LeftHnd")
+    for command in (
+        ("record", "demo:?seconds=1", tmp_path / "take.msk"),
+        ("replay", "demo:?seconds=1", "--to", tmp_path / "take.jsonl"),
+    ):
+        status, _, err = mossar(*command, *wrong)
+        assert (status, err.count("\n")) == (2, 1), command
+        assert "did you mean LeftHand?" in err
+
+
 def test_libraries_of_the_system_do_not_speak_for_us():
     command = [
         sys.executable,

@@ -16,8 +16,8 @@ _EVERY = 10.0  # s between two messages
 Tell = Callable[[str], None]
 
 
-def _tell_nobody(_text: str) -> None:
-    pass
+def tell_nobody(_text: str) -> None:
+    """Do nothing with what is logged."""
 
 
 class Compiling:
@@ -30,7 +30,7 @@ class Compiling:
         is_cold: Whether something had to be compiled.
     """
 
-    def __init__(self, tell: Tell = _tell_nobody) -> None:
+    def __init__(self, tell: Tell = tell_nobody) -> None:
         self._tell = tell
         self.is_cold = False
         self._part = ""
@@ -72,7 +72,7 @@ class Compiling:
 
 @contextlib.contextmanager
 def reporting_compilation(
-    settings: Settings | None = None, *, moves: bool = False, tell: Tell = _tell_nobody
+    settings: Settings | None = None, *, moves: bool = False, tell: Tell = tell_nobody
 ) -> Iterator[Compiling]:
     """Compile, or load, the kernels before the block runs; log it if they, or others in the block, are compiled.
 

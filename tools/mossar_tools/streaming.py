@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mossar_adapters.abilities import HasSlots, Previews, SkipsWaiting, offered
+from mossar_adapters.abilities import HasSlots, Previews, offered
 from mossar_adapters.address import parse_url
 from mossar_adapters.control.listener import ControlListener
 from mossar_adapters.files.claim import Claim
@@ -15,8 +15,9 @@ from mossar_adapters.pipeline.emission import Emission
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Source
 from mossar_stream import FrameError, Moves, Settings, Skeleton
-from mossar_tools.compiling import Tell, reporting_compilation
+from mossar_tools.compiling import Tell, reporting_compilation, tell_nobody
 from mossar_tools.console import LOGGER, Console, is_terminal
+from mossar_tools.discarding import Discarding
 from mossar_tools.emitting import check_emission, tell_what_tables_leave_out
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.explaining import line_of
@@ -80,9 +81,9 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
             tick=lambda: _tick(pipeline, view, show),
         )
         pipeline.outcome.dead_sinks += missing
-        tell = show.say if show is not None else (lambda _text: None)
-        if warm_up(settings, moves, follow, teaches=show is not None, tell=tell):
-            _skip_waiting(sources)
+        _warm_up_meanwhile_discarding(
+            sources, settings, moves, follow, teaches=show is not None, tell=show.say if show else tell_nobody
+        )
         with (
             _controls(options, pipeline, listeners),
             _metrics(options, pipeline),
@@ -94,11 +95,27 @@ def stream(options: Options, console: Console, *, page_only: bool = False) -> tu
     return stop.status or _status(outcome), view.summary()
 
 
-def _skip_waiting(sources: Sequence[Source]) -> None:
-    """Have live sources begin with what comes from now on: what came while kernels were compiled is old."""
-    for source in sources:
-        if (waiting := offered(source, SkipsWaiting)) is not None:
-            waiting.skip_waiting()
+def _warm_up_meanwhile_discarding(
+    sources: Sequence[Source],
+    settings: Settings,
+    moves: Moves | None,
+    follow: Follow,
+    *,
+    teaches: bool,
+    tell: Tell,
+) -> None:
+    """Warm up; if that takes long, live sources begin with what comes afterwards: the rest is old."""
+    discarding = Discarding(sources)
+
+    def tell_and_discard(text: str) -> None:
+        discarding.begin()
+        tell(text)
+
+    try:
+        if warm_up(settings, moves, follow, teaches=teaches, tell=tell_and_discard):
+            discarding.begin()
+    finally:
+        discarding.end()
 
 
 def _tick(pipeline: Pipeline, view: LiveView, show: "LiveShow | None") -> None:

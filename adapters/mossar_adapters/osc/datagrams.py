@@ -22,7 +22,7 @@ WANTED_BUFFER = 4 << 20  # bytes; the usual default holds a tenth of a second of
 DRAIN = 512  # datagrams read before the frames in them are handed on
 _TOGETHER = 4 << 20  # bytes of them
 _RXQ_OVFL, _TIMESTAMPNS = 40, 35  # Linux's SO_RXQ_OVFL and SO_TIMESTAMPNS, which the socket module lacks
-_OLDEST = 60.0  # s that a datagram may have waited for us
+_OLDEST = 60.0  # s by which a datagram may be older than the moment when nothing waited
 _LOOKS, _BRIEF = 4, 2e-5  # looks at two clocks at most, and s between them that will do
 _LINUX = sys.platform == "linux"
 _drops, _moment = struct.Struct("=I"), struct.Struct("=qq")  # of datagrams; s and ns since 1970
@@ -53,6 +53,7 @@ class DatagramSocket:
         self.kernel_drops = 0
         self._tells = _LINUX and _ask(self._socket)  # whether drops and times come with the datagrams
         self._opened = time.monotonic()
+        self._emptied = 0.0  # when nothing waited, s since the socket was opened
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)
 
@@ -71,12 +72,14 @@ class DatagramSocket:
         All are read before any is looked at, so that a stall of this program does not fill the system's buffer.
         """
         found: list[_Read] = []
+        emptied = self._emptied
         self._socket.settimeout(seconds)
         size = 0
         while len(found) < DRAIN and size < _TOGETHER:
             try:
                 read = self._read()
             except (BlockingIOError, TimeoutError):
+                self._emptied = self.now
                 break
             except ConnectionError:  # Windows reports here that an earlier answer of ours had no receiver
                 continue
@@ -88,7 +91,7 @@ class DatagramSocket:
                 self._socket.settimeout(0)
             found.append(read)
             size += len(read.data)
-        return self._dated(found)
+        return self._dated(found, emptied)
 
     def close(self) -> None:
         """Release the port. May be called twice."""
@@ -109,8 +112,8 @@ class DatagramSocket:
                 stamp = seconds + nanoseconds * 1e-9
         return _Read(data, sender[0], sender[1], stamp)
 
-    def _dated(self, found: "list[_Read]") -> list[Datagram]:
-        """Return datagrams with their arrival on our clock."""
+    def _dated(self, found: "list[_Read]", emptied: float) -> list[Datagram]:
+        """Return datagrams with their arrival on our clock; nothing waited at `emptied`, however long ago that is."""
         if not found:
             return []
         now = self.now
@@ -118,7 +121,7 @@ class DatagramSocket:
         dated = []
         for data, host, port, stamp in found:
             arrival = now if stamp is None else min(stamp - ahead, now)
-            if now - arrival > _OLDEST:  # the system's clock was set meanwhile
+            if arrival < emptied - _OLDEST:  # the system's clock was set meanwhile
                 arrival = now
             dated.append(Datagram(data, host, port, arrival))
         return dated

@@ -42,7 +42,7 @@ class OscSource:
         self.decoder = OscDecoder(address, options, listener)
         self.counters = self.decoder.counters
         self.notes: tuple[str, ...] = ()
-        self._closed = self._running = self._skips = False
+        self._closed = self._running = False
         self._skipped: Skipped | None = None  # until it is logged
         self._socket = DatagramSocket(address)
         self.host, self.port = self._socket.host, self._socket.port
@@ -50,16 +50,26 @@ class OscSource:
             self.notes = (_SMALL.format(self.name, self._socket.buffer >> 10),)
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
-        self._skips = True
+        """Have `items` begin with what comes from now on; how much is discarded is logged.
+
+        A program that is busy for long calls it again and again, so that the system has room for all and drops nothing.
+        """
+        skipped = self._skipped = self._skipped or Skipped()
+        end, reached = self._socket.now, 0.0
+        while reached < end and self._socket.waits():
+            datagrams = self._socket.receive(0)
+            # The first ones after the socket was opened may have the time of reading: Linux begins to stamp a bit later.
+            reached = min((datagram.arrival for datagram in datagrams), default=end)
+            skipped.add(self.decoder.receive(*datagrams))
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas, chunks of frames and departures as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
             quiet = self._socket.now
-            if self._skips:
-                yield from self._skip()
+            if self._skipped is not None:
+                self.skip_waiting()
+                yield from self._skipped.kept
             while not self._closed:
                 found = self._received()
                 yield from found
@@ -70,16 +80,6 @@ class OscSource:
                     yield None
         finally:
             self._socket.close()
-
-    def _skip(self) -> Iterator[Meta | Departure]:
-        """Discard the frames that wait; their performers are counted all the same."""
-        skipped = Skipped(self._socket.now)
-        latest = 0.0
-        while latest < skipped.until and self._socket.waits():
-            datagrams = self._socket.receive(0)
-            latest = max((datagram.arrival for datagram in datagrams), default=skipped.until)
-            yield from skipped.without_frames(self.decoder.receive(*datagrams))
-        self._skipped = skipped
 
     def _received(self) -> list[Meta | Frames | Departure]:
         """Return what is complete with what the socket has, frames that nothing more comes for included."""

@@ -32,7 +32,7 @@ from mossar_adapters.pipeline.upkeep import Upkeep
 from mossar_adapters.receiving.batch import MAX_PERFORMERS
 from mossar_adapters.sink import FrameSink, Sink
 from mossar_adapters.source import Departure, Meta, Occupant, Source
-from mossar_stream import Event, Frames, Moves, Settings, SettingsError, StreamEvent
+from mossar_stream import Event, FrameError, Frames, Moves, Settings, SettingsError, StreamEvent
 
 _POLL = 0.05  # s between two looks at the clock when nothing comes
 _IDLE = 2.0  # s without frames after which a performer makes room for a newcomer
@@ -106,6 +106,8 @@ class Pipeline(Run):
         self._refused: set[str] = set()  # newcomers for whom there is no room
         self._unfollowed: set[str] = set()  # performers who cannot be followed
         self._odd_times = OddTimes()
+        self._ended: set[int] = set()  # sources that were refused
+        self._came = False  # whether a performer was ever followed
         self._limbs_lack = False  # whether it was logged that a performer has no limbs
         self._allowances = [Allowance() for _ in sources]  # of each source
         self._put_off: set[int] = set()  # sources of which it was logged that they bring too much that is new
@@ -183,6 +185,8 @@ class Pipeline(Run):
 
     def _take(self, arrival: Arrival) -> None:
         item = arrival.item
+        if arrival.source in self._ended:  # what a source that was refused had delivered before
+            return
         if isinstance(item, Meta):
             self._announce(item, arrival)
         elif isinstance(item, Frames):
@@ -258,9 +262,16 @@ class Pipeline(Run):
         meta = self._followed[name] = self._described(name, meta)
         try:
             events = self.pool.announce(name, meta.skeleton, meta.fps)
+        except FrameError as error:
+            if self._names_joints():
+                self._refuse_source(source, FrameError(f"{name} cannot be followed: {error}"))
+            else:
+                self._log_unfollowed(name, source, error)
+            return
         except Exception as error:  # noqa: BLE001 - no error of one performer may end the run
             self._log_unfollowed(name, source, error)
             return
+        self._came = True
         self._refused.discard(name)
         self._unfollowed.discard(name)
         self.latency.setdefault(name, Latency())
@@ -268,6 +279,18 @@ class Pipeline(Run):
         self.send(events)
         for outlet in self.outlets:
             outlet.put(self._announcement(name) if outlet.takes_events else Parcel(_called(meta, name)))
+
+    def _names_joints(self) -> bool:
+        """Return whether the first performer is to have joints that the user names: else the name is wrong."""
+        named = (self.settings.limbs, self.settings.feet)
+        now = (self.pool.settings.limbs, self.pool.settings.feet)
+        return not self._came and now == named and any(isinstance(text, str) and text for text in named)
+
+    def _refuse_source(self, source: int, error: FrameError) -> None:
+        """End a source whose first performer lacks joints that the user names, as `SelectedSource` does."""
+        self.feeds[source].stop()
+        self._ended.add(source)
+        self._end_source(source, error)
 
     def _announce_settings(self, name: str) -> None:
         """Announce a performer whose settings have changed once more, to sinks of events."""
@@ -333,7 +356,7 @@ class Pipeline(Run):
             return
         self._heard[name] = _LatestFrames(arrival.source, arrival.at, float(frames.times[-1]))
         resumed = self.upkeep.heard(self, arrival, name)
-        frames = self.stream_time.within(frames)
+        frames = self.stream_time.within(frames, self.max_pause(name))
         if not len(frames):
             return
         odd = self._odd_times.finding(frames, self.max_pause(name))

@@ -1,7 +1,12 @@
 """Stream time: from when to when each performer was seen, and whether all have reached the end that was asked for."""
 
+import bisect
+import math
+
 from mossar_adapters.replay.interleaving import part
 from mossar_stream import Frames
+
+_LONGEST = 3600.0  # s from one frame to the next; what is more is a clock that was set
 
 
 class StreamTime:
@@ -20,19 +25,48 @@ class StreamTime:
 
     def __init__(self, seconds: float | None = None) -> None:
         self.spans: dict[str, tuple[float, float]] = {}  # first and last time of each performer, s
+        self.lengths: dict[
+            str, float
+        ] = {}  # time that passed for each performer, whatever its clock did, s; less than `seconds`
+        self._latest: dict[
+            str, float
+        ] = {}  # latest time of each performer since its clock was last set back, s
         self._seconds = seconds
+        self._over: set[str] = set()  # performers who have reached the end
         self._absent: set[str] = set()  # performers who have left, or whose frames have stopped
 
-    def within(self, frames: Frames) -> Frames:
-        """Return those frames that come before the end of their performer's time."""
-        name, last = frames.performer, float(frames.times[-1])
-        first = self.spans.get(name, (float(frames.times[0]), 0.0))[0]
-        self.spans[name] = (first, last)
+    def within(self, frames: Frames, max_pause: float = math.inf) -> Frames:
+        """Return those frames that come before the end of their performer's time.
+
+        Time passes from the latest frame to a later one. It does not pass where a clock is set, back or far ahead, and
+        where a frame comes out of order.
+
+        Args:
+            frames: Of one performer.
+            max_pause: A clock is set back if the time falls by more than this, s.
+        """
+        name, times = frames.performer, frames.times
+        first = float(times[0])
         self._absent.discard(name)
-        if self._seconds is None or last - first < self._seconds:
-            return frames
-        kept = int((frames.times - first < self._seconds).sum())
-        return part(frames, 0, kept)
+        self.spans[name] = (self.spans.get(name, (first, first))[0], float(times[-1]))
+        passed, latest = self.lengths.get(name, 0.0), self._latest.get(name, first)
+        lengths = []  # s, until each frame
+        for time in times.tolist():
+            if latest < time <= latest + _LONGEST:
+                passed += time - latest
+            if time > latest or latest - time > max_pause:
+                latest = time
+            lengths.append(passed)
+        self._latest[name] = latest
+        if name in self._over:
+            return part(frames, 0, 0)
+        kept = len(lengths)
+        if self._seconds is not None and passed >= self._seconds:
+            self._over.add(name)
+            kept = bisect.bisect_left(lengths, self._seconds)
+        if kept:
+            self.lengths[name] = lengths[kept - 1]
+        return frames if kept == len(lengths) else part(frames, 0, kept)
 
     def absent(self, name: str) -> None:
         """Take note that a performer has left, or that its frames have stopped: its end is not awaited."""
@@ -42,10 +76,12 @@ class StreamTime:
         """Return whether every present performer has reached the end, and there is one."""
         if self._seconds is None:
             return False
-        reached = {name for name, (first, last) in self.spans.items() if last - first >= self._seconds}
-        return bool(reached) and reached | self._absent >= self.spans.keys()
+        return bool(self._over) and self._over | self._absent >= self.spans.keys()
 
     def forget(self, kept: set[str]) -> None:
         """Forget all others."""
-        self.spans = {name: span for name, span in self.spans.items() if name in kept}
+        for table in (self.spans, self.lengths, self._latest):
+            for name in table.keys() - kept:
+                del table[name]
         self._absent &= kept
+        self._over &= kept

@@ -2,9 +2,11 @@
 
 import hashlib
 import logging
+import math
 import time
 from collections.abc import Container
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
@@ -19,12 +21,24 @@ from mossar_stream import MossarError, Moves, SnapshotError, StatsEvent
 
 STOPPED = "frames stopped"  # why a take ended whose frames no longer come; `gap` is a step in their times
 SILENCE = 3.0  # s without a frame after which a source explains itself
+_JUST_NOW = 0.5  # s, in which too few frames come for a rate
 _SHORTEST = 1e-9  # s that there must be for a rate; a clock of nonsense may have less
 _TRAILING = 0.05  # s after the last frame in which the rest of its messages may come
 _MOST_LOGGED = 20  # performers that are logged for frames without any joint
 _CHECK_EVERY = 0.02  # s between two checks
 
 _log = logging.getLogger("mossar.pipeline")
+
+
+class _Mark(NamedTuple):
+    """What was counted of a performer: frames, the time of its stream that passed (s), and when (monotonic s)."""
+
+    frames: int
+    length: float
+    at: float
+
+
+_FIRST = _Mark(1, 0.0, -math.inf)
 
 
 class Upkeep:
@@ -58,8 +72,8 @@ class Upkeep:
         self._logged = 0  # how often that was logged
         self._full: set[int] = set()  # sources whose full queue was logged
         self._counted: dict[
-            str, tuple[int, float]
-        ] = {}  # frames and time of each performer at the last stats
+            str, tuple[_Mark, _Mark]
+        ] = {}  # of each performer at the last stats, and at those before
 
     def begin(self, run: Run) -> None:
         """Start the clocks."""
@@ -124,10 +138,7 @@ class Upkeep:
         counted = counters_of(run.feeds[source].source)
         quantiles = run.latency[performer].quantiles_ms() if performer in run.latency else None
         stats = run.pool[performer].stats
-        first, last = run.times.get(performer, (0.0, 0.0))
-        frames, since = self._counted.get(performer, (1, first))
-        fps = (stats["frames"] - frames) / (last - since) if last - since > _SHORTEST else 0.0
-        self._counted[performer] = (stats["frames"], last)
+        fps = self._rate(performer, stats["frames"], run.stream_time.lengths.get(performer, 0.0))
         return StatsEvent(
             performer=performer,
             fps=round(fps, 2),
@@ -138,6 +149,17 @@ class Upkeep:
             latency_p99_ms=quantiles[1] if quantiles else None,
             **stats,
         )
+
+    def _rate(self, performer: str, frames: int, length: float) -> float:
+        """Return the rate since the last stats, Hz, or since those before if the last ones were sent just now."""
+        mark = _Mark(frames, length, time.monotonic())
+        last, before = self._counted.get(performer, (_FIRST, _FIRST))
+        if mark.at - last.at < _JUST_NOW:
+            last = before
+        else:
+            self._counted[performer] = mark, last
+        passed = mark.length - last.length
+        return (mark.frames - last.frames) / passed if passed > _SHORTEST else 0.0
 
     def keeps_takes(self, run: Run) -> bool:
         """Return whether takes stay open at the end: the run was cut short and is to go on later."""

@@ -63,18 +63,29 @@ class ZmqSource:
         self._binds = binds(address)
         self.endpoint = bound_at(self._socket)
         self._opened = time.monotonic()
-        self._running = self._closed = self._skips = False
+        self._running = self._closed = False
+        self._skipped: Skipped | None = None  # until it is logged
 
     def skip_waiting(self) -> None:
-        """Have `items` begin with what comes from now on; how much is discarded is logged."""
-        self._skips = True
+        """Have `items` begin with what comes from now on; how much is discarded is logged.
+
+        A program that is busy for long calls it again and again: a queue that is full holds what is old, and a connection
+        on which nothing is read for minutes stays silent for a minute afterwards.
+        """
+        skipped = self._skipped = self._skipped or Skipped()
+        end = self._now + _SKIPPING
+        while self._now < end and (messages := list(self._waiting())):
+            skipped.add(self.decoder.receive(*messages))
 
     def items(self) -> Iterator[Meta | Frames | Departure | None]:
         """Yield metas and chunks of frames as they come; None when nothing came for a tenth of a second."""
         self._running = True
         try:
-            if self._skips:
-                yield from self._skip()
+            if self._skipped is not None:
+                self.skip_waiting()
+                yield from self._skipped.kept
+                self._skipped.log(self.name)
+                self._skipped = None
             while not self._closed:
                 try:
                     parts = self._socket.recv_multipart()
@@ -107,13 +118,6 @@ class ZmqSource:
         self._closed = True
         self._socket.close(0)
         self._context.term()
-
-    def _skip(self) -> Iterator[Meta | Departure]:
-        """Discard the frames that wait; their performers are counted all the same."""
-        skipped = Skipped(self._now)
-        while self._now < skipped.until + _SKIPPING and (messages := list(self._waiting())):
-            yield from skipped.without_frames(self.decoder.receive(*messages))
-        skipped.log(self.name)
 
     @property
     def _now(self) -> float:

@@ -3,11 +3,15 @@
 import logging
 import time
 
+import pytest
+
 from mossar_adapters.pipeline import Pipeline
-from mossar_adapters.source import Departure
+from mossar_adapters.source import Departure, Meta
 from mossar_stream import (
     FrameError,
+    Settings,
     SettingsError,
+    Skeleton,
     StreamEvent,
 )
 
@@ -122,3 +126,33 @@ def test_of_many_who_cannot_be_followed_the_first_are_told_of_each_once(stage, m
     assert said[0] == "script: p0 cannot be followed: no"
     assert said[-1] == "script: p19 cannot be followed: no; others are not logged any more"
     assert len(said) == 20
+
+
+@pytest.mark.parametrize(
+    "named", [{"limbs": "hands=hnd"}, {"steps": True, "feet": "left=hip right=hnd"}], ids=["limbs", "feet"]
+)
+def test_a_source_whose_first_performer_lacks_a_joint_that_the_user_names_is_refused(stage, named):
+    items = [stage.meta(), stage.wave(0, 60), 60.0]
+    source = stage.Script(items, live=True)
+    began = time.monotonic()
+    outcome = Pipeline([source], [stage.Collected()], Settings(**named)).run()
+    assert time.monotonic() - began < 30, "the sender goes on for a minute"
+    assert outcome.frames == 0
+    (error,) = outcome.errors
+    assert isinstance(error, FrameError)
+    assert "no joint called 'hnd'; there are hip, hand - did you mean hand?" in str(error)
+
+
+def test_a_later_performer_that_lacks_a_joint_does_not_end_a_source(stage, caplog):
+    other = Meta("bob", Skeleton(("hip", "foot"), (-1, 0)), 30.0)
+    items = [
+        stage.meta("ann"),
+        stage.wave(0, 60, "ann"),
+        other,
+        stage.wave(0, 60, "bob"),
+        stage.wave(60, 60, "ann"),
+    ]
+    with caplog.at_level(logging.WARNING, "mossar"):
+        outcome = Pipeline([stage.Script(items)], [stage.Collected()], Settings(limbs="hands=hand")).run()
+    assert (outcome.frames, outcome.errors) == (120, [])
+    assert "bob cannot be followed: limb hands: no joint called 'hand'" in caplog.messages[0]

@@ -132,6 +132,47 @@ def test_stats_tell_frames_rate_and_delays(stage):
     assert 0 < stats.latency_p50_ms <= stats.latency_p99_ms
 
 
+def test_the_rate_is_right_after_a_clock_was_set_back(stage):
+    sink = stage.Collected()
+    before, after = stage.wave(30_000, 60), stage.wave(0, 60)
+    Pipeline([stage.Script([stage.meta(), before, after])], [sink], upkeep=Upkeep(stats=9.0)).run()
+    (stats,) = sink.of(StatsEvent)
+    assert stats.frames == 120
+    assert stats.fps == pytest.approx(30.0, rel=0.02)
+
+
+def test_a_run_of_some_seconds_ends_though_a_clock_is_set_back(stage):
+    items = [stage.meta(), stage.wave(30_000, 60), *(stage.wave(30 * k, 30) for k in range(10))]
+    outcome = Pipeline([stage.Script(items)], [stage.Collected()], seconds=4.0).run()
+    assert outcome.frames == pytest.approx(4 * 30, abs=2)
+
+
+def test_frames_after_the_end_of_a_run_do_not_count_in_its_rate(stage):
+    sink = stage.Collected()
+    items = [stage.meta(), stage.wave(0, 300)]
+    Pipeline([stage.Script(items)], [sink], seconds=2.0, upkeep=Upkeep(stats=9.0)).run()
+    (stats,) = sink.of(StatsEvent)
+    assert (stats.frames, stats.fps) == (60, pytest.approx(30.0, rel=0.02))
+
+
+def test_stats_right_after_others_have_a_rate(stage):
+    sink, upkeep = stage.Collected(), Upkeep(stats=9.0)
+    pipeline = Pipeline([stage.Script([stage.meta(), stage.wave(0, 300)])], [sink], upkeep=upkeep)
+    pipeline.run()
+    assert [upkeep.stats_of(pipeline, "p1").fps for _ in range(3)] == [pytest.approx(30.0)] * 3
+
+
+def test_a_frame_out_of_order_lets_no_time_pass(stage):
+    sink = stage.Collected()
+    frames = stage.wave(0, 90)
+    times = frames.times.copy()
+    times[40:50] -= 0.5
+    items = [stage.meta(), Frames(frames.positions, times)]
+    Pipeline([stage.Script(items)], [sink], upkeep=Upkeep(stats=9.0)).run()
+    (stats,) = sink.of(StatsEvent)
+    assert stats.fps <= 30.0
+
+
 def test_a_clock_of_nonsense_has_no_infinite_rate(stage):
     sink = stage.Collected()
     pose = np.zeros((2, 2, 3), np.float32)

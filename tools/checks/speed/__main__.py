@@ -19,6 +19,7 @@ OWN: Final[dict[str, Measure]] = {
     "repetitions": Measure(
         "repetitions: what counting them adds to a push", "checks.speed.repetitions:measure"
     ),
+    "activity": Measure("activity: what it costs a frame, and its bytes", "checks.speed.activity:measure"),
     "forms": Measure("one frame in other forms of arrays", "checks.speed.forms:measure"),
     "start": Measure("start, in processes of their own", "checks.speed.start:measure"),
     "splitting": Measure(
@@ -41,8 +42,8 @@ OWN: Final[dict[str, Measure]] = {
 }
 ALL: Final[dict[str, Measure]] = {**MEASURES, **OWN}
 
-DESCRIPTION = """Measure what developers need beside `mossar bench`: what moves, limbs and repetitions add to a frame, other forms
-of frames, the start with an empty cache, splitting alone, the stages, the path kernel, the hierarchy, the cost of joints and
+DESCRIPTION = """Measure what developers need beside `mossar bench`: what moves, limbs, repetitions and the activity add to a
+frame, other forms of frames, the start with an empty cache, splitting alone, the stages, the path kernel, the hierarchy, the cost of joints and
 of the window, and the delay from a frame sent to its event received."""
 EXAMPLES = """  python -m checks.speed                            a quarter of an hour
   python -m checks.speed DIR --only hierarchy       real recordings; the parts of mossar bench can be named, too

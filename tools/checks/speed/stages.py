@@ -71,7 +71,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     frames, travelling = runs_of_splitting(work, motion, VELOCITY)
     _, splitting = runs_of_splitting(work, motion, SPLITTING)
     yield duration(part, "joints and velocity", "ns/frame", travelling, each=frames, note=motion.name)
-    envelope = _less(splitting, travelling)
+    envelope = less(splitting, travelling)
     yield duration(part, "range, envelope, splitter", "ns/frame", envelope, each=frames)
     chunks = motion.chunks(frames, SIZE)
     _Drive(motion).run(chunks[:2])
@@ -83,7 +83,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     remerging = [Timing(drive.remerging, drive.remerging) for drive in drives]
     recording = [Timing(drive.recording, drive.recording) for drive in drives]
     looking = [Timing(drive.looking, drive.looking) for drive in drives]
-    rest = _less(_less(_less(_less(whole, splitting), remerging), recording), looking)
+    rest = less(less(less(less(whole, splitting), remerging), recording), looking)
     note = "what joins the open segment, noise, tempo, poses kept"
     yield duration(part, "summaries", "ns/frame", rest, each=frames, note=note)
     yield duration(part, "remerge", "ns/frame", remerging, each=frames)
@@ -96,7 +96,7 @@ def measure(work: Work) -> Iterator[Measurement]:
     yield duration(part, "remerge, each call", "us", remerging, each=calls, note=note)
 
 
-def _less(runs: list[Timing], others: list[Timing]) -> list[Timing]:
+def less(runs: list[Timing], others: list[Timing]) -> list[Timing]:
     """Return what runs took more than others."""
     less = (
         float(np.median([other.wall for other in others])),

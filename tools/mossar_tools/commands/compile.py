@@ -29,9 +29,10 @@ def run(_options: Options, _console: Console) -> int:
     names = get_args(SimilarityName)
     with mossar_stream.on_first_compile(said.begin):
         for place, name in enumerate(names):
-            settings = Settings(similarity=name, limbs=True, repetitions=True)
+            settings = Settings(similarity=name, limbs=True, repetitions=True, steps=True)
             progress = partial(_log_part, said, place, len(names))
-            interruptibly(partial(mossar_stream.precompile, settings, moves=True, progress=progress))
+            precompile = partial(mossar_stream.precompile, settings, moves=True, recordings=True)
+            interruptibly(partial(precompile, progress=progress))
     said.end()
     if not said.is_cold:
         LOGGER.info("all kernels were compiled before")

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from mossar_stream import MossarError
+from mossar_stream import FrameError, MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, WRONG_USAGE, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_people, add_speed
@@ -62,5 +62,5 @@ def run(options: Options, console: Console) -> int:
         LOGGER.warning("no frame came; %s was not written", options.file)
     if failure is not None:
         LOGGER.error("%s", failure)
-        return stop.status or (WRONG_USAGE if isinstance(failure, FileError) else FAILED)
+        return stop.status or (WRONG_USAGE if isinstance(failure, FileError | FrameError) else FAILED)
     return stop.status or DONE

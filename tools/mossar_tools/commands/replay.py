@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from mossar_adapters.abilities import Drops, offered
 from mossar_adapters.address import parse_url
-from mossar_stream import MossarError
+from mossar_stream import FrameError, MossarError
 from mossar_tools.console import LOGGER, Console
 from mossar_tools.errors import DONE, FAILED, UsageError
 from mossar_tools.options import Options, add_body, add_messages, add_speed
@@ -72,7 +72,7 @@ def run(options: Options, console: Console) -> int:
                 sink.close()
         except OutputClosedError:
             raise BrokenPipeError from None
-        except FileError:  # the recording is damaged
+        except (FileError, FrameError):  # the recording is damaged, or lacks a joint that was asked for
             raise
         except MossarError as error:  # a sink failed
             LOGGER.error("%s", error)
