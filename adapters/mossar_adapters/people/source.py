@@ -66,6 +66,7 @@ class PeopleSource:
         self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
         self._logged = 0
+        self._occupants: dict[str, str] = {}  # the latest id of each slot
         self._latest: Frames | None = None  # that were passed on, where one slot goes from person to person
         self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
 
@@ -347,7 +348,10 @@ class PeopleSource:
                         names,
                     )
                 continue
-            _log.info("%s: %s", self.name, in_words(change))
+            known = self._occupants.get(change.slot) == change.id and not change.another
+            self._occupants[change.slot] = change.id
+            # The same after a pause, which at 3 Hz is every frame, is nothing to report.
+            _log.log(logging.DEBUG if known else logging.INFO, "%s: %s", self.name, in_words(change))
             another = change.another or change.slot in self._anew
             self._anew.discard(change.slot)
             if another and change.slot in self._begun:

@@ -223,6 +223,18 @@ def test_the_only_slot_goes_forward_in_time(tracked, bodies, script):
     assert (np.diff(np.concatenate([item.times for item in found])) > 0).all()
 
 
+def test_a_slow_camera_reports_a_person_once(bodies, script, caplog):
+    items = [
+        Frames(bodies[k, 20 * i : 20 * i + 1], np.array([i / 3]), performer=f"p{k + 7}")
+        for i in range(30)
+        for k in range(2)
+    ]
+    with caplog.at_level("INFO", "mossar.people"):
+        found = list(PeopleSource(script(items), 2).items())
+    assert sum(isinstance(item, Frames) for item in found) == 60
+    assert [record.message for record in caplog.records] == ["script: p1 is id 7", "script: p2 is id 8"]
+
+
 def test_memory_does_not_grow_with_ids_that_show_nobody(bodies, script):
     empty = np.full((1, *bodies.shape[2:]), np.nan, np.float32)
     items = [Frames(empty, np.array([i / 60]), performer=f"x{i}") for i in range(1000)]
