@@ -110,6 +110,12 @@ def test_an_impossible_number_of_people_is_wrong_usage(mossar, value):
     assert "nearest or first" in err
 
 
+def test_remembering_without_people_is_wrong_usage(mossar):
+    status, _, err = mossar("run", "demo:", "--remember", "5")
+    assert status == 2
+    assert "--remember needs --people" in err
+
+
 def test_a_configuration_file_says_how_many(events, written, tmp_path):
     config = tmp_path / "two.toml"
     config.write_text('people = "first"\nremember = 5\n')
@@ -119,7 +125,8 @@ def test_a_configuration_file_says_how_many(events, written, tmp_path):
 
 def test_the_card_of_people_is_safe():
     row = {"slot": "p1", "id": "<b>", "there": False, "pinned": True}
-    assert "p1: &lt;b&gt;, away, pinned" in people_card([row])
+    assert "p1: id &lt;b&gt;, away, pinned" in people_card([row])
+    assert "p1: id 7, away" in people_card([{**row, "id": "p7"}])
 
 
 def mixed(k, i):

@@ -192,6 +192,8 @@ def parse(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Options:
     merged = {**configured, **given, "set": settings}
     if merged.get("quiet") and merged.get("verbose"):
         raise UsageError("--quiet and --verbose cannot be wanted at once")
+    if merged.get("remember") is not None and merged.get("people") is None:
+        raise UsageError("--remember needs --people N: it says how long absent people are remembered")
     try:
         options = msgspec.convert(merged, Options)
     except msgspec.ValidationError as error:  # of a configuration: the command line's values have their types

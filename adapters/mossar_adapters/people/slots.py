@@ -55,7 +55,8 @@ _FAITHFUL: Final = 3.0  # by which another slot must be likelier than one's own
 _UNLIKELY: Final = 3.0  # against strangers while somebody is missed for less than `LOST`
 _NEARER: Final = 0.3  # m by which another must be nearer, so that two beside each other do not take turns
 _EXACT: Final = 1e-9  # s
-_BACK: Final = 1.0  # s; a step back beyond it is another clock
+BACK: Final = 1.0  # s; a step back beyond it is another clock
+_SET: Final = 0.1  # s that pass while a clock is set back
 
 
 class Change(msgspec.Struct, frozen=True):
@@ -240,15 +241,18 @@ class Slots:
                     known.samples.add(pose, float(time))
         return (REFUSED if known.refused else UNDECIDED), count
 
-    def decide(self, time: float, found: Sequence[tuple[str, NDArray[Any]]]) -> list[str | None]:
+    def decide(
+        self, time: float, found: Sequence[tuple[str, NDArray[Any]]], *, chunks: bool = False
+    ) -> list[str | None]:
         """Return the slots of the poses of one moment.
 
         Args:
             time: s.
             found: Each id with its pose; none twice.
+            chunks: Whether others may have been followed to later times; `restart` tells of a clock set back then.
         """
-        if time < self._now - _BACK:
-            self._restart(time)
+        if time < self._now - BACK and not chunks:
+            self.restart(time)
         self._now = max(self._now, time)
         verdicts: dict[str, Body | str | None] = {}
         others = []
@@ -257,6 +261,8 @@ class Slots:
             body = self._ids.get(ident)
             if body is not None and (body.time > time or body.follow(pose, time) or np.isnan(pose).all()):
                 verdicts[ident] = body
+            elif np.isnan(pose).all():
+                verdicts[ident] = self._unseen(ident, time)
             else:
                 others.append((ident, pose))
         if others:
@@ -265,6 +271,22 @@ class Slots:
             self._name(verdict, time) if isinstance(verdict, Body) else verdict
             for verdict in (verdicts[ident] for ident, _ in found)
         ]
+
+    def restart(self, time: float) -> float:
+        """Go on with a clock that was set back to a time (s); return by how much, s.
+
+        Nobody is looked at afterwards: ids that were have to be settled before.
+        """
+        if self._now == -np.inf:
+            return 0.0
+        seconds = time - _SET - self._now
+        for body in self._bodies:
+            if body.used:
+                body.shift(seconds)
+        self._given += seconds
+        self._newcomers.clear()
+        self._now = time
+        return seconds
 
     def settle(self, ident: str) -> str | None:
         """Decide on an id that is looked at, with what is known by now, and return its slot."""
@@ -288,12 +310,24 @@ class Slots:
         """Return whether an id has a slot, or is looked at or refused."""
         return ident in self._ids or ident in self._newcomers
 
+    def went_back(self, ident: str, time: float) -> bool:
+        """Return whether a time (s) is another clock's than that of the id's frames so far, if there were any."""
+        known = self._ids.get(ident) or self._newcomers.get(ident)
+        if known is None:
+            return time < self._now - BACK
+        return time < (known.time if isinstance(known, Body) else known.last) - BACK
+
     def slot_of(self, ident: str) -> str | None:
         """Return the slot of an id, None if it has none."""
         body = self._ids.get(ident)
         if body is None or (self._chooses is not None and body is not self._chosen):
             return None
         return CHOSEN if self._chooses else body.name
+
+    @property
+    def chooses(self) -> bool:
+        """Whether there is one slot, for the nearest or first."""
+        return self._chooses is not None
 
     @property
     def changed(self) -> bool:
@@ -390,6 +424,14 @@ class Slots:
             verdicts[clearest.id] = self._settled(clearest, options[i], time, at_once=at_once)
         return verdicts
 
+    def _unseen(self, ident: str, time: float) -> str | None:
+        """Pass over a frame without a joint, of an id without a slot: nobody is seen who could get one."""
+        known = self._newcomers.get(ident)
+        if known is None:
+            return UNDECIDED
+        known.last = time
+        return REFUSED if known.refused else UNDECIDED
+
     def _newcomer(self, ident: str, pose: NDArray[Any], time: float) -> _Newcomer:
         known = self._newcomers.get(ident)
         if known is not None and known.refused and self._has_room(known):
@@ -420,6 +462,8 @@ class Slots:
             if against == float("inf"):
                 continue
             against += self._likeness.against_bones(body, newcomer.samples, newcomer.skeleton, self._bodies)
+            if body.pinned and self._is_strange(against, start - body.time):
+                continue  # the slot is kept for its person
             if body.id == newcomer.id and start - body.time <= LOST and not self._reuses:
                 against -= _KEPT
             found.append(_Option(against, body.number, body))
@@ -460,7 +504,11 @@ class Slots:
         return any(not body.used or body.time < newcomer.last - PAUSE for body in self._bodies)
 
     def _is_forgotten(self, body: Body, time: float) -> bool:
-        return time - body.time > self.remember and not body.pinned
+        return time - body.time > max(self.remember, LOST) and not body.pinned
+
+    def _is_strange(self, against: float, away: float) -> bool:
+        """Return whether a newcomer is somebody else than the person who was away for so long, s."""
+        return away > LOST and against > self._likeness.against_stranger() + _CLEAR
 
     def _settled(
         self, newcomer: _Newcomer, options: list[_Option], time: float, *, at_once: bool
@@ -485,8 +533,7 @@ class Slots:
         """Put a newcomer into a slot."""
         body, before = option.body, option.body.id
         away = newcomer.first - body.time if body.used else 0.0
-        strange = away > LOST and option.against > self._likeness.against_stranger() + _CLEAR
-        another = body.used and (option.stranger or strange)
+        another = body.used and (option.stranger or self._is_strange(option.against, away))
         how: How = "new" if another or option.stranger else "place" if away <= LOST else "lengths"
         if newcomer.id in self._ids and how == "place":
             how = "swap" if self._ids[newcomer.id] is not body else "place"
@@ -530,15 +577,6 @@ class Slots:
         newcomer.due = time + _AGAIN
         self.refused += 1
         return REFUSED
-
-    def _restart(self, time: float) -> None:
-        """Go on with a clock that was set back."""
-        seconds = time - self._now
-        for body in self._bodies:
-            if body.used:
-                body.shift(seconds)
-        self._newcomers.clear()
-        self._now = time
 
     def _name(self, body: Body, time: float) -> str:
         if self._chooses is None:

@@ -20,7 +20,7 @@ import numpy as np
 from mossar_adapters.abilities import Orders, Resumes, offered
 from mossar_adapters.people.body import PAUSE
 from mossar_adapters.people.given import People, checked_people, checked_seconds
-from mossar_adapters.people.slots import REFUSED, REMEMBERED, UNDECIDED, Change, Slots
+from mossar_adapters.people.slots import BACK, REFUSED, REMEMBERED, UNDECIDED, Change, Slots
 from mossar_adapters.replay.interleaving import part
 from mossar_adapters.source import Departure, Item, Meta, Occupant, Source
 from mossar_stream import Frames
@@ -29,7 +29,6 @@ _IDS: Final = 256  # whose skeletons are remembered
 _HELD: Final = 512  # frames that wait for a decision on their id
 _HAND_OVER: Final = 1.0  # s after a person has left in which another id may go on with its take
 # A new id of a live source has a clock of its own if its times lie so far before or behind those of the others.
-_BEFORE: Final = 1.0  # s; a sender that was started later, or --fps
 _BEHIND: Final = 60.0  # s; less may be a pause in what is played faster than it was recorded
 _STEP: Final = 1 / 30  # s, where no rate is known
 _MOST_LOGGED: Final = 20  # refused ids that are logged
@@ -67,6 +66,8 @@ class PeopleSource:
         self._straight: dict[str, str] = {}  # slots of ids whose frames need nothing but another name
         self._skip: dict[str, int] = {}  # frames of each slot that were used before
         self._logged = 0
+        self._occupants: dict[str, str] = {}  # the latest id of each slot
+        self._latest: Frames | None = None  # that were passed on, where one slot goes from person to person
         self._anew: set[str] = set()  # slots that are given anew, because they stand for others now
 
     def __getattr__(self, name: str) -> Any:
@@ -159,6 +160,7 @@ class PeopleSource:
                 if slot == expected and count == len(item) and not self._slots.changed:
                     self._now = max(self._now, float(item.times[-1]))
                     self._arrived = time.monotonic()
+                    self._latest = item
                     return [msgspec.structs.replace(item, performer=slot)]
         return [kept for one in self._of(item, slot, count) if (kept := self._unused(one)) is not None]
 
@@ -217,6 +219,8 @@ class PeopleSource:
     def _take(self, frames: Frames) -> Iterator[Item]:
         frames = self._on_one_clock(frames)
         ident, times = frames.performer, frames.times
+        if times[-1] < self._now - BACK and self._slots.went_back(ident, float(times[-1])):
+            yield from self._start_over(float(times[0]))
         pending = self._pending
         if pending and (ident in pending or times[0] > max(float(f.times[-1]) for f in pending.values())):
             yield from self._decide_all()
@@ -251,7 +255,8 @@ class PeopleSource:
             found = [ident for ident, frames in pending.items() if float(frames.times[0]) == moment]
             # Of one moment the sender's first is the first, in whatever order the chunks were filled.
             found.sort(key=lambda ident: self._ranks.get(ident, self._announced))
-            verdicts = self._slots.decide(moment, [(ident, pending[ident].positions[0]) for ident in found])
+            poses = [(ident, pending[ident].positions[0]) for ident in found]
+            verdicts = self._slots.decide(moment, poses, chunks=True)
             for ident, slot in zip(found, verdicts, strict=True):
                 frames = pending.pop(ident)
                 yield from self._route(slot, part(frames, 0, 1))
@@ -264,6 +269,16 @@ class PeopleSource:
                 begin = yield from self._run(frames, end)
                 if begin < len(frames):
                     pending[ident] = part(frames, begin, len(frames))
+
+    def _start_over(self, moment: float) -> Iterator[Item]:
+        """Go on with a clock that was set back to a moment, s."""
+        yield from self._decide_all()
+        yield from self._settle(float("inf"))
+        seconds = self._slots.restart(moment)
+        for ident, shift in self._shifts.items():
+            self._shifts[ident] = shift and shift + seconds  # clocks of others were not set back
+        self._now = moment
+        self._latest = None
 
     def _settle(self, until: float, only: str | None = None) -> Iterator[Item]:
         """Decide on ids that are looked at and were not seen since."""
@@ -280,7 +295,9 @@ class PeopleSource:
         if slot is UNDECIDED:
             held = self._held.setdefault(frames.performer, [])
             held.append(frames)
-            if len(held) > _HELD:
+            if len(self._held) > _IDS:
+                del self._held[next(iter(self._held))]
+            elif len(held) > _HELD:
                 yield from self._release(frames.performer, self._slots.settle(frames.performer))
             return
         if frames.performer in self._held:
@@ -294,6 +311,14 @@ class PeopleSource:
                 yield from self._sent_on(slot, frames)
 
     def _sent_on(self, slot: str, frames: Frames) -> Iterator[Item]:
+        latest = self._latest
+        if latest is not None and latest.performer != frames.performer and self._slots.chooses:
+            # What was kept back while another had the only slot was that of nobody.
+            begin = int(frames.times.searchsorted(latest.times[-1], "right"))
+            if begin == len(frames):
+                return
+            frames = part(frames, begin, len(frames))
+        self._latest = frames
         meta = self._metas.get(frames.performer)
         if meta is not None:
             sent = self._sent.get(slot)
@@ -323,7 +348,10 @@ class PeopleSource:
                         names,
                     )
                 continue
-            _log.info("%s: %s", self.name, in_words(change))
+            known = self._occupants.get(change.slot) == change.id and not change.another
+            self._occupants[change.slot] = change.id
+            # The same after a pause, which at 3 Hz is every frame, is nothing to report.
+            _log.log(logging.DEBUG if known else logging.INFO, "%s: %s", self.name, in_words(change))
             another = change.another or change.slot in self._anew
             self._anew.discard(change.slot)
             if another and change.slot in self._begun:
@@ -333,20 +361,24 @@ class PeopleSource:
     def _on_one_clock(self, frames: Frames) -> Frames:
         """Return frames of a live source on the clock of the others, if the id has one of its own."""
         ident = frames.performer
-        if self.live and ident not in self._shifts and self._now > -np.inf:
-            meta = self._metas.get(ident)
+        shift = self._shifts.get(ident)
+        if self.live and shift != 0 and self._now > -np.inf:
             silence = time.monotonic() - self._arrived
-            ahead = float(frames.times[0]) - self._now
-            before = self._now - float(frames.times[-1])
-            if (before > _BEFORE or ahead > silence + _BEHIND) and not self._slots.knows(ident):
-                step = 1 / meta.fps if meta is not None and meta.fps else _STEP
-                self._shifts[ident] = max(step, silence) - ahead
-                self._slots.separate(ident)
+            ahead = float(frames.times[0]) + (shift or 0.0) - self._now
+            last = float(frames.times[-1]) + (shift or 0.0)
+            if shift is None:  # a sender that was started later or earlier, or --fps
+                is_off = last < self._now - BACK or ahead > silence + _BEHIND
+                is_off = is_off and not self._slots.knows(ident)
             else:
-                self._shifts[ident] = 0.0
+                is_off = self._slots.went_back(ident, last)  # it was started anew
+            if is_off:
+                meta = self._metas.get(ident)
+                step = 1 / meta.fps if meta is not None and meta.fps else _STEP
+                shift = (shift or 0.0) + max(step, silence) - ahead
+                self._slots.separate(ident)
+            self._shifts[ident] = shift or 0.0
             if len(self._shifts) > _IDS:
                 self._shifts.popitem(last=False)
-        shift = self._shifts.get(ident, 0.0)
         return msgspec.structs.replace(frames, times=frames.times + shift) if shift else frames
 
     def _unused(self, item: Item) -> Item:

@@ -149,6 +149,100 @@ def test_a_second_sender_in_the_same_place_is_one_more_person(tracked, bodies, c
     assert (np.diff([f.times[0] for f in found if f.performer == "p2"]) > 0).all()
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_an_id_that_is_cut_after_the_clock_was_set_back_goes_on(tracked, script, live):
+    def later(item):
+        if not isinstance(item, Frames) or item.times[0] >= 5:
+            return item
+        return Frames(item.positions, item.times + 100, performer=item.performer)
+
+    items = tracked(lambda k, i: ("p1", "p2" if i < 450 else "p5")[k])
+    source = PeopleSource(script([*map(later, items)], live=live), 2)
+    found = [item for item in source.items() if isinstance(item, Frames)]
+    for slot in ("p1", "p2"):
+        steps = np.diff([item.times[0] for item in found if item.performer == slot])
+        assert len(steps) == 599
+        assert np.allclose(np.delete(steps, 299), 1 / 60)
+        assert steps[299] == pytest.approx(-100 + 1 / 60)
+
+
+def test_a_clock_that_is_set_ahead_of_the_others_sets_none_back(tracked, script):
+    items = [
+        Frames(i.positions, i.times + 1.5, performer="p2")
+        if isinstance(i, Frames) and i.performer == "p2" and i.times[0] >= 5
+        else i
+        for i in tracked(lambda k, _i: f"p{k + 1}")
+    ]
+    found = list(PeopleSource(script(items), 2).items())
+    assert {(i.performer, i.id) for i in found if isinstance(i, Occupant)} == {("p1", "p1"), ("p2", "p2")}
+    for slot, ahead in (("p1", 0), ("p2", 1.5)):
+        times = [i.times[0] for i in found if isinstance(i, Frames) and i.performer == slot]
+        assert np.allclose(times, np.where(np.arange(600) < 300, 0, ahead) + np.arange(600) / 60)
+
+
+def test_a_sender_with_a_clock_of_its_own_that_is_started_anew_stays_with_the_others(tracked, script):
+    items = [
+        Frames(i.positions, i.times + (500 if i.times[0] < 5 else -5), performer="p2")
+        if isinstance(i, Frames) and i.performer == "p2"
+        else i
+        for i in tracked(lambda k, i: ("p1", "p2" if i >= 60 else None)[k])
+    ]
+    found = [i for i in PeopleSource(script(items), 2).items() if isinstance(i, Frames)]
+    for slot, count in (("p1", 600), ("p2", 540)):
+        times = np.array([i.times[0] for i in found if i.performer == slot])
+        assert len(times) == count
+        assert np.allclose(times, np.arange(600 - count, 600) / 60, atol=0.2)
+
+
+def test_a_chunk_that_lies_behind_the_others_is_no_clock_that_was_set_back(tracked, played):
+    slots, others = played(tracked(lambda k, i: ("p1", "p2" if i < 315 else "p5")[k], chunk=150))
+    assert (slots[0] == 1).all()
+    assert (slots[1] == 2).all()
+    assert [(o.performer, o.id) for o in others] == [("p1", "p1"), ("p2", "p2"), ("p2", "p5")]
+
+
+def away_and_back(k, i):
+    """Ids of one person who stays and of two who are away for more than 2 s."""
+    return "p1" if not k else f"p{k + 1}" if i < 100 else f"p{k + 7}" if i >= 300 else None
+
+
+def test_frames_of_an_id_that_is_looked_at_when_the_clock_is_set_back_are_not_lost(tracked, bodies, script):
+    alike = np.stack([bodies[0] + np.float32([2 * k, 0, 0]) for k in range(3)])
+    items = tracked(away_and_back, people=3, frames=310, positions=alike)
+    again = tracked(lambda _k, _i: "p1", frames=60, people=1)
+    source = PeopleSource(script([*items, *again], live=False), 3)
+    assert sum(len(item) for item in source.items() if isinstance(item, Frames)) == 310 + 2 * 110 + 60
+
+
+def test_the_only_slot_goes_forward_in_time(tracked, bodies, script):
+    alike = np.stack([bodies[0] + np.float32([2, 0, 4 - k]) for k in range(3)])  # the last is the nearest
+    items = tracked(
+        lambda k, i: None if not k and i > 410 else away_and_back(k, i), people=3, positions=alike
+    )
+    found = [i for i in PeopleSource(script(items), "nearest").items() if isinstance(i, Frames)]
+    assert (np.diff(np.concatenate([item.times for item in found])) > 0).all()
+
+
+def test_a_slow_camera_reports_a_person_once(bodies, script, caplog):
+    items = [
+        Frames(bodies[k, 20 * i : 20 * i + 1], np.array([i / 3]), performer=f"p{k + 7}")
+        for i in range(30)
+        for k in range(2)
+    ]
+    with caplog.at_level("INFO", "mossar.people"):
+        found = list(PeopleSource(script(items), 2).items())
+    assert sum(isinstance(item, Frames) for item in found) == 60
+    assert [record.message for record in caplog.records] == ["script: p1 is id 7", "script: p2 is id 8"]
+
+
+def test_memory_does_not_grow_with_ids_that_show_nobody(bodies, script):
+    empty = np.full((1, *bodies.shape[2:]), np.nan, np.float32)
+    items = [Frames(empty, np.array([i / 60]), performer=f"x{i}") for i in range(1000)]
+    source = PeopleSource(script(items), 2)
+    assert list(source.items()) == []
+    assert len(source._held) <= 256
+
+
 def test_a_run_that_goes_on_skips_what_was_used(tracked, script):
     class File(type(script([]))):
         def resume(self, _position):

@@ -6,6 +6,7 @@ from typing import Any
 
 from viser import GuiApi
 
+from mossar_adapters.people.source import shown
 from mossar_tools.dashboard.live import LiveShow
 
 _PIN, _UNPIN = "Pin", "Unpin"
@@ -49,7 +50,7 @@ class PeoplePanel:
 def people_card(rows: list[dict[str, object]]) -> str:
     """Return the slots as HTML."""
     lines = [
-        f"{escape(str(row['slot']))}: {escape(str(row['id']))}"
+        f"{escape(str(row['slot']))}: {escape(shown(str(row['id'])))}"
         f"{'' if row['there'] else ', away'}{', pinned' if row['pinned'] else ''}"
         for row in rows
     ]
