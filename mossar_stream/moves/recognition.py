@@ -120,7 +120,7 @@ class Recognition:
     def end(self, _take: int, pending: list[Event]) -> None:
         """Forget what is going on, as a take ends; `pending` gets the event of a move that becomes final by that."""
         state = self._state
-        events = [self._event("found", "final", 2)] if state["found"]["move"] >= 0 else []
+        events = self.last_word(None)
         if state["nearest"]["open"]:
             self._explain()
         fresh = new_memory(self._joints, len(self.names))
@@ -149,6 +149,16 @@ class Recognition:
             times = dict(zip(before.names, last_times(memory, theirs).tolist(), strict=True))
             last_times(self.state, own)[:] = [times.get(name, -math.inf) for name in self.names]
         return self
+
+    @property
+    def is_undecided(self) -> bool:
+        """Whether a move is confirmed and may still be withdrawn."""
+        return int(self._state["found"]["move"]) >= 0
+
+    def last_word(self, after: "Recognition | None") -> list[Event]:
+        """Return the event of a move that becomes final because what recognises from now on does not know of it."""
+        is_known = after is not None and after.is_undecided
+        return [self._event("found", "final", 2)] if self.is_undecided and not is_known else []
 
     @property
     def number(self) -> int:

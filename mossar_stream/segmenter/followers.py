@@ -10,7 +10,7 @@ from mossar_stream.engine import engine
 from mossar_stream.engine.pool import Row
 from mossar_stream.engine.snapshot import Following, Numbers
 from mossar_stream.engine.station import Desk, Station
-from mossar_stream.events import BODY
+from mossar_stream.events import BODY, Event
 from mossar_stream.following.alignment import Alignment, Follow
 from mossar_stream.moves.groups import groups_of
 from mossar_stream.moves.recognition import Recognition
@@ -94,9 +94,12 @@ class Followers:
             recognition.count_on_from(numbers.moves)
         if holding is not None:
             holding.count_on_from(numbers.poses)
-        left = [] if before is None else before.left(int(self._row.clock["take"]))
+        last: list[Event] = [] if before is None else before.left(int(self._row.clock["take"]))
+        if self._recognition is not None:
+            last += self._recognition.last_word(recognition)
+        pending = self._row.pending
+        pending += [event for event in last if event not in pending]  # they are there if this was cut short
         self._recognition, self.holding = recognition, holding
-        self._row.pending += left
         self._lay()
 
     @property

@@ -169,7 +169,7 @@ class Segmenter:
         """The moves that are recognised; None if none are.
 
         Setting them takes effect with the next frame; adding to a `Moves` that was set before does not. A move that was
-        confirmed and not final yet is forgotten if it is not among them.
+        confirmed is final if it is not among them; that event comes with the next push.
         """
         return self.recognition.moves if self.recognition is not None else None
 

@@ -207,6 +207,23 @@ def test_moves_can_be_set_while_running(moves, take):
     assert segmenter.moves is None
 
 
+@pytest.mark.parametrize("left", [(), ("circle_left",)])
+def test_a_move_is_final_when_what_recognises_from_now_on_does_not_know_it(moves, take, left):
+    positions, times, truth = take
+    only = Moves.from_json(moves.to_json())
+    for name in MOVES.keys() - set(left):
+        only.remove(name)
+    segmenter, end, before = Segmenter(PERSON, moves=moves, fps=FPS), truth[0][1], []
+    segmenter.push(positions[:end], times[:end])
+    while not moves_among(before):
+        before = segmenter.push(positions[end], float(times[end]))
+        end += 1
+    segmenter.moves = only if left else None
+    after = segmenter.push(positions[end], float(times[end]))
+    assert [event.id for event in moves_among(after, "final")] == [moves_among(before)[-1].id]
+    assert moves_among([*after, *segmenter.end_take()]) == []
+
+
 @pytest.mark.parametrize("pooled", [False, True])
 def test_moves_shown_while_running_lose_nothing_and_numbers_go_on(moves, take, pooled):
     positions, times, truth = take
