@@ -420,7 +420,7 @@ class StatsEvent(msgspec.Struct, frozen=True, tag_field="type", tag="stats", kw_
         frames: Processed frames.
         fps: Their rate, Hz.
         out_of_order: Frames dropped because they came late or twice.
-        outliers: Joints implausibly fast, or more than 100 km away.
+        outliers: Joints implausibly fast, more than 100 km away, or, as a take begins, far from all others.
         held: Joints replaced by their last position, because they were missing.
         gaps: Frames after a gap.
         unseen: Frames without any tracked joint.

@@ -183,7 +183,7 @@ def test_a_skeleton_without_feet_is_refused_and_so_are_wrong_names():
     pair = Skeleton(("hip", "hand"), (-1, 0))
     with pytest.raises(FrameError, match="--feet"):
         Segmenter(pair, Settings(steps=True))
-    with pytest.raises(FrameError, match="no joint called toe"):
+    with pytest.raises(FrameError, match="no joint called 'toe'"):
         Segmenter(pair, Settings(steps=True, feet="left=hip right=toe"))
     for feet in ("left=a", "left=a left=b", "both=a", "left= right=b", "left=a,b,c,d,e right=f"):
         with pytest.raises(SettingsError, match="feet"):
