@@ -1,12 +1,14 @@
 """What is said while kernels are compiled, in the terminal and on the dashboard."""
 
+import contextlib
+
 import pytest
 
 import mossar_stream
 from mossar_adapters.pipeline import Pipeline
 from mossar_adapters.source import Meta
 from mossar_stream import Settings, Skeleton
-from mossar_tools.compiling import Compiling
+from mossar_tools.compiling import Compiling, reporting_compilation
 from mossar_tools.dashboard.live import LiveShow
 from mossar_tools.dashboard.tables import WAITING, state_card
 
@@ -23,6 +25,26 @@ def test_the_dashboard_says_that_kernels_are_compiled_and_then_waits_for_frames(
     assert "compiling kernels: decisions, part 1 of 2" in card(show)
     said.end()
     assert WAITING in card(show)
+
+
+def test_what_ctrl_c_interrupts_is_not_called_compiled(monkeypatch, caplog):
+    texts = []
+
+    def interrupted(*_, progress, **__):
+        progress("decisions", 0, 2)
+        raise KeyboardInterrupt
+
+    def told(begin):
+        begin()
+        return contextlib.nullcontext()
+
+    monkeypatch.setattr(mossar_stream, "on_first_compile", told)
+    monkeypatch.setattr(mossar_stream, "precompile", interrupted)
+    with caplog.at_level("INFO"), pytest.raises(KeyboardInterrupt), reporting_compilation(tell=texts.append):
+        pass
+    assert any("compiling kernels: decisions, part 1 of 2" in text for text in texts)
+    assert texts[-1] == ""
+    assert "kernels compiled" not in caplog.text
 
 
 @pytest.mark.parametrize("name", ["there_is_none.bvh", "text.mp4", "empty.c3d"])

@@ -50,10 +50,11 @@ class Compiling:
         self._log(f"compiling kernels (once for each installation, {MEASURED} s)")
         threading.Thread(target=self._go_on_saying, name="compiling", daemon=True).start()
 
-    def end(self) -> None:
-        """Say how long it took, if there was anything to compile."""
+    def end(self, *, is_complete: bool = True) -> None:
+        """Say how long it took, if there was anything to compile and nothing interrupted it."""
         if self.is_cold and not self._ended.is_set():
-            LOGGER.info("kernels compiled, %.0f s", time.monotonic() - self._began)
+            if is_complete:
+                LOGGER.info("kernels compiled, %.0f s", time.monotonic() - self._began)
             self._tell("")
         self._ended.set()
 
@@ -82,9 +83,11 @@ def reporting_compilation(
         tell: See `Compiling`.
     """
     said = Compiling(tell)
+    is_complete = False
     with mossar_stream.on_first_compile(said.begin):
         try:
             interruptibly(lambda: mossar_stream.precompile(settings, moves=moves, progress=said.part))
+            is_complete = True
         finally:
-            said.end()
+            said.end(is_complete=is_complete)
         yield said

@@ -26,6 +26,7 @@ from checks.people.actors import Actor, read_casts
 from checks.people.judge import Verdict, cost, judge
 from checks.people.pictures import draw
 from checks.people.scenes import Scene, long_scene, short_scene
+from mossar_stream import MossarError
 from mossar_tools.console import Console
 
 FOLDERS = tuple(
@@ -107,7 +108,10 @@ def main() -> None:
     )
     given = parser.parse_args()
     console = Console(sys.stdout, sys.stderr)
-    casts = read_casts(given.folders)
+    try:
+        casts = read_casts(given.folders)
+    except MossarError as error:
+        parser.error(str(error))
     if given.draw:
         for i in range(int(given.draw[0])):
             scene = short_scene(casts[i % len(casts)], given.seed * 100_000 + i)
