@@ -64,6 +64,12 @@ def test_growth_is_that_after_the_first_fifth():
     assert (early.files, late.files) == (1, 4)
 
 
+def test_handles_that_a_server_frees_for_a_moment_are_no_growth_later():
+    counts = [181, 120, 121, 122] * 3 + [180, 181, 120, 181] * 12
+    early, late = early_and_late([Sample(k, k, 1, count, 1, 0.0, 0.0) for k, count in enumerate(counts)])
+    assert (early.files, late.files) == (181, 181)
+
+
 def test_a_few_seconds_of_faults_lose_no_event_and_make_none_up(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("checks.soak.strangers.WAVES", 0)  # they would be all there is time for
     came = []
